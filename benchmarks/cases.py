@@ -1,0 +1,89 @@
+"""The 32 different cases the wild chrysanthemum paper simulated with LS-DYNA, and how to run them here.
+
+Table 6 has 12 (screening), Table 9 has 15 (its centre runs averaged), Table 13 has 5 (the diameters).
+"""
+
+from __future__ import annotations
+
+import csv
+import multiprocessing
+import os
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from stemcal import cutting
+from stemcal.cutting import CuttingResult, ShearTest
+from stemcal.fem.warm import warm
+from stemcal.solvers.embedded import shear_test
+from stemcal.study.spec import load_study
+
+CONFIGS = Path(__file__).resolve().parent.parent / "configs"
+SPEC = CONFIGS / "wild-chrysanthemum.yaml"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case: its table, factor levels in the units of the spec, diameter in mm, the paper's force in N."""
+
+    table: str
+    levels: dict[str, float]
+    diameter: float
+    paper: float
+
+
+def paper_cases(tables: Iterable[str] = ("screen", "rsm", "validate")) -> list[Case]:
+    """Return the cases of the named tables."""
+    makers = {"screen": _screening, "rsm": _surface, "validate": _validation}
+    return [case for table in tables for case in makers[table]()]
+
+
+def _rows(name: str) -> list[dict[str, float]]:
+    with (CONFIGS / "data" / name).open(encoding="utf-8-sig", newline="") as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def _screening() -> list[Case]:
+    rows = _rows("screen.csv")
+    response = list(rows[0])[-1]
+    return [Case("screen", {k: v for k, v in row.items() if k != response}, 8.0, row[response]) for row in rows]
+
+
+def _surface() -> list[Case]:
+    rows = _rows("rsm.csv")
+    *names, response = rows[0]
+    forces: dict[tuple[float, ...], list[float]] = {}
+    for row in rows:
+        forces.setdefault(tuple(row[name] for name in names), []).append(row[response])
+    return [Case("rsm", dict(zip(names, k, strict=True)), 8.0, float(np.mean(f))) for k, f in forces.items()]
+
+
+def _validation() -> list[Case]:
+    calibrated = {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}
+    return [Case("validate", calibrated, row["diameter"], row["force"]) for row in _rows("validate.csv")]
+
+
+def tests_of(cases: list[Case]) -> list[ShearTest]:
+    """Return the shear tests of the cases with the shipped study's choices."""
+    study = load_study(SPEC)
+    return [shear_test(study, case.levels, case.diameter) for case in cases]
+
+
+def simulate_all(tests: list[ShearTest]) -> list[CuttingResult]:
+    """Run shear tests on all cores, one process each; same order."""
+    warm()
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
+        return list(pool.map(cutting.shear, tests))
+
+
+def agreement(simulated: np.ndarray, reference: np.ndarray) -> str:
+    """Return correlation, mean ratio and mean absolute error in one line."""
+    ratio = simulated / reference
+    return (
+        f"correlation {np.corrcoef(simulated, reference)[0, 1]:.3f}, mean ratio {ratio.mean():.3f}, "
+        f"mean absolute error {100 * np.abs(ratio - 1).mean():.1f} %"
+    )

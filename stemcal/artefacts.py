@@ -1,0 +1,158 @@
+"""What a stage leaves in the study folder: its JSON and its tables, the same bytes for the same results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from stemcal import __version__
+from stemcal.answering import record_key
+from stemcal.errors import RunsFailed
+from stemcal.layout import Design, design_radius
+from stemcal.lineage import inputs_of, tell_changes
+from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.study.durable import plain
+from stemcal.study.model import Study
+from stemcal.study.store import StudyFolder
+
+SCHEMA_VERSION = 1
+Stage = dict[str, Any]
+_MOST_REASONS = 10
+
+
+def head(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> Stage:
+    """Return how every stage file begins."""
+    inputs = inputs_of(study, solver, folder, stage)
+    tell_changes(folder, stage, inputs)
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "stage": stage,
+        "study": study.name,
+        "title": study.title,
+        "stemcal_version": __version__,
+        "inputs": inputs,
+    }
+
+
+def leave(folder: StudyFolder, stage: Stage) -> Stage:
+    """Write a stage's JSON and tables; returns the stage as a reader of the file gets it."""
+    stage = plain({**{key: value for key, value in stage.items() if key != "notes"}, "notes": stage["notes"]})
+    name = stage["stage"]
+    for table, (columns, rows) in TABLES[name](stage).items():
+        folder.write_csv(table, columns, [[row.get(column) for column in columns] for row in rows])
+    folder.write_stage(name, stage)
+    folder.log("stage_done", stage=name)
+    return stage
+
+
+def run_entry(request: Request, answer: Answer, solver: Solver) -> Stage:
+    """Return what a stage file tells of one run."""
+    return {
+        "force": answer.force,
+        "status": answer.status,
+        "reason": answer.reason,
+        "message": answer.message,
+        "key": record_key(solver, request),
+    }
+
+
+def design_entry(design: Design, requests: Sequence[Request], answers: Sequence[Answer], solver: Solver) -> Stage:
+    """Return a design with its runs, numbered from 1."""
+    runs = [
+        {
+            "run": request.row + 1,
+            "levels": dict(request.levels),
+            "coded": dict(zip(design.names, coded, strict=True)),
+            **run_entry(request, answer, solver),
+        }
+        for request, answer, coded in zip(requests, answers, design.coded.tolist(), strict=True)
+    ]
+    return {"kind": design.kind, "runs": runs}
+
+
+def coding_entry(study: Study, design: Design) -> Stage:
+    """Return how the factors of a surface are coded, where the others stay, how far the design reaches."""
+    factors = []
+    for entry in design.coding.as_dict():
+        factor = study.factor(entry["factor"])
+        factors.append({**entry, **factor.model_dump(include={"symbol", "label", "unit", "low", "high"})})
+    middle = study.midlevels()
+    return {
+        "names": list(design.names),
+        "factors": factors,
+        "coding": {e["factor"]: {"center": e["center"], "half_step": e["half_step"]} for e in factors},
+        "fixed": {name: level for name, level in middle.items() if name not in design.names},
+        "radius": design_radius(study, len(design.names)),
+    }
+
+
+@contextmanager
+def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Iterator[None]:
+    """Add to a `RunsFailed` which runs failed and why."""
+    try:
+        yield
+    except RunsFailed as error:
+        lines = [
+            f"  run {request.row + 1}: {answer.reason}: {answer.message}".rstrip(": ")
+            for request, answer in zip(requests, answers, strict=True)
+            if not answer.ok
+        ]
+        more = [f"  and {len(lines) - _MOST_REASONS} more"] if len(lines) > _MOST_REASONS else []
+        raise RunsFailed("\n".join([str(error), *lines[:_MOST_REASONS], *more])) from None
+
+
+# ---- tables
+
+Table = tuple[list[str], Sequence[Mapping[str, Any]]]
+
+
+def _screen_tables(stage: Stage) -> dict[str, Table]:
+    columns = ["factor", "symbol", "effect", "contribution_percent", "sum_of_squares", "f", "p", "stars"]
+    columns += ["lenth_t", "p_holm", "p_bh"]
+    return {"screen": (columns, stage["effects"]), "screen_runs": _runs_table(stage)}
+
+
+def _rsm_tables(stage: Stage) -> dict[str, Table]:
+    """Analysis of variance with the coefficients beside it; the mean has a coefficient only."""
+    terms = {row["term"]: row for row in stage["coefficients"]}
+    anova_columns = ["source", "sum_of_squares", "df", "mean_square", "f", "p", "stars"]
+    beside = ["value", "standard_error", "low", "high"]
+    rows: list[Mapping[str, Any]] = [{"source": "1", **terms["1"]}]
+    rows += [{**row, **terms.get(row["source"], {})} for row in stage["anova"]]
+    return {"rsm": ([*anova_columns, *beside], rows), "rsm_runs": _runs_table(stage)}
+
+
+def _invert_tables(stage: Stage) -> dict[str, Table]:
+    rows = [
+        {
+            "factor": name,
+            "solution": value,
+            "coded": stage["coded"][name],
+            "low": stage["ranges"][name][0],
+            "high": stage["ranges"][name][1],
+        }
+        for name, value in stage["solution"].items()
+    ]
+    return {"invert": (["factor", "solution", "coded", "low", "high"], rows)}
+
+
+def _validate_tables(stage: Stage) -> dict[str, Table]:
+    columns = ["diameter", "measured", "simulated", "error_percent", "role", "status", "reason"]
+    return {"validate": (columns, stage["rows"])}
+
+
+def _runs_table(stage: Stage) -> Table:
+    """Levels and force of every run, as a table solver reads them."""
+    runs = stage["design"]["runs"]
+    varied = list(runs[0]["coded"])
+    rows = [{"run": run["run"], **run["levels"], "force": run["force"]} for run in runs]
+    return ["run", *varied, "force"], rows
+
+
+TABLES = {
+    "screen": _screen_tables,
+    "rsm": _rsm_tables,
+    "invert": _invert_tables,
+    "validate": _validate_tables,
+}

@@ -1,0 +1,152 @@
+"""Printed results against recomputed ones, cell by cell, when a published study is analysed again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stemcal.errors import SpecError, SpecProblem
+from stemcal.solvers.sheet import read_cells
+from stemcal.study.model import Study
+
+MOST_SENTENCES = 5
+_COLUMNS = {
+    "effect": "effect",
+    "contribution_pct": "contribution_percent",
+    "contribution_percent": "contribution_percent",
+    "contribution": "contribution_percent",
+    "sum_of_squares": "sum_of_squares",
+    "df": "df",
+    "mean_square": "mean_square",
+    "f": "f",
+    "p": "p",
+    "value": "value",
+    "coefficient": "value",
+    "error_percent": "error_percent",
+    "error_pct": "error_percent",
+    "error_pct_printed": "error_percent",
+}
+Cell = tuple[str, str, float | None]
+
+
+def audit_screening(study: Study, stage: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Compare the printed effects; None if the spec names none."""
+    if study.published is None or study.published.screening is None:
+        return None
+    computed = {effect["factor"]: effect for effect in stage["effects"]}
+    return _audit({"screening": list(_cells(study, study.published.screening, computed))})
+
+
+def audit_surface(study: Study, stage: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Compare the printed analysis of variance and coefficients; None if the spec names neither."""
+    published = study.published
+    if published is None or (published.anova is None and published.coefficients is None):
+        return None
+    tables: dict[str, list[Cell]] = {}
+    if published.anova is not None:
+        rows = {_term(study, row["source"]): row for row in stage["anova"]}
+        tables["anova"] = list(_cells(study, published.anova, rows))
+    if published.coefficients is not None:
+        terms = {_term(study, row["term"]): row for row in stage["coefficients"]}
+        tables["coefficients"] = list(_cells(study, published.coefficients, terms))
+    return _audit(tables)
+
+
+def audit_validation(study: Study) -> dict[str, Any] | None:
+    """Compare the printed errors with those of the printed forces; None if the spec names none."""
+    if study.published is None or study.published.validation is None:
+        return None
+    from stemcal.doe.validation import compare_diameters
+
+    path = study.published.validation
+    header, rows = _table(path)
+    columns = [_column(header, path, *names) for names in _VALIDATION]
+    printed = [tuple(cells[column] for column in columns) for cells in rows]
+    diameters, measured, simulated = (
+        [_number(path, cells[i]) for cells in printed] for i in range(len(_VALIDATION) - 1)
+    )
+    result = compare_diameters(diameters, measured, simulated, study.targets.calibrate_at)
+    cells = [
+        (f"error at {row.diameter:g} mm", texts[-1], row.error_percent)
+        for texts, row in zip(printed, result.rows, strict=True)
+    ]
+    return _audit({"validation": cells})
+
+
+_VALIDATION = (
+    ("diameter", "diameter_mm"),
+    ("measured", "measured_n"),
+    ("simulated", "simulated_n"),
+    ("error_percent", "error_pct", "error_pct_printed"),
+)
+
+
+def sentences(audit: Mapping[str, Any] | None) -> list[str]:
+    """Return the disagreements as notes, the first few in full."""
+    if audit is None:
+        return []
+    found = [entry["sentence"] for entry in audit["differences"]]
+    more = len(found) - MOST_SENTENCES
+    shown = [f"{sentence}." for sentence in found[:MOST_SENTENCES]]
+    return [*shown, f"{more} more printed numbers differ."] if more > 0 else shown
+
+
+def _audit(tables: Mapping[str, Sequence[Cell]]) -> dict[str, Any]:
+    """Count the cells that agree, altogether and by table, and list those that do not."""
+    from stemcal.doe.printed import compare_cells
+
+    differences = {name: compare_cells(cells) for name, cells in tables.items()}
+    counts = {name: {"agree": len(cells) - len(differences[name]), "of": len(cells)} for name, cells in tables.items()}
+    return {
+        "agree": sum(count["agree"] for count in counts.values()),
+        "of": sum(count["of"] for count in counts.values()),
+        "tables": counts,
+        "differences": [{"table": name, **d.as_dict()} for name, found in differences.items() for d in found],
+    }
+
+
+def _cells(study: Study, path: Path, computed: Mapping[str, Mapping[str, Any]]) -> Iterator[Cell]:
+    """Pair every printed number with the computed one: the first column names the row."""
+    header, rows = _table(path)
+    fields = [_COLUMNS.get(heading.lower()) for heading in header]
+    for cells in rows:
+        term = _term(study, cells[0])
+        row = computed.get(term, {})
+        for heading, name, text in zip(header[1:], fields[1:], cells[1:], strict=False):
+            if name is not None and text.strip():
+                yield f"{term} {heading}" if len(header) > 2 else term, text, row.get(name)
+
+
+def _table(path: Path) -> tuple[list[str], list[list[str]]]:
+    (_, header), *rows = read_cells(path)[0]
+    return [heading.strip() for heading in header], [cells for _, cells in rows]
+
+
+def _term(study: Study, printed: str) -> str:
+    """Return a term by factor names, interactions in the order of the spec.
+
+    Factors may be printed by name or symbol, squares as ``X4^2`` or ``X4²``, the mean as ``Intercept``.
+    """
+    text = printed.strip().replace("²", "^2")
+    if text.lower() in ("intercept", "constant", "1"):
+        return "1"
+    names = {factor.symbol: factor.name for factor in study.factors}
+    parts = [re.sub(r"^[^^]+", lambda m: names.get(m[0], m[0]), part.strip()) for part in text.split(":")]
+    order = {name: index for index, name in enumerate(study.names)}
+    return ":".join(sorted(parts, key=lambda part: order.get(part, 0)))
+
+
+def _column(header: Sequence[str], path: Path, *names: str) -> int:
+    for index, heading in enumerate(header):
+        if heading.lower() in names:
+            return index
+    raise SpecError([SpecProblem(path.name, 1, 1, names[0], "has no column", f"call one {' or '.join(names)}")])
+
+
+def _number(path: Path, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise SpecError([SpecProblem(path.name, 1, 1, "", f"{text!r} is no number", "mend it")]) from None

@@ -1,0 +1,80 @@
+"""The `stemcal` command: its subcommands, and the one place where errors end.
+
+Modules of commands import nothing heavy until a command runs, so `stemcal --help` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from stemcal import __version__
+from stemcal.cli import check, init, invert, plan, report, rsm, run, screen, simulate, validate
+from stemcal.cli.guard import exit_codes
+
+
+class Commands(TyperGroup):
+    """The subcommands; errors of any of them become messages and exit codes."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the chosen command under the guard."""
+        with exit_codes():
+            return super().invoke(ctx)
+
+
+app = typer.Typer(
+    name="stemcal",
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+STAGES = "Stages of a study (each goes on where it stopped)"
+AROUND = "Around a study"
+
+app.command(rich_help_panel=STAGES)(run.run)
+app.command(rich_help_panel=STAGES)(screen.screen)
+app.command(rich_help_panel=STAGES)(rsm.rsm)
+app.command(rich_help_panel=STAGES)(invert.invert)
+app.command(rich_help_panel=STAGES)(validate.validate)
+app.command(rich_help_panel=STAGES)(report.report)
+app.command(rich_help_panel=AROUND)(init.init)
+app.command(rich_help_panel=AROUND)(check.check)
+app.command(rich_help_panel=AROUND)(plan.plan)
+app.command(rich_help_panel=AROUND)(simulate.simulate)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"stemcal {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def stemcal(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and leave.")
+    ] = False,
+) -> None:
+    """Calibrate finite element models of plant stems against measured cutting force.
+
+    A study is one YAML file: [bold]stemcal init[/bold] writes one to start from,
+    [bold]stemcal run[/bold] takes it through screening, response surface, inversion and validation.
+    """
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    app()
+
+
+if __name__ == "__main__":
+    main()

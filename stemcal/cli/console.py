@@ -1,0 +1,91 @@
+"""Where words go: data to stdout, everything else to stderr."""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from stemcal.cli.terminal import Terminal
+
+
+def stdout() -> Terminal:
+    """Return a console for data."""
+    from stemcal.cli.terminal import Terminal
+
+    return Terminal(stderr=False)
+
+
+def stderr() -> Terminal:
+    """Return a console for progress, notes and errors."""
+    from stemcal.cli.terminal import Terminal
+
+    return Terminal(stderr=True)
+
+
+def say(*parts: RenderableType) -> None:
+    """Print data on stdout, one renderable below the other."""
+    console = stdout()
+    for part in parts:
+        console.print(part)
+
+
+def say_json(data: Any) -> None:
+    """Print `data` as JSON on stdout, in ASCII so that no terminal encoding can spoil it."""
+    sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=True) + "\n")
+
+
+def warn(sentence: str) -> None:
+    """Print a warning on stderr."""
+    _labelled("warning", "yellow", sentence)
+
+
+def fail(message: str) -> None:
+    """Print an error message on stderr; long lines are left whole, so that paths can be copied."""
+    _labelled("error", "red", message)
+
+
+def note(sentence: str) -> None:
+    """Print a remark on stderr."""
+    stderr().print(sentence, style="dim", soft_wrap=True)
+
+
+class _ToWarnings(logging.Handler):
+    """Shows what the library logs from level WARNING on."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print the message as a warning."""
+        warn(record.getMessage())
+
+
+def route_log() -> None:
+    """Let the library's warnings appear on stderr in the form of ours."""
+    log = logging.getLogger("stemcal")
+    if not any(isinstance(handler, _ToWarnings) for handler in log.handlers):
+        log.addHandler(_ToWarnings(logging.WARNING))
+
+
+def waiting(what: str, quiet: bool) -> AbstractContextManager[object]:
+    """Show on a terminal that something is being computed."""
+    console = stderr()
+    return nullcontext() if quiet or not console.is_terminal else console.status(what)
+
+
+def _labelled(label: str, colour: str, text: str) -> None:
+    from rich.text import Text
+
+    stderr().print(Text.assemble((f"{label}: ", f"bold {colour}"), text), soft_wrap=True)
+
+
+def can_show(text: str) -> bool:
+    """Tell whether stdout's encoding has every character of `text`."""
+    try:
+        text.encode(getattr(sys.stdout, "encoding", None) or "ascii")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True

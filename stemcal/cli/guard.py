@@ -1,0 +1,115 @@
+"""Errors become exit codes here, and nowhere else.
+
+0 ok, 1 internal, 2 usage or spec, 3 some runs failed, 4 target unreachable, 5 folder locked,
+130 Ctrl-C, 143 SIGTERM. A closed pipe (`stemcal plan … | head`) is no error.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import tempfile
+import threading
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import NoReturn
+
+import typer
+
+from stemcal.cli.console import fail
+from stemcal.errors import SpecError, StemcalError
+
+GO_ON = "finished runs are kept; the same command goes on from there"
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, raised as an exception so that `with` blocks close as they do on Ctrl-C."""
+
+
+@contextmanager
+def exit_codes() -> Iterator[None]:
+    """Run a command; whatever it raises becomes one message on stderr and an exit code."""
+    with _sigterm_raises():
+        try:
+            yield
+            sys.stdout.flush()
+        except Terminated:
+            _leave(f"terminated; {GO_ON}", 143)
+        except KeyboardInterrupt:
+            _leave(f"interrupted; {GO_ON}", 130)
+        except BrokenPipeError:
+            _forget_stdout()
+            raise typer.Exit(0) from None
+        except StemcalError as error:
+            _leave(_headed(error), error.exit_code)
+        except Exception as error:
+            if _is_typers_own(error):
+                raise
+            _leave(_unexpected(error), 1)
+
+
+def _leave(message: str, code: int) -> NoReturn:
+    fail(message)
+    raise typer.Exit(code) from None
+
+
+def _headed(error: StemcalError) -> str:
+    """Return the message; a spec with several problems gets their number as a heading."""
+    count = len(error.problems) if isinstance(error, SpecError) else 1
+    return str(error) if count == 1 else f"{count} problems in the spec\n{error}"
+
+
+def _is_typers_own(error: Exception) -> bool:
+    """Usage errors know how to show themselves; `Exit` and `Abort` carry a decision already made."""
+    return isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show")
+
+
+def _unexpected(error: Exception) -> str:
+    """Return one line on an unforeseen error; its traceback goes to a file, for developers to stderr."""
+    if isinstance(error, OSError) and error.errno is not None:
+        place = f"{error.filename}: " if error.filename else ""
+        return f"{place}{error.strerror}; {GO_ON}"
+    line = f"{type(error).__name__}: {error}".splitlines()[0]
+    if os.environ.get("STEMCAL_DEBUG", "") not in ("", "0"):
+        traceback.print_exception(error)
+        return f"internal error: {line}"
+    return f"internal error: {line} ({_file_traceback(error)})"
+
+
+def _file_traceback(error: Exception) -> str:
+    """Write the traceback to a new file and tell where."""
+    text = "".join(traceback.format_exception(error))
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", prefix="stemcal-traceback-", suffix=".txt", delete=False
+        ) as file:
+            file.write(text)
+    except OSError:
+        return "set STEMCAL_DEBUG=1 to see the traceback"
+    return f"traceback in {file.name}"
+
+
+def _forget_stdout() -> None:
+    """Point stdout at nothing, so that the interpreter's last flush does not complain."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def _sigterm_raises() -> Iterator[None]:
+    """Let SIGTERM raise `Terminated` inside the block; only the main thread may set handlers."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def raise_terminated(_number: int, _frame: FrameType | None) -> None:
+        raise Terminated
+
+    before = signal.signal(signal.SIGTERM, raise_terminated)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

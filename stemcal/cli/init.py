@@ -1,0 +1,31 @@
+"""`stemcal init`: a commented spec to start from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def init(
+    name: Annotated[str, typer.Argument(metavar="[NAME]", help="Name of the study and of the file.")] = "my-study",
+) -> None:
+    """Write NAME.yaml, a commented spec to start from. An existing file is left alone.
+
+    Example: [bold]stemcal init maize-2026[/bold]
+    """
+    from stemcal.cli.console import note, say
+    from stemcal.errors import UsageError
+    from stemcal.study.template import template
+
+    stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
+    path = Path(name).with_name(f"{stem}.yaml")
+    text = template(stem)
+    try:
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except FileExistsError:
+        raise UsageError(f"{path} exists already; choose another name or remove it first") from None
+    say(str(path))
+    note(f"edit it, then: stemcal check {path}; stemcal plan {path}; stemcal run {path}")

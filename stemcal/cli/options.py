@@ -1,0 +1,29 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="The study, a YAML file.", show_default=False)]
+
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", metavar="DIR", help="Study folder.", show_default="runs/<study name>"),
+]
+
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", "-j", metavar="N", min=1, help="Simulations at a time.", show_default="all cores"),
+]
+
+ExecutorName = Annotated[
+    str,
+    typer.Option("--executor", metavar="local|dask://HOST:PORT", help="Where simulations are computed."),
+]
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else there.")]
+
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no notes on stderr.")]

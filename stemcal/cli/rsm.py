@@ -1,0 +1,27 @@
+"""`stemcal rsm`: force as a quadratic surface of the factors that matter."""
+
+from __future__ import annotations
+
+from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+
+
+def rsm(
+    spec: Spec,
+    out: Out = None,
+    workers: Workers = None,
+    executor: ExecutorName = "local",
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate the central composite design and fit the response surface.
+
+    Example: [bold]stemcal rsm configs/smoke.yaml[/bold]
+    """
+    from stemcal.cli.session import opened
+    from stemcal.cli.show import show_stage
+
+    with opened(spec, out, workers, executor, quiet) as work:
+        from stemcal import workflow
+
+        stage = workflow.fit_surface(work.study, work.folder, work.executor, work.watch)
+    show_stage(stage, as_json, quiet)

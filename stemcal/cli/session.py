@@ -1,0 +1,92 @@
+"""What every stage needs: the study, its folder (locked), an executor and a watcher."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stemcal.cli.console import route_log, warn
+from stemcal.errors import UsageError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from stemcal.cli.watch import Watcher
+    from stemcal.study.model import Study
+    from stemcal.study.store import StudyFolder
+
+DEFAULT_ROOT = Path("runs")
+
+
+@dataclass(frozen=True)
+class Session:
+    """An open study."""
+
+    study: Study
+    folder: StudyFolder
+    executor: Executor
+    watch: Watcher
+
+
+def read_study(spec: Path) -> Study:
+    """Read a spec whole, or raise with every problem in it; doubtful values are warned of."""
+    from stemcal.study.spec import load_study
+
+    route_log()
+    study = load_study(spec)
+    for sentence in study.warnings:
+        warn(sentence)
+    return study
+
+
+def folder_of(study: Study, out: Path | None) -> Path:
+    """Return where the study's results lie."""
+    return out if out is not None else DEFAULT_ROOT / study.name
+
+
+def check_executor(name: str) -> None:
+    """Refuse an executor that is not there, before anything is read or written."""
+    if name.startswith("dask://"):
+        raise UsageError(f"--executor {name}: Dask clusters are not yet available; use --executor local")
+    if name != "local":
+        raise UsageError(f"--executor {name}: unknown; use --executor local")
+
+
+@contextmanager
+def opened(spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool) -> Iterator[Session]:
+    """Open a study for work: read it, lock its folder, make workers ready; close all on the way out."""
+    check_executor(executor)
+    study = read_study(spec)
+
+    from stemcal.cli.watch import make_watch
+    from stemcal.executors.local import LocalExecutor
+    from stemcal.study.store import StudyFolder
+
+    with ExitStack() as stack:
+        folder = stack.enter_context(StudyFolder(folder_of(study, out)))
+        pool = stack.enter_context(LocalExecutor(workers))
+        watch = stack.enter_context(make_watch(quiet))
+        yield Session(study, folder, pool, watch)
+
+
+def existing_folder(study: Study, out: Path | None) -> StudyFolder:
+    """Return the folder of a study that has been worked on; nothing is made."""
+    from stemcal.study.store import StudyFolder
+
+    path = folder_of(study, out)
+    if not path.is_dir():
+        raise UsageError(f"{path} is not there; run `stemcal run SPEC` first, or name the folder with --out")
+    return StudyFolder(path)
+
+
+def runs_of(stage: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the runs of a stage: of its design, or its rows over diameter."""
+    return list(stage.get("design", {}).get("runs", []) or stage.get("rows", []))
+
+
+def failed_runs(stage: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the runs of a stage that gave no force."""
+    return [run for run in runs_of(stage) if run.get("status", "ok") != "ok"]

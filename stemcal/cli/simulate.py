@@ -1,0 +1,184 @@
+"""`stemcal simulate`: one virtual shear test."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from stemcal.cli.options import AsJson, Quiet, Spec
+
+if TYPE_CHECKING:
+    from stemcal.cutting import CuttingResult
+    from stemcal.study.model import Study
+
+SCALARS = (
+    "peak_force",
+    "peak_force_raw",
+    "peak_time",
+    "peak_travel",
+    "elements",
+    "deleted_elements",
+    "steps",
+    "wall_seconds",
+    "element_steps_per_second",
+    "energy_drift_percent",
+    "kinetic_ratio_percent",
+    "hourglass_ratio_percent",
+    "stroke_was_enough",
+)
+HISTORY = (
+    "time",
+    "travel",
+    "force",
+    "force_filtered",
+    "kinetic",
+    "internal",
+    "hourglass",
+    "eroded",
+    "contact",
+    "external",
+    "balance",
+    "deleted",
+)
+
+
+def simulate(
+    spec: Spec,
+    diameter: Annotated[
+        float | None, typer.Option(min=0, metavar="MM", help="Outer diameter.", show_default="the spec's")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="FACTOR=VALUE", help="A factor's value in the spec's unit; repeatable."),
+    ] = None,
+    symmetry: Annotated[
+        Literal["none", "half", "quarter"] | None, typer.Option(help="Model part.", show_default="the spec's")
+    ] = None,
+    csv_file: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write the history over time here.")
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option("--figure", metavar="FILE", help="Draw force over travel here (png, svg or pdf)."),
+    ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate one virtual shear test. Factors stand at mid-level unless set.
+
+    Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
+    """
+    from stemcal.cli.console import note, say_json, waiting, warn
+    from stemcal.cli.session import read_study
+
+    study = read_study(spec)
+    levels = chosen_levels(study, settings or [])
+    _check_outputs(study, csv_file, figure)
+
+    from stemcal.solvers.embedded import simulate as shear_test
+
+    with waiting("one virtual shear test", quiet):
+        result = shear_test(study, levels, diameter, symmetry)
+    if csv_file:
+        write_history(result, csv_file)
+    if figure:
+        _write_figure(result, figure)
+    if as_json:
+        say_json(summary(result))
+    else:
+        _show(result)
+    for sentence in result.warnings:
+        warn(sentence)
+    if not quiet:
+        for path in (csv_file, figure):
+            if path:
+                note(f"wrote {path}")
+
+
+def chosen_levels(study: Study, settings: list[str]) -> dict[str, float]:
+    """Return every factor's value: mid-levels with the settings laid over them."""
+    from stemcal.errors import UsageError
+
+    levels = dict(study.midlevels())
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        name = name.strip()
+        if not equals:
+            raise UsageError(f"--set {setting}: write it as factor=value")
+        if name not in levels:
+            raise UsageError(f"--set {setting}: no factor {name!r}{_suggestion(name, list(levels))}")
+        levels[name] = _number(setting, text)
+    return levels
+
+
+def _number(setting: str, text: str) -> float:
+    import math
+
+    from stemcal.errors import UsageError
+
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"--set {setting}: {text!r} is no number; give the value in the spec's unit, without it")
+    return value
+
+
+def _suggestion(name: str, known: list[str]) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean {near[0]}?" if near else f"; the study's factors are {', '.join(known)}"
+
+
+def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> None:
+    """Refuse before the long computation what would fail after it."""
+    from stemcal.errors import UsageError
+
+    if study.solver.kind != "embedded":
+        raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
+    for path in (csv_file, figure):
+        if path and not path.parent.is_dir():
+            raise UsageError(f"{path}: the folder {path.parent} does not exist")
+    if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
+
+
+def summary(result: CuttingResult) -> dict[str, Any]:
+    """Return the result's numbers as JSON values."""
+    numbers = {name: getattr(result, name) for name in SCALARS}
+    return {"schema_version": 1, "stage": "simulate", **numbers, "warnings": list(result.warnings)}
+
+
+def write_history(result: CuttingResult, path: Path) -> None:
+    """Write the history, a column per quantity (s, mm, N, mJ)."""
+    columns = [getattr(result.history, name) for name in HISTORY]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(HISTORY)
+        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def _write_figure(result: CuttingResult, path: Path) -> None:
+    from stemcal.report.figures import force_travel, save
+
+    history = result.history
+    curves = {
+        "contact force": (history.travel.tolist(), history.force.tolist()),
+        "filtered": (history.travel.tolist(), history.force_filtered.tolist()),
+    }
+    save(force_travel(curves, highlighted=["filtered"]), path)
+
+
+def _show(result: CuttingResult) -> None:
+    from stemcal.cli.console import can_show, say
+    from stemcal.cli.sketch import sketch
+    from stemcal.report.tables import simulation_table
+
+    say(simulation_table(summary(result)))
+    plain = not can_show("▁█")
+    say(sketch(result.history.travel.tolist(), result.history.force_filtered.tolist(), plain=plain))

@@ -1,0 +1,93 @@
+"""Analysis of variance of a fitted quadratic: Model, terms, Residual, Lack of fit, Pure error, Cor total."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from stemcal.doe.regression import NEGLIGIBLE, Array, LeastSquares, f_test, stars
+
+# Design points closer than this in coded units are the same point.
+_SAME_POINT = 1e-6
+
+
+@dataclass(frozen=True)
+class AnovaRow:
+    """One line of the table; f, p and the mean square are None where they have no value."""
+
+    source: str
+    sum_of_squares: float
+    df: int
+    mean_square: float | None
+    f: float | None
+    p: float | None
+    stars: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the row by column name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """The residual split into what replicates scatter (pure error) and what the quadratic misses."""
+
+    sum_of_squares: float
+    df: int
+    pure_sum_of_squares: float
+    pure_df: int
+    f: float | None
+    p: float | None
+    deterministic: bool
+
+    @property
+    def testable(self) -> bool:
+        """Whether an F could be formed."""
+        return self.f is not None
+
+
+def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
+    """Split the residual over exactly repeated design points.
+
+    Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test.
+    """
+    keys = np.round(coded / _SAME_POINT).astype(np.int64)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    counts = np.bincount(group)
+    means = np.bincount(group, weights=fit.response) / counts
+    pure = float(np.sum((fit.response - means[group]) ** 2))
+    pure_df = int(len(fit.response) - len(counts))
+    deterministic = pure_df > 0 and pure <= NEGLIGIBLE * fit.total_ss
+    pure = 0.0 if deterministic else pure
+    df = fit.df - pure_df
+    lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
+    test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
+    f, p = test if test else (None, None)
+    return LackOfFit(lof, df, pure, pure_df, f, p, deterministic)
+
+
+def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
+    """Tabulate type III sums of squares of the coded columns against the residual."""
+    error = None if fit.exact else fit.mean_square
+
+    def tested(source: str, ss: float, df: int) -> AnovaRow:
+        f, p = f_test(ss / df, df, error, fit.df) or (None, None)
+        return AnovaRow(source, ss, df, ss / df, f, p, stars(p))
+
+    def bare(source: str, ss: float, df: int) -> AnovaRow:
+        return AnovaRow(source, ss, df, ss / df if df else None, None, None, "")
+
+    lof = bare("Lack of fit", split.sum_of_squares, split.df)
+    total = AnovaRow("Cor total", fit.total_ss, len(fit.response) - 1, None, None, None, "")
+    return (
+        tested("Model", fit.total_ss - fit.residual_ss, len(terms) - 1),
+        *(tested(term, float(ss), 1) for term, ss in zip(terms[1:], fit.partial_ss[1:], strict=True)),
+        bare("Residual", fit.residual_ss, fit.df),
+        AnovaRow(lof.source, lof.sum_of_squares, lof.df, lof.mean_square, split.f, split.p, stars(split.p)),
+        bare("Pure error", split.pure_sum_of_squares, split.pure_df),
+        total,
+    )

@@ -1,0 +1,158 @@
+"""Least squares for screening and surface alike: one fit, and what both read off it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.errors import RunsFailed, UsageError
+
+Array = NDArray[np.float64]
+
+# Sums of squares below this share of the total are rounding, not variation.
+NEGLIGIBLE = 1e-12
+# And below this share of Σy² they are the last bits of the numbers themselves.
+ROUNDING = 1e-24
+
+
+@dataclass(frozen=True, eq=False)
+class LeastSquares:
+    """y = X·β + residual, with X of full column rank and a leading column of ones.
+
+    Parameters
+    ----------
+    matrix : array (n, p)
+    response : array (n,)
+    coefficients : array (p,)
+        β.
+    unscaled_covariance : array (p, p)
+        (XᵀX)⁻¹; times s² it is the covariance of β.
+    residuals : array (n,)
+    leverage : array (n,)
+        Diagonal of X(XᵀX)⁻¹Xᵀ.
+    """
+
+    matrix: Array
+    response: Array
+    coefficients: Array
+    unscaled_covariance: Array
+    residuals: Array
+    leverage: Array
+
+    @property
+    def df(self) -> int:
+        """Residual degrees of freedom, n − p."""
+        return int(self.matrix.shape[0] - self.matrix.shape[1])
+
+    @property
+    def total_ss(self) -> float:
+        """Corrected total: Σ(y − ȳ)²."""
+        return float(np.sum((self.response - self.response.mean()) ** 2))
+
+    @property
+    def residual_ss(self) -> float:
+        """Σ residual²; exactly zero for a saturated fit."""
+        return float(self.residuals @ self.residuals) if self.df else 0.0
+
+    @property
+    def flat(self) -> bool:
+        """Whether every response is the same, but for rounding."""
+        return self.total_ss <= ROUNDING * float(self.response @ self.response)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the residual is nothing but rounding."""
+        return self.flat or self.residual_ss <= NEGLIGIBLE * self.total_ss
+
+    @property
+    def mean_square(self) -> float | None:
+        """s² = residual SS / df, or None when no degree of freedom is left."""
+        return self.residual_ss / self.df if self.df else None
+
+    @property
+    def partial_ss(self) -> Array:
+        """Type III sum of squares of each column: βⱼ² / (XᵀX)⁻¹ⱼⱼ."""
+        return np.asarray(self.coefficients**2 / np.diag(self.unscaled_covariance))
+
+    @property
+    def standard_errors(self) -> Array | None:
+        """s·√(XᵀX)⁻¹ⱼⱼ, or None without residual degrees of freedom."""
+        if self.mean_square is None:
+            return None
+        return np.sqrt(self.mean_square * np.diag(self.unscaled_covariance))
+
+
+def fit_least_squares(matrix: Array, response: Array) -> LeastSquares:
+    """Fit by QR; the columns must be independent (see `require_estimable`)."""
+    from statsmodels.regression.linear_model import OLS
+
+    with np.errstate(
+        divide="ignore", invalid="ignore"
+    ):  # statsmodels divides by the residual df, also when 0
+        results = OLS(response, matrix).fit(method="qr")
+    beta = np.asarray(results.params, dtype=float)
+    covariance = np.asarray(results.normalized_cov_params, dtype=float)
+    leverage = np.einsum("ij,jk,ik->i", matrix, covariance, matrix)
+    return LeastSquares(matrix, response, beta, covariance, response - matrix @ beta, leverage)
+
+
+def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
+    """Name the terms whose columns depend on other columns."""
+    scale = np.linalg.norm(matrix, axis=0)
+    _, singular, rows = np.linalg.svd(matrix / np.where(scale > 0.0, scale, 1.0))
+    rank = int(np.sum(singular > 1e-9 * singular[0]))
+    null_space = rows[rank:]
+    return [term for term, part in zip(terms, null_space.T, strict=True) if np.any(np.abs(part) > 1e-7)]
+
+
+def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: str) -> None:
+    """Refuse a fit that the runs at hand cannot support.
+
+    Raises
+    ------
+    RunsFailed
+        If runs are missing: they are the likely cause.
+    UsageError
+        If every run is there: the design itself cannot estimate the terms.
+    """
+    n, p = matrix.shape
+    lost = list(terms) if n == 0 else not_estimable(matrix, terms)
+    if not lost:
+        return
+    listed = ", ".join("the mean" if term == "1" else term for term in lost)
+    if n_failed:
+        raise RunsFailed(
+            f"{what}: {n_failed} of {n + n_failed} runs failed; the {n} left cannot estimate {listed}; "
+            "repair those runs and start the stage again"
+        )
+    raise UsageError(
+        f"{what}: {n} runs cannot estimate {listed} ({p} coefficients); take a design with more runs or "
+        "levels"
+    )
+
+
+def stars(p: float | None) -> str:
+    """Mark a p-value as the tables of the field do: ``**`` below 0.01, ``*`` below 0.05."""
+    if p is None:
+        return ""
+    return "**" if p < 0.01 else "*" if p < 0.05 else ""
+
+
+def f_test(mean_square: float, df: int, error: float | None, error_df: int) -> tuple[float, float] | None:
+    """F = MS/MSE and its p-value, or None where there is no error to test against."""
+    if not error or error_df < 1 or df < 1:
+        return None
+    from scipy.special import fdtrc
+
+    f = mean_square / error
+    return float(f), float(fdtrc(df, error_df, f))
+
+
+def t_quantile(level: float, df: float) -> float:
+    """Half-width factor of a two-sided interval: t with P(|T| ≤ t) = level."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(df, 0.5 + 0.5 * level))

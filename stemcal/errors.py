@@ -1,0 +1,101 @@
+"""What can go wrong, and the exit code each kind ends the command with.
+
+    StemcalError                1   anything we could name but not file below
+    ├── SpecError               2   the study spec is wrong: every problem at once, with line and remedy
+    ├── UsageError              2   an option or the order of commands is wrong
+    ├── RunsFailed              3   too many simulations failed for the analysis to mean anything
+    ├── TargetUnreachable       4   no point of the design region gives the measured force
+    ├── FolderLocked            5   another process works in the study folder
+    └── SimulationFailed        1   one virtual shear test cannot be trusted (NaN, inverted element, no contact)
+
+They are caught once, in `stemcal.cli.app`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+class StemcalError(Exception):
+    """A failure with a message fit for the user: place, value, remedy."""
+
+    exit_code = 1
+
+
+@dataclass(frozen=True)
+class SpecProblem:
+    """One thing wrong in a spec: where it stands, what is wrong, what to do."""
+
+    file: str
+    line: int
+    column: int
+    path: str
+    message: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}:{self.column}"
+        subject = f" {self.path}:" if self.path else ""
+        remedy = f"; {self.remedy}" if self.remedy else ""
+        return f"{place}:{subject} {self.message}{remedy}"
+
+
+class SpecError(StemcalError):
+    """Every problem found in a spec, in the order of its lines."""
+
+    exit_code = 2
+
+    def __init__(self, problems: list[SpecProblem]) -> None:
+        self.problems = sorted(problems, key=lambda p: (p.line, p.column))
+        super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+class UsageError(StemcalError):
+    """An option has no sense here, or an earlier stage has not run yet."""
+
+    exit_code = 2
+
+
+class RunsFailed(StemcalError):
+    """Too few runs of a design succeeded; the message counts them and gives their reasons."""
+
+    exit_code = 3
+
+
+class TargetUnreachable(StemcalError):
+    """The surface does not take the target value anywhere in the allowed region."""
+
+    exit_code = 4
+
+    def __init__(self, target: float, low: float, high: float) -> None:
+        self.target, self.low, self.high = target, low, high
+        side = "above" if target > high else "below"
+        super().__init__(
+            f"target {target:g} N is {side} what the surface reaches in the design region "
+            f"({low:.4g} to {high:.4g} N); widen the factor ranges or choose other factors"
+        )
+
+
+class FolderLocked(StemcalError):
+    """Another process holds the study folder."""
+
+    exit_code = 5
+
+
+class SimulationFailed(StemcalError):
+    """A simulation stopped because its state was no longer physical.
+
+    Parameters
+    ----------
+    reason : str
+        One word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``.
+    message : str
+        The sentence for people, with time and element.
+    """
+
+    def __init__(self, reason: str, message: str) -> None:
+        self.reason = reason
+        super().__init__(message)
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.reason, str(self))

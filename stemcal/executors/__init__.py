@@ -1,0 +1,1 @@
+"""Where runs are computed: behind the interface of `concurrent.futures.Executor`."""

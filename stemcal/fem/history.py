@@ -1,0 +1,72 @@
+"""What a simulation leaves behind: forces and energies over time, and the body as it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class History:
+    """Rows over time; energies in mJ (N·mm), forces in N.
+
+    Attributes
+    ----------
+    time : array (R,)
+        End of each output interval, s; the first row is the start.
+    force : array (R, T, 3)
+        Mean force of the body on each tool over the interval that ends there: impulse over its length.
+    height : array (R, T)
+        z of each tool, mm.
+    kinetic, internal, hourglass, eroded, external, contact : array (R,)
+        Energies. `internal` and `hourglass` are of standing elements, `eroded` what eroded elements and nodes took
+        with them, `external` the work of tools and loads, `contact` what of it friction, damping and the penalty
+        springs hold.
+    deleted : array (R,)
+        Eroded elements.
+    steps : int
+        Time steps taken.
+    x : array (N, 3)
+        Where the nodes ended.
+    state : array (B, rows, lanes)
+        State of the elements, as in `kernels.element`.
+    standing : array (E,)
+        Which elements are left.
+    """
+
+    time: Array
+    force: Array
+    height: Array
+    kinetic: Array
+    internal: Array
+    hourglass: Array
+    eroded: Array
+    external: Array
+    contact: Array
+    deleted: NDArray[np.int64]
+    steps: int
+    x: Array
+    state: Array
+    standing: NDArray[np.bool_]
+
+    @property
+    def balance(self) -> Array:
+        """Kinetic + internal + hourglass + eroded + contact − external − what there was at the start, mJ."""
+        held = self.kinetic + self.internal + self.hourglass + self.eroded + self.contact
+        return np.asarray(held - held[0] - self.external)
+
+    def drift_percent(self) -> float:
+        """Return the largest |balance| as a percentage of the largest energy that went through."""
+        scale = max(np.abs(self.external).max(), self.kinetic.max(), 1e-30)
+        return float(100.0 * np.abs(self.balance).max() / scale)
+
+    def row(self, name: str) -> Array:
+        """Return one row of the elements' state as (E,), in the order of the mesh."""
+        from stemcal.fem.kernels import element
+
+        rows = self.state[:, getattr(element, name), :]
+        return rows.reshape(-1)[: len(self.standing)].copy()

@@ -1,0 +1,283 @@
+"""Contact with rigid tools: where a point lies against a tool, and the force that keeps it out.
+
+A tool is a convex polygon in the plane (x, z), swollen by a radius and drawn out along y: a wedge with a rounded edge,
+a block with filleted corners. Its normal is that of the swollen outline, so it turns smoothly around an edge.
+
+Force of a point with mass m that lies δ inside a tool:
+
+    normal      f = max(0, kδ − c ẋₙ),   k = p m/Δt²,   c = 2 ζ √(k m)
+    tangential  a spring of the same stiffness, cut off at μ f (return mapping of Coulomb's cone)
+    friction    μ = μ_d + (μ_s − μ_d) exp(−DC |ẋₜ|)
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy import exp, sqrt
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.compile import inlined, kernel
+
+Floats = Any
+Array = NDArray[np.float64]
+
+
+class ToolArrays(NamedTuple):
+    """Rigid tools as the kernels see them; `stemcal.fem.contact.tool_arrays` makes them."""
+
+    corners: Array  # (T, P, 2) polygon corners (x, z) counter-clockwise, the last one repeated to fill
+    radius: Array  # (T,) how far the polygon is swollen
+    height: Array  # (T,) current z of the tool's own origin, changes
+    speed: Array  # (T,) its velocity along z
+    traction: Array  # (T, N, 3) friction spring of each node
+    force: Array  # (T, 3) force of the stem on the tool in this step, changes
+
+
+class FrictionNumbers(NamedTuple):
+    """Contact and friction constants; `stemcal.fem.contact.Contact.numbers()` makes them."""
+
+    static: float
+    dynamic: float
+    decay: float
+    penalty: float
+    damping: float
+
+
+class EdgeArrays(NamedTuple):
+    """Sample points along a tool's edge, which meet the faces that no node guards."""
+
+    tool: int  # index of the tool they belong to, −1 for none
+    x: float  # where the edge lies
+    y: Array  # (S,) the samples
+    per_face: float  # how many samples share one element's face
+    traction: Array  # (2S, 3) friction spring of each sample, on either side of the edge
+    depth: float  # deepest penetration that still counts
+
+
+@inlined
+def outline_distance(px: float, pz: float, corners: Array) -> Floats:
+    """Return the signed distance of a point from a convex polygon, and the outward normal there."""
+    best, best_x, best_z = -1.0e30, 0.0, 1.0
+    near, near_x, near_z = 1.0e30, 0.0, 0.0
+    count = corners.shape[0]
+    for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        ex, ez = corners[j, 0] - corners[i, 0], corners[j, 1] - corners[i, 1]
+        length2 = ex * ex + ez * ez
+        if length2 == 0.0:
+            continue
+        rx, rz = px - corners[i, 0], pz - corners[i, 1]
+        length = sqrt(length2)
+        nx, nz = ez / length, -ex / length
+        side = rx * nx + rz * nz
+        if side > best:
+            best, best_x, best_z = side, nx, nz
+        along = min(max((rx * ex + rz * ez) / length2, 0.0), 1.0)
+        gx, gz = rx - along * ex, rz - along * ez
+        gap2 = gx * gx + gz * gz
+        if gap2 < near:
+            near, near_x, near_z = gap2, gx, gz
+    if best <= 0.0 or near == 0.0:
+        return best, best_x, best_z
+    gap = sqrt(near)
+    return gap, near_x / gap, near_z / gap
+
+
+@inlined
+def friction_limit(normal_force: float, slip: float, friction: Floats) -> float:
+    """Return μ(|ẋₜ|) f."""
+    mu = friction.dynamic + (friction.static - friction.dynamic) * exp(-friction.decay * slip)
+    return mu * normal_force
+
+
+@inlined
+def contact_force(
+    depth: float, n: Floats, slip_velocity: Floats, old: Floats, mass: float, dt0: float, dt: float, friction: Floats
+) -> Floats:
+    """Return the force on a point `depth` inside a tool and its new friction spring.
+
+    Parameters: outward normal n, velocity relative to the tool, friction spring of the last step, the point's mass,
+    the step dt0 that sets the stiffness, the current step dt.
+    """
+    k = friction.penalty * mass / (dt0 * dt0)
+    c = 2.0 * friction.damping * sqrt(k * mass)
+    closing = slip_velocity[0] * n[0] + slip_velocity[1] * n[1] + slip_velocity[2] * n[2]
+    normal = max(0.0, k * depth - c * closing)
+    tx, ty, tz = (
+        slip_velocity[0] - closing * n[0],
+        slip_velocity[1] - closing * n[1],
+        slip_velocity[2] - closing * n[2],
+    )
+    off = old[0] * n[0] + old[1] * n[1] + old[2] * n[2]
+    sx = old[0] - off * n[0] - k * dt * tx
+    sy = old[1] - off * n[1] - k * dt * ty
+    sz = old[2] - off * n[2] - k * dt * tz
+    size = sqrt(sx * sx + sy * sy + sz * sz)
+    limit = friction_limit(normal, sqrt(tx * tx + ty * ty + tz * tz), friction)
+    if size > limit:
+        shrink = limit / size
+        sx, sy, sz = shrink * sx, shrink * sy, shrink * sz
+    return (normal * n[0] + sx, normal * n[1] + sy, normal * n[2] + sz), (sx, sy, sz)
+
+
+@kernel
+def push_nodes_out(
+    tools: Floats,
+    near: Any,
+    counts: Any,
+    x: Array,
+    v: Array,
+    mass: Array,
+    push: Array,
+    dt0: float,
+    dt: float,
+    friction: Floats,
+) -> None:
+    """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `push`."""
+    for t in range(tools.radius.shape[0]):
+        for m in range(counts[t]):
+            n = near[t, m]
+            gap, nx, nz = outline_distance(x[n, 0], x[n, 2] - tools.height[t], tools.corners[t])
+            depth = tools.radius[t] - gap
+            old = tools.traction[t, n]
+            if depth <= 0.0:
+                old[:] = 0.0
+                continue
+            relative = (v[n, 0], v[n, 1], v[n, 2] - tools.speed[t])
+            force, spring = contact_force(
+                depth, (nx, 0.0, nz), relative, (old[0], old[1], old[2]), mass[n], dt0, dt, friction
+            )
+            for i in range(3):
+                old[i] = spring[i]
+                push[n, i] += force[i]
+                tools.force[t, i] -= force[i]
+
+
+@inlined
+def shape_functions(xi: float, eta: float) -> Floats:
+    """Return the four bilinear shape functions of a face."""
+    return (
+        0.25 * (1.0 - xi) * (1.0 - eta),
+        0.25 * (1.0 + xi) * (1.0 - eta),
+        0.25 * (1.0 + xi) * (1.0 + eta),
+        0.25 * (1.0 - xi) * (1.0 + eta),
+    )
+
+
+@inlined
+def sum_of_squares(shape: Floats) -> float:
+    """Return Σ N²: a force shared out by N moves its own point as if it were a mass m/Σ N², m that of each node."""
+    return shape[0] * shape[0] + shape[1] * shape[1] + shape[2] * shape[2] + shape[3] * shape[3]
+
+
+@inlined
+def face_modes(a: float, b: float, c: float, d: float) -> Floats:
+    """Return the amplitudes (1, ξ, η, ξη) of four corner values."""
+    return 0.25 * (a + b + c + d), 0.25 * (b + c - a - d), 0.25 * (c + d - a - b), 0.25 * (a + c - b - d)
+
+
+@inlined
+def locate_in_face(px: float, py: float, fx: Floats, fy: Floats) -> Floats:
+    """Return (ξ, η) where the vertical through (px, py) meets a face given by its modes; far outside if it does not.
+
+    Four Newton steps on x(ξ,η) = px, y(ξ,η) = py; a face close to a parallelogram needs one.
+    """
+    xi, eta = 0.0, 0.0
+    for _ in range(4):
+        rx = fx[0] + fx[1] * xi + fx[2] * eta + fx[3] * xi * eta - px
+        ry = fy[0] + fy[1] * xi + fy[2] * eta + fy[3] * xi * eta - py
+        xx, xe = fx[1] + fx[3] * eta, fx[2] + fx[3] * xi
+        yx, ye = fy[1] + fy[3] * eta, fy[2] + fy[3] * xi
+        determinant = xx * ye - xe * yx
+        if abs(determinant) < 1.0e-12:
+            return 9.0, 9.0
+        xi -= (rx * ye - xe * ry) / determinant
+        eta -= (xx * ry - rx * yx) / determinant
+        xi, eta = min(max(xi, -9.0), 9.0), min(max(eta, -9.0), 9.0)
+    return xi, eta
+
+
+@inlined
+def face_normal(fx: Floats, fy: Floats, fz: Floats, xi: float, eta: float) -> Floats:
+    """Return the unit normal ∂x/∂ξ × ∂x/∂η of a face."""
+    ax, ay, az = fx[1] + fx[3] * eta, fy[1] + fy[3] * eta, fz[1] + fz[3] * eta
+    bx, by, bz = fx[2] + fx[3] * xi, fy[2] + fy[3] * xi, fz[2] + fz[3] * xi
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    size = sqrt(nx * nx + ny * ny + nz * nz) + 1.0e-30
+    return nx / size, ny / size, nz / size
+
+
+# A face counts for the edge if its normal leans less than about 80° from the edge's direction of travel,
+# and a sample belongs to it up to a hair beyond its border, so that no gap opens between two faces.
+STEEPEST = 0.17
+HAIR = 1.0e-3
+
+
+@kernel
+def push_faces_out(
+    tools: Floats,
+    edge: Floats,
+    faces: Any,
+    corner_mass: Array,
+    count: int,
+    x: Array,
+    v: Array,
+    mass: Array,
+    push: Array,
+    dt0: float,
+    dt: float,
+    friction: Floats,
+) -> None:
+    """Add the forces of the edge's samples on the exposed faces under it, ``faces[:count]``, to `push`.
+
+    A sample that lies inside the body below a face pushes that face out along its normal; the four nodes share the
+    force by their shape functions, and the tool gets the opposite.
+    """
+    t = edge.tool
+    tip = tools.height[t]
+    touched = np.zeros(edge.traction.shape[0], dtype=np.bool_)
+    for m in range(count):
+        a, b, c, d = faces[m, 0], faces[m, 1], faces[m, 2], faces[m, 3]
+        low = min(min(x[a, 1], x[b, 1]), min(x[c, 1], x[d, 1]))
+        high = max(max(x[a, 1], x[b, 1]), max(x[c, 1], x[d, 1]))
+        fx = face_modes(x[a, 0], x[b, 0], x[c, 0], x[d, 0])
+        fy = face_modes(x[a, 1], x[b, 1], x[c, 1], x[d, 1])
+        fz = face_modes(x[a, 2], x[b, 2], x[c, 2], x[d, 2])
+        first = np.searchsorted(edge.y, low)
+        for j in range(first, edge.y.shape[0]):
+            if edge.y[j] > high:
+                break
+            xi, eta = locate_in_face(edge.x, edge.y[j], fx, fy)
+            if abs(xi) > 1.0 + HAIR or abs(eta) > 1.0 + HAIR:
+                continue
+            n = face_normal(fx, fy, fz, xi, eta)
+            depth = (fz[0] + fz[1] * xi + fz[2] * eta + fz[3] * xi * eta - tip) * n[2]
+            if n[2] < STEEPEST or depth <= 0.0 or depth > edge.depth:
+                continue
+            shape = shape_functions(xi, eta)
+            sample_mass = corner_mass[m] / (edge.per_face * sum_of_squares(shape))
+            relative = (
+                shape[0] * v[a, 0] + shape[1] * v[b, 0] + shape[2] * v[c, 0] + shape[3] * v[d, 0],
+                shape[0] * v[a, 1] + shape[1] * v[b, 1] + shape[2] * v[c, 1] + shape[3] * v[d, 1],
+                shape[0] * v[a, 2] + shape[1] * v[b, 2] + shape[2] * v[c, 2] + shape[3] * v[d, 2] - tools.speed[t],
+            )
+            slot = 2 * j + (1 if fx[0] > edge.x else 0)
+            old = edge.traction[slot]
+            # the face lies against a tool whose outward normal is the face's inward one
+            force, spring = contact_force(
+                depth, (-n[0], -n[1], -n[2]), relative, (old[0], old[1], old[2]), sample_mass, dt0, dt, friction
+            )
+            touched[slot] = True
+            for i in range(3):
+                old[i] = spring[i]
+            for corner in range(4):
+                node = faces[m, corner]
+                if mass[node] > 0.0:  # a ghost follows its source, which feels the mirror image of this force
+                    for i in range(3):
+                        push[node, i] += shape[corner] * force[i]
+                        tools.force[t, i] -= shape[corner] * force[i]
+    for slot in range(touched.shape[0]):
+        if not touched[slot]:
+            edge.traction[slot, :] = 0.0

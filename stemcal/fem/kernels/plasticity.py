@@ -1,0 +1,105 @@
+"""Plastic kinematic material of one element: elastic law, mixed hardening, rate factor, radial return.
+
+*MAT_PLASTIC_KINEMATIC of LS-DYNA (material 3), after Krieg and Key, "Implementation of a time dependent plasticity
+theory into structural computer programs" (ASME AMD 20, 1976). Stresses are symmetric tensors (xx, yy, zz, xy, yz, zx).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numpy import sqrt
+
+from stemcal.fem.kernels.compile import inlined
+
+Floats = Any
+
+
+@inlined
+def double_dot(a: Floats, b: Floats) -> Floats:
+    """Return a:b of two symmetric tensors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+
+
+@inlined
+def equivalent_rate(de: Floats, dt: float) -> Floats:
+    """Return the strain rate of the step, ε̇ = √(ε̇:ε̇), the norm that LS-DYNA's theory manual uses for material 3."""
+    return sqrt(double_dot(de, de)) / max(dt, 1.0e-30)
+
+
+@inlined
+def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
+    """Return σ + (K − ⅔G) tr(Δε) I + 2G Δε."""
+    volumetric = (bulk - 2.0 / 3.0 * shear) * (de[0] + de[1] + de[2])
+    twice = 2.0 * shear
+    return (
+        s[0] + volumetric + twice * de[0],
+        s[1] + volumetric + twice * de[1],
+        s[2] + volumetric + twice * de[2],
+        s[3] + twice * de[3],
+        s[4] + twice * de[4],
+        s[5] + twice * de[5],
+    )
+
+
+@inlined
+def shifted_deviator(s: Floats, back: Floats) -> Floats:
+    """Return ξ = dev σ − α."""
+    mean = (s[0] + s[1] + s[2]) / 3.0
+    return (
+        s[0] - mean - back[0],
+        s[1] - mean - back[1],
+        s[2] - mean - back[2],
+        s[3] - back[3],
+        s[4] - back[4],
+        s[5] - back[5],
+    )
+
+
+@inlined
+def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
+    """Return a + factor·b of two symmetric tensors."""
+    return (
+        a[0] + factor * b[0],
+        a[1] + factor * b[1],
+        a[2] + factor * b[2],
+        a[3] + factor * b[3],
+        a[4] + factor * b[4],
+        a[5] + factor * b[5],
+    )
+
+
+@inlined
+def plastic_increment(q: float, static_yield: float, rate_factor: float, material: Floats) -> Floats:
+    """Return Δεp that brings the trial stress q back to the yield surface; 0 where q lies inside it.
+
+    Δεp = (q − s σ₀) / (3G + (1−β)Eₚ + s β Eₚ),   σ₀ = σ_y + β Eₚ εp,   s the rate factor
+    """
+    beta_hardening = material.beta * material.plastic_modulus
+    excess = q - rate_factor * static_yield
+    slope = 3.0 * material.shear + (1.0 - material.beta) * material.plastic_modulus + rate_factor * beta_hardening
+    return max(excess, 0.0) / slope
+
+
+@inlined
+def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_factor: float, material: Floats) -> Floats:
+    """Return stress, back stress, plastic strain, trial q and static yield after the plastic correction.
+
+    n = 3/2 ξ/q,   σ ← σ − 2G Δεp n,   α ← α + ⅔(1−β)Eₚ Δεp n
+    """
+    xi = shifted_deviator(trial, back)
+    q = sqrt(1.5 * double_dot(xi, xi))
+    static_yield = material.yield_stress + material.beta * material.plastic_modulus * plastic_strain
+    increment = plastic_increment(q, static_yield, rate_factor, material)
+    flow = 1.5 * increment / max(q, 1.0e-30)
+    stress = add_scaled(trial, -2.0 * material.shear * flow, xi)
+    kinematic = 2.0 / 3.0 * (1.0 - material.beta) * material.plastic_modulus
+    return stress, add_scaled(back, kinematic * flow, xi), plastic_strain + increment, q, static_yield
+
+
+@inlined
+def rate_factor(rate: float, c: float, exponent: float) -> Floats:
+    """Return 1 + (ε̇/C)^exponent; exponent 1/P is Cowper and Symonds' law, P the paper's. C = 0 means no rate effect."""
+    if c <= 0.0 or rate <= 0.0:
+        return 1.0
+    return 1.0 + (rate / c) ** exponent

@@ -1,0 +1,107 @@
+"""Which elements, faces and nodes can meet a tool soon: erosion of the topology and the lists of candidates.
+
+The lists hold everything within `margin` of a tool. They stay valid until nodes and tools together may have moved by
+that margin, which the march adds up from the largest speed of every step, or until an element is eroded.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.compile import kernel
+from stemcal.fem.kernels.contact import outline_distance
+from stemcal.fem.kernels.element import ALIVE, LANES
+
+Floats = Any
+Array = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+# Corners of the six faces of a hexahedron, each counter-clockwise seen from outside: −ξ, +ξ, −η, +η, −ζ, +ζ.
+FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int32)
+
+
+class Topology(NamedTuple):
+    """Who touches whom; `stemcal.fem.mesh.Mesh.topology()` makes it."""
+
+    hexes: Ints  # (E, 8)
+    neighbours: Ints  # (E, 6) element behind each face, −1 outside
+    standing: NDArray[np.bool_]  # (E,) elements not eroded yet, changes
+    live: Ints  # (N,) how many standing elements hold a node, changes
+
+
+class Candidates(NamedTuple):
+    """What may meet a tool before the lists are made again."""
+
+    nodes: Ints  # (T, N) nodes near each tool
+    node_counts: Ints  # (T,)
+    faces: Ints  # (F, 4) exposed faces under the edge
+    corner_mass: Array  # (F,) mass of one corner of the element behind the face
+    face_count: Ints  # (1,)
+
+
+@kernel
+def erode(topology: Floats, state: Array, v: Array, mass: Array, inverse_mass: Array) -> Floats:
+    """Take the elements that have just failed out of the topology.
+
+    Returns how many there were and the kinetic energy of the nodes that lost their last element; those stand still
+    from now on and meet nothing.
+    """
+    count, energy = 0, 0.0
+    for e in range(topology.standing.shape[0]):
+        if not topology.standing[e] or state[e // LANES, ALIVE, e % LANES] > 0.0:
+            continue
+        topology.standing[e] = False
+        count += 1
+        for a in range(8):
+            n = topology.hexes[e, a]
+            topology.live[n] -= 1
+            if topology.live[n] == 0:
+                energy += 0.5 * mass[n] * (v[n, 0] ** 2 + v[n, 1] ** 2 + v[n, 2] ** 2)
+                v[n, :] = 0.0
+                inverse_mass[n] = 0.0
+    return count, energy
+
+
+@kernel
+def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
+    """List for each tool the nodes of standing elements that lie within `margin` of it."""
+    for t in range(tools.radius.shape[0]):
+        count = 0
+        for n in range(x.shape[0]):
+            if topology.live[n] == 0:
+                continue
+            gap, _, _ = outline_distance(x[n, 0], x[n, 2] - tools.height[t], tools.corners[t])
+            if gap - tools.radius[t] < margin:
+                candidates.nodes[t, count] = n
+                count += 1
+        candidates.node_counts[t] = count
+
+
+@kernel
+def list_faces_under_edge(
+    candidates: Floats, topology: Floats, tools: Floats, edge: Floats, x: Array, element_mass: Array, margin: float
+) -> None:
+    """List the exposed faces whose extent along x, widened by `margin`, holds the edge and that reach up to it."""
+    count = 0
+    tip = tools.height[edge.tool] - margin
+    for e in range(topology.standing.shape[0]):
+        if not topology.standing[e]:
+            continue
+        for s in range(6):
+            behind = topology.neighbours[e, s]
+            if behind >= 0 and topology.standing[behind]:
+                continue
+            low, high, top = 1.0e30, -1.0e30, -1.0e30
+            for a in range(4):
+                n = topology.hexes[e, FACES[s, a]]
+                low, high, top = min(low, x[n, 0]), max(high, x[n, 0]), max(top, x[n, 2])
+            if low - margin > edge.x or high + margin < edge.x or top < tip:
+                continue
+            for a in range(4):
+                candidates.faces[count, a] = topology.hexes[e, FACES[s, a]]
+            candidates.corner_mass[count] = element_mass[e] / 8.0
+            count += 1
+    candidates.face_count[0] = count

@@ -1,0 +1,107 @@
+"""Meshes of 8-node hexahedra: bricks and hollow cylinders, and who neighbours whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels import hexahedron
+from stemcal.fem.kernels.search import FACES, Topology
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+# Corner offsets along (i, j, k) of a structured grid, in the order of the hexahedron's corners.
+_CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Nodes (N, 3) in mm and hexahedra (E, 8), corners 1-4 around the lower face and 5-8 above them."""
+
+    nodes: Array
+    hexes: Ints
+
+    def neighbours(self) -> Ints:
+        """Return (E, 6): the element behind each face, −1 where the face is outside."""
+        faces = np.sort(self.hexes[:, FACES].reshape(-1, 4), axis=1)
+        order = np.lexsort(faces.T[::-1])
+        same = np.all(faces[order[1:]] == faces[order[:-1]], axis=1)
+        first, second = order[:-1][same], order[1:][same]
+        behind = np.full(faces.shape[0], -1, dtype=np.int32)
+        behind[first], behind[second] = second // 6, first // 6
+        return behind.reshape(-1, 6)
+
+    def topology(self) -> Topology:
+        """Return a fresh topology with every element standing."""
+        live = np.bincount(self.hexes.ravel(), minlength=len(self.nodes)).astype(np.int32)
+        return Topology(self.hexes, self.neighbours(), np.ones(len(self.hexes), dtype=np.bool_), live)
+
+    def volumes(self) -> Array:
+        """Return the volume of each element, mm³: the triple products of its modes (see `kernels.hexahedron`)."""
+        x, bx = self.modal_gradients()[0]
+        return np.asarray(hexahedron.contract.py_func(x, bx))
+
+    def modal_gradients(self) -> list[tuple[Any, Any]]:
+        """Return for each of x, y, z the modes of the elements' corners and b = ∂V/∂xₘ, as tuples of arrays (E,)."""
+        modes, derivatives = hexahedron.modes.py_func, hexahedron.minor_derivatives.py_func
+        x, y, z = (modes(tuple(self.nodes[self.hexes, i].T)) for i in range(3))
+        return [(x, derivatives(y, z)), (y, derivatives(z, x)), (z, derivatives(x, y))]
+
+    def moved(self, nodes: Array) -> Mesh:
+        """Return the same mesh with its nodes elsewhere."""
+        return replace(self, nodes=nodes)
+
+
+def brick(size: tuple[float, float, float], counts: tuple[int, int, int]) -> Mesh:
+    """Return a box from the origin to `size` (mm), cut into `counts` elements along x, y, z."""
+    axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, counts, strict=True)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return Mesh(nodes, _structured(counts, closed=False))
+
+
+def hollow_cylinder(
+    inner: float,
+    outer: float,
+    along: Array,
+    counts: tuple[int, int],
+    angles: tuple[float, float] = (-pi / 2, 3 * pi / 2),
+) -> Mesh:
+    """Return a hollow cylinder about the x axis.
+
+    Parameters
+    ----------
+    inner, outer : float
+        Radii, mm.
+    along : array
+        x of the layers of nodes, mm, increasing.
+    counts : (around, through)
+        Elements around and through the wall.
+    angles : (from, to)
+        Where the section begins and ends, from +y towards +z; a full turn closes it.
+    """
+    around, through = counts
+    closed = abs(angles[1] - angles[0] - 2 * pi) < 1e-12
+    turn = np.linspace(*angles, around + 1)[: around if closed else around + 1]
+    radius = np.linspace(inner, outer, through + 1)
+    x, r, a = np.meshgrid(along, radius, turn, indexing="ij")
+    nodes = np.stack([x, r * _exact(np.cos(a)), r * _exact(np.sin(a))], axis=-1).reshape(-1, 3)
+    return Mesh(nodes, _structured((len(along) - 1, through, around), closed))
+
+
+def _exact(values: Array) -> Array:
+    """Round to 15 digits, so that nodes meant to lie on a mirror plane do."""
+    return np.round(values, 15) + 0.0
+
+
+def _structured(counts: tuple[int, int, int], closed: bool) -> Ints:
+    """Return the hexahedra of a grid of nodes numbered k fastest; `closed` joins its ends along k."""
+    ni, nj, nk = counts
+    row = nk if closed else nk + 1
+    i, j, k = (a.ravel() for a in np.meshgrid(np.arange(ni), np.arange(nj), np.arange(nk), indexing="ij"))
+    corners = [((i + di) * (nj + 1) + j + dj) * row + (k + dk) % row for di, dj, dk in _CORNERS]
+    return np.stack(corners, axis=1).astype(np.int32)

@@ -1,0 +1,74 @@
+"""A finite element model: body, material, tools and how it is to be integrated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.contact import Contact, Tool
+from stemcal.fem.material import BulkViscosity, Hourglass, Material
+from stemcal.fem.mesh import Mesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Integration:
+    """How the equations of motion are integrated.
+
+    Parameters
+    ----------
+    mass_scaling : float
+        Factor on the density; loading keeps its real speed, waves become slower by its root.
+    safety : float
+        Share of the stable time step that is used.
+    outputs : int
+        Rows of the history.
+    """
+
+    mass_scaling: float = 1.0
+    safety: float = 0.8
+    outputs: int = 200
+
+
+ElementKind = Literal["one_point", "full"]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything that determines a simulation.
+
+    Parameters
+    ----------
+    mesh, material : Mesh, Material
+        The deformable body.
+    tools, contact : tuple of Tool, Contact
+        Rigid tools around it and the law between them and it.
+    element : str
+        ``one_point`` with hourglass control, or ``full``, the eight-point reference.
+    held : array of bool (N, 3), optional
+        Components that do not follow forces; they move with `velocity`, or stand still.
+    velocity : array (N, 3), optional
+        Velocity at the start, mm/s; on held components at all times.
+    loads : array (N, 3), optional
+        Constant nodal forces, N.
+    ghosts : array of int (G, 2), optional
+        Nodes beyond the mirror plane x = 0 and the nodes they mirror: a plane that cuts elements in two. An element
+        that holds ghosts counts half in the energies.
+    """
+
+    mesh: Mesh
+    material: Material
+    tools: tuple[Tool, ...] = ()
+    contact: Contact = field(default_factory=Contact)
+    element: ElementKind = "one_point"
+    hourglass: Hourglass = field(default_factory=Hourglass)
+    viscosity: BulkViscosity = field(default_factory=BulkViscosity)
+    integration: Integration = field(default_factory=Integration)
+    held: NDArray[np.bool_] | None = None
+    velocity: Array | None = None
+    loads: Array | None = None
+    ghosts: NDArray[np.int32] | None = None

@@ -1,0 +1,203 @@
+"""The state of a model while it is integrated: how it is put together at time 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.errors import SimulationFailed
+from stemcal.fem.contact import edge_arrays, tool_arrays
+from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
+from stemcal.fem.kernels.element import (
+    ALIVE,
+    HOURGLASS_STIFFNESS,
+    LANES,
+    RATE_FACTOR,
+    SCRATCH_ROWS,
+    STATE_ROWS,
+    VISCOUS_LENGTH,
+    VOLUME,
+    MaterialNumbers,
+)
+from stemcal.fem.kernels.full import POINT_RATE_FACTOR, POINT_ROWS
+from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
+from stemcal.fem.kernels.search import Candidates, Topology
+from stemcal.fem.kernels.timestep import stable_step
+from stemcal.fem.mesh import Mesh
+from stemcal.fem.model import Model
+
+Array = NDArray[np.float64]
+
+# A time step this much smaller than the first one means that the mesh has collapsed.
+_COLLAPSE = 1.0e-4
+# Contact candidates are listed within this share of an element's size.
+_MARGIN = 0.25
+
+
+@dataclass
+class State:
+    """The one mutable thing: everything that changes while a model is integrated, and its kernel-side constants."""
+
+    body: Body
+    topology: Topology
+    tools: ToolArrays
+    edge: EdgeArrays
+    candidates: Candidates
+    shares: Array
+    clock: Clock
+    ledger: Ledger
+    material: MaterialNumbers
+    friction: FrictionNumbers
+    settings: Settings
+
+    def parts(self) -> tuple[Any, ...]:
+        """Return the arguments of `kernels.march.march` after the time."""
+        return (
+            self.body, self.topology, self.tools, self.edge, self.candidates, self.clock, self.ledger,
+            self.material, self.friction, self.settings,
+        )  # fmt: skip
+
+
+def start(model: Model) -> State:
+    """Return the state of a model at time 0."""
+    topology = model.mesh.topology()
+    material = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
+    body = _body(model, material)
+    size = float(np.cbrt(np.median(model.mesh.volumes())))
+    first, _, volume = stable_step(
+        topology.hexes, body.x, body.state, body.element_mass, model.material.p_wave_modulus,
+        material.hourglass_memory,
+    )  # fmt: skip
+    if not volume > 0.0:
+        raise SimulationFailed("inverted", "the mesh has an element without volume at the start")
+    return State(
+        body=body,
+        topology=topology,
+        tools=tool_arrays(model.tools, len(body.x)),
+        edge=edge_arrays(model.tools, body.x, size),
+        candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes)),
+        shares=_padded(element_shares(model), 0.0),
+        clock=Clock(
+            time=np.zeros(1),
+            step=np.zeros(1),
+            step_before=np.zeros(1),
+            steps=np.zeros(1, dtype=np.int64),
+            reach=np.full(1, np.inf),
+            trouble=np.full(1, -1, dtype=np.int64),
+        ),
+        ledger=Ledger(np.zeros((len(model.tools), 3)), *(np.zeros(1) for _ in range(4))),
+        material=material,
+        friction=model.contact.numbers(),
+        settings=Settings(
+            safety=model.integration.safety,
+            smallest_step=_COLLAPSE * model.integration.safety * first,
+            penalty_step=model.integration.safety * first,
+            margin=_MARGIN * size,
+            p_wave_modulus=model.material.p_wave_modulus,
+        ),
+    )
+
+
+def _body(model: Model, material: MaterialNumbers) -> Body:
+    mesh = model.mesh
+    x = np.array(mesh.nodes, dtype=float)
+    element_mass = material.density * mesh.volumes()
+    mass = np.zeros(len(x))
+    np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
+    v = np.zeros_like(x) if model.velocity is None else np.array(model.velocity, dtype=float)
+    held = np.zeros(x.shape, dtype=bool) if model.held is None else model.held.copy()
+    ghosts = _ghosts(model)
+    held[ghosts[:, 0]] = True
+    mass[ghosts[:, 0]] = 0.0
+    loads = np.zeros_like(x) if model.loads is None else np.array(model.loads, dtype=float)
+    return Body(
+        x=x,
+        v=v,
+        f=loads.copy(),
+        push=np.zeros_like(x),
+        loads=loads,
+        mass=mass,
+        inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
+        free=np.where(held, 0.0, 1.0),
+        driven=np.where(held, v, 0.0),
+        blocks=_blocks(mesh),
+        state=_element_state(model, material),
+        scratch=np.zeros(SCRATCH_ROWS * LANES),
+        element_mass=element_mass,
+        ghosts=ghosts,
+        points=_points(model),
+    )
+
+
+def _padded(per_element: Array, fill: float) -> Array:
+    """Return values per element as (blocks, lanes), the last block filled up."""
+    count = -(-len(per_element) // LANES) * LANES
+    padded = np.full(count, fill)
+    padded[: len(per_element)] = per_element
+    return padded.reshape(-1, LANES)
+
+
+def _blocks(mesh: Mesh) -> NDArray[np.int32]:
+    """Return (blocks, 8, lanes) node numbers; the last block is filled with its last element, which stays dead."""
+    count = -(-len(mesh.hexes) // LANES) * LANES
+    index = np.minimum(np.arange(count), len(mesh.hexes) - 1)
+    return np.ascontiguousarray(mesh.hexes[index].reshape(-1, LANES, 8).transpose(0, 2, 1))
+
+
+def _element_state(model: Model, material: MaterialNumbers) -> Array:
+    mesh = model.mesh
+    volumes = mesh.volumes()
+    state = np.zeros((-(-len(volumes) // LANES), STATE_ROWS, LANES))
+    state[:, ALIVE] = _padded(np.ones_like(volumes), 0.0)
+    state[:, RATE_FACTOR] = 1.0
+    state[:, VOLUME] = _padded(volumes, 1.0)
+    state[:, VISCOUS_LENGTH] = _padded(np.cbrt(volumes), 1.0)
+    state[:, HOURGLASS_STIFFNESS] = _padded(hourglass_stiffness(model, material), 0.0)
+    return state
+
+
+def _ghosts(model: Model) -> NDArray[np.int32]:
+    return np.zeros((0, 2), dtype=np.int32) if model.ghosts is None else model.ghosts
+
+
+def element_shares(model: Model) -> Array:
+    """Return (E,): ½ for elements that a mirror plane cuts in two, 1 for all others."""
+    ghost = np.zeros(len(model.mesh.nodes), dtype=bool)
+    ghost[_ghosts(model)[:, 0]] = True
+    return np.where(ghost[model.mesh.hexes].any(axis=1), 0.5, 1.0)
+
+
+def _points(model: Model) -> Array:
+    """Return the state of the integration points of fully integrated elements, none for one-point ones."""
+    count = len(model.mesh.hexes) if model.element == "full" else 0
+    points = np.zeros((count, 8, POINT_ROWS))
+    points[:, :, POINT_RATE_FACTOR] = 1.0
+    return points
+
+
+def hourglass_stiffness(model: Model, material: MaterialNumbers) -> Array:
+    """Return the resistance per modal amplitude of each element: 8 k (N/mm) or the viscous 64 a (N s/mm).
+
+    A modal amplitude is q_m = Γ·u/8, hence 8 times the stiffness per Flanagan and Belytschko's Γ·u/√8.
+    """
+    volumes = model.mesh.volumes()
+    if model.hourglass.form == "viscous":
+        a = model.hourglass.coefficient * material.density * np.cbrt(volumes) ** 2 * material.sound_speed / 4.0
+        return np.asarray(64.0 * a)
+    b = np.array([b for _, b in model.mesh.modal_gradients()])
+    # ΣB² = Σ|bₘ|² / 8V²
+    gradients = np.sum(b * b, axis=(0, 1)) / (8.0 * volumes**2)
+    return np.asarray(8.0 * model.hourglass.coefficient * model.material.elastic_modulus * volumes * gradients)
+
+
+def _candidates(tools: int, nodes: int, elements: int) -> Candidates:
+    return Candidates(
+        nodes=np.zeros((tools, nodes), dtype=np.int32),
+        node_counts=np.zeros(tools, dtype=np.int32),
+        faces=np.zeros((6 * elements, 4), dtype=np.int32),
+        corner_mass=np.zeros(6 * elements),
+        face_count=np.zeros(1, dtype=np.int32),
+    )

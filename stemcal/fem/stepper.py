@@ -1,0 +1,87 @@
+"""Integrate a model in time: `simulate(model, duration)` returns its history."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.errors import SimulationFailed
+from stemcal.fem.history import History
+from stemcal.fem.kernels.element import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
+from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED, march
+from stemcal.fem.kernels.nodes import kinetic_energy
+from stemcal.fem.model import Model
+from stemcal.fem.state import State, start
+
+Array = NDArray[np.float64]
+Watch = Callable[[float, Array], None]
+
+
+def simulate(model: Model, duration: float, watch: Watch | None = None) -> History:
+    """Integrate the model from rest (or its given velocity) over `duration` seconds.
+
+    Parameters
+    ----------
+    watch : callable, optional
+        Called after every output with the time and the mean tool forces (T, 3) of the interval.
+
+    Raises
+    ------
+    SimulationFailed
+        If an element inverts, the time step collapses, or a number stops being finite.
+    """
+    state = start(model)
+    rows = [_row(state, np.zeros_like(state.ledger.impulse), np.inf)]
+    for until in np.linspace(0.0, duration, model.integration.outputs + 1)[1:]:
+        before, impulse = state.clock.time[0], state.ledger.impulse.copy()
+        _check(march(until, *state.parts()), state)
+        rows.append(_row(state, impulse, before))
+        if watch is not None:
+            watch(float(state.clock.time[0]), rows[-1]["force"])
+    return _history(state, rows)
+
+
+def _check(outcome: int, state: State) -> None:
+    if outcome == REACHED:
+        return
+    place = f"at t = {state.clock.time[0]:.6g} s in element {state.clock.trouble[0]}"
+    raise {
+        INVERTED: SimulationFailed("inverted", f"an element turned inside out {place}"),
+        COLLAPSED: SimulationFailed("time_step", f"the time step collapsed {place}"),
+        NOT_FINITE: SimulationFailed("nan", f"a velocity is no longer a finite number {place}"),
+    }[outcome]
+
+
+def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, Any]:
+    """Return one row of the history: `History`'s fields by name."""
+    rows = state.body.state
+    alive = rows[:, ALIVE] > 0.0
+    internal = state.shares * rows[:, INTERNAL_ENERGY]
+    hourglass = state.shares * rows[:, HOURGLASS_ENERGY]
+    ledger = state.ledger
+    return {
+        "time": float(state.clock.time[0]),
+        "force": (ledger.impulse - impulse_before) / (state.clock.time[0] - time_before),
+        "height": state.tools.height.copy(),
+        "kinetic": float(kinetic_energy(state.body.v, state.body.mass)),
+        "internal": float(internal[alive].sum()),
+        "hourglass": float(hourglass[alive].sum()),
+        "eroded": float(internal[~alive].sum() + hourglass[~alive].sum() + ledger.lost_kinetic[0]),
+        "external": float(ledger.external_work[0]),
+        "contact": float(ledger.tool_work[0] - ledger.contact_work[0]),
+        "deleted": int((~state.topology.standing).sum()),
+    }
+
+
+def _history(state: State, rows: list[dict[str, Any]]) -> History:
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return History(
+        **columns,
+        steps=int(state.clock.steps[0]),
+        x=state.body.x,
+        state=state.body.state,
+        standing=state.topology.standing,
+    )

@@ -1,0 +1,157 @@
+"""The designs of a study: which factors vary, over which levels, coded how."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stemcal.errors import UsageError
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.study.model import Study
+
+if TYPE_CHECKING:
+    from stemcal.doe.coding import Coding
+    from stemcal.doe.regression import Array
+
+_LEVEL_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor."""
+
+    stage: str
+    kind: str
+    coding: Coding
+    coded: Array
+    levels: tuple[Mapping[str, float], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The factors that vary."""
+        return self.coding.names
+
+    def requests(self, diameter: float) -> list[Request]:
+        """Return a request per row."""
+        return [Request(self.stage, row, levels, diameter) for row, levels in enumerate(self.levels)]
+
+
+def screening_design(study: Study, solver: Solver) -> Design:
+    """Return the two-level design over all factors, or the rows the solver has."""
+    from stemcal.doe.coding import Coding
+    from stemcal.doe.designs import plackett_burman
+
+    factors = study.factors
+    coding = Coding.from_ranges(study.names, [f.low for f in factors], [f.high for f in factors])
+    given = solver.given_design("screen")
+    if given is None:
+        coded = plackett_burman(len(factors), study.screen.design)
+        return Design("screen", study.screen.design, coding, coded, _levels(study, coding, coded))
+    coded = _given_coded(coding, given)
+    _require_two_levels(coding, coded, given)
+    return Design("screen", "given", coding, coded.round(), _given_levels(study, given))
+
+
+def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
+    """Return the central composite design over the named factors, or the rows the solver has."""
+    from stemcal.doe.designs import central_composite
+
+    coding = surface_coding(study, names)
+    given = solver.given_design("rsm")
+    if given is None:
+        coded = central_composite(len(names), study.rsm.centre_points, study.rsm.alpha)
+        return Design("rsm", "central-composite", coding, coded, _levels(study, coding, coded))
+    return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
+
+
+def surface_coding(study: Study, names: Sequence[str]) -> Coding:
+    """Return the coding of the spec; factors without one have their axial points at low and high."""
+    from stemcal.doe.coding import Coding
+    from stemcal.doe.designs import axial_distance
+
+    factors = [study.factor(name) for name in names]
+    alpha = axial_distance(len(names), study.rsm.alpha)
+    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=alpha)
+    given = study.rsm.coding
+    return Coding(
+        tuple(names),
+        tuple(given[n].center if n in given else c for n, c in zip(names, ranged.centre, strict=True)),
+        tuple(given[n].half_step if n in given else h for n, h in zip(names, ranged.half_step, strict=True)),
+    )
+
+
+def design_radius(study: Study, k: int) -> float:
+    """Return how far from the centre the surface may be trusted, in coded units.
+
+    α of a rotatable design; else the larger of α and √k, where the factorial points lie: on the face the box
+    alone bounds the region.
+    """
+    from stemcal.doe.designs import axial_distance
+
+    alpha = axial_distance(k, study.rsm.alpha)
+    return float(alpha if study.rsm.alpha == "rotatable" else max(alpha, k**0.5))
+
+
+def surface_factors(study: Study, solver: Solver, screening: Mapping[str, Any] | None) -> tuple[list[str], list[str]]:
+    """Return the factors of the surface, the strongest first, and notes on how they were chosen."""
+    given = solver.given_design("rsm")
+    if study.rsm.factors != "significant":
+        return list(study.rsm.factors), []
+    if screening is None:
+        raise UsageError("rsm.factors: significant needs a screening; run `stemcal screen SPEC` first")
+    chosen, notes = _strongest(screening)
+    if given is None:
+        return chosen, notes
+    columns = [name for name in given[0] if name in study.names]
+    if set(columns) != set(chosen):
+        notes = [f"The table varies {', '.join(columns)}; the screening would have chosen {', '.join(chosen)}."]
+    return columns, notes
+
+
+def _strongest(screening: Mapping[str, Any]) -> tuple[list[str], list[str]]:
+    """Return the significant factors, or the two of largest contribution where fewer are significant."""
+    ranked = [e["factor"] for e in sorted(screening["effects"], key=lambda e: -(e["contribution_percent"] or 0.0))]
+    significant = set(screening["significant"])
+    chosen = [name for name in ranked if name in significant]
+    if len(chosen) >= 2:
+        return chosen, []
+    found = chosen[0] if chosen else "no factor"
+    chosen = ranked[:2]
+    return chosen, [
+        f"The screening found {found} significant; the surface takes the two factors of largest "
+        f"contribution, {', '.join(chosen)}."
+    ]
+
+
+def _levels(study: Study, coding: Coding, coded: Array) -> tuple[dict[str, float], ...]:
+    """Return every factor's level in each run; those that do not vary stay at mid-level.
+
+    Twelve digits are kept, so that an axial point is 20 and not 19.999999999999996.
+    """
+    middle = study.midlevels()
+    return tuple(
+        {**middle, **{name: float(f"{v:.12g}") for name, v in zip(coding.names, row, strict=True)}}
+        for row in coding.to_natural(coded)
+    )
+
+
+def _given_levels(study: Study, given: Sequence[Mapping[str, float]]) -> tuple[dict[str, float], ...]:
+    return tuple({**study.midlevels(), **row} for row in given)
+
+
+def _given_coded(coding: Coding, given: Sequence[Mapping[str, float]]) -> Array:
+    missing = [name for name in coding.names if name not in given[0]]
+    if missing:
+        raise UsageError(f"the solver's table does not vary {', '.join(missing)}; name its columns in rsm.factors")
+    return coding.to_coded([[row[name] for name in coding.names] for row in given])
+
+
+def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
+    for row, values in enumerate(abs(abs(coded) - 1.0)):
+        for name, miss in zip(coding.names, values, strict=True):
+            if miss > _LEVEL_TOLERANCE:
+                raise UsageError(
+                    f"solver.screen row {row + 1}: {name} {given[row][name]:g} is neither low nor high; "
+                    f"set factors.{name}.low and high to the two levels of the table"
+                )

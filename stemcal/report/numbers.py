@@ -1,0 +1,98 @@
+"""How numbers are written in tables and sentences."""
+
+from __future__ import annotations
+
+import math
+
+MISSING = "–"
+
+
+def significant(value: float | None, digits: int = 4) -> str:
+    """Return `value` with so many significant digits, in plain notation where that stays short.
+
+    >>> significant(18921.0208), significant(0.18750), significant(17.96), significant(None)
+    ('18921', '0.1875', '17.96', '–')
+    """
+    if value is None or not math.isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    magnitude = math.floor(math.log10(abs(value)))
+    if not -4 <= magnitude < 7:
+        return _minus(f"{value:.{digits - 1}e}")
+    text = f"{value:.{max(0, digits - 1 - magnitude)}f}"
+    return _minus(text)
+
+
+def short(value: float | None, digits: int = 6) -> str:
+    """Return `value` as an author would type it: no trailing zeros.
+
+    >>> short(1100.0), short(0.30000000000000004), short(14.995)
+    ('1100', '0.3', '14.995')
+    """
+    return MISSING if value is None or not math.isfinite(value) else _minus(f"{value:.{digits}g}")
+
+
+def fixed(value: float | None, decimals: int = 2) -> str:
+    """Return `value` with so many decimals.
+
+    >>> fixed(-4.75), fixed(-0.001)
+    ('−4.75', '0.00')
+    """
+    if value is None or not math.isfinite(value):
+        return MISSING
+    return _minus(f"{round(value, decimals) + 0.0:.{decimals}f}")
+
+
+def probability(p: float | None) -> str:
+    """Return a p-value as papers print it.
+
+    >>> probability(5.3e-8), probability(0.04619), probability(None)
+    ('<0.0001', '0.0462', '–')
+    """
+    if p is None or math.isnan(p):
+        return MISSING
+    return "<0.0001" if p < 0.00005 else f"{p:.4f}"
+
+
+def percent(value: float | None) -> str:
+    """Return percents with a digit more where they are small.
+
+    >>> percent(60.19), percent(0.0006), percent(-7.83)
+    ('60.19', '0.001', '−7.83')
+    """
+    if value is None:
+        return MISSING
+    return fixed(value, 3 if abs(value) < 0.005 else 2)
+
+
+def interval(bounds: list[float] | tuple[float, float] | None, digits: int = 4) -> str:
+    """Return a range.
+
+    >>> interval([17.6258, 18.9641])
+    '17.63 to 18.96'
+    """
+    if not bounds:
+        return MISSING
+    return f"{significant(bounds[0], digits)} to {significant(bounds[1], digits)}"
+
+
+def duration(seconds: float | None) -> str:
+    """Return a time as people say it.
+
+    >>> duration(0.004), duration(48.2), duration(600), duration(9000), duration(None)
+    ('under 1 s', '48 s', '10 min', '2 h 30 min', 'unknown')
+    """
+    if seconds is None:
+        return "unknown"
+    if seconds < 1.0:
+        return "under 1 s"
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def _minus(text: str) -> str:
+    """Write the minus sign as one, not as a hyphen; exponents too are numbers."""
+    return text.replace("-", "−")

@@ -1,0 +1,57 @@
+"""What the page takes from the records of the runs: curves, where and how long they were computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from stemcal.report.numbers import duration, short
+
+if TYPE_CHECKING:
+    from stemcal.study.store import StudyFolder
+
+Stage = Mapping[str, Any]
+Curves = dict[str, tuple[list[float], list[float]]]
+
+
+def runs_of(stage: Stage) -> Iterator[tuple[str, str]]:
+    """Yield label and record key of every run of a stage."""
+    if stage["stage"] == "validate":
+        for row in stage["rows"]:
+            yield f"{short(row['diameter'])} mm", row["key"]
+    for run in stage.get("design", {}).get("runs", []):
+        yield f"{stage['stage']} {run['run']}", run["key"]
+
+
+def read_records(stages: Iterable[Stage], folder: StudyFolder) -> dict[str, dict[str, Any]]:
+    """Return the intact records of the stages' runs, by the label of the run."""
+    found = {}
+    for stage in stages:
+        for label, key in runs_of(stage):
+            record = folder.peek(key)
+            if record is not None:
+                found[label] = record
+    return found
+
+
+def curves_of(records: Mapping[str, Mapping[str, Any]]) -> Curves:
+    """Return force over travel of every run whose solver kept it."""
+    kept = {label: record["details"].get("curve") for label, record in records.items()}
+    return {label: (curve["travel"], curve["force"]) for label, curve in kept.items() if curve}
+
+
+def provenance_rows(records: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Return what the runs were computed with; several values where it changed on the way."""
+    distinct = {record["key"]: record["provenance"] for record in records.values()}
+    rows = [("Distinct runs", str(len(distinct)))]
+    for name in ("stemcal", "python", "numpy", "platform", "host"):
+        values = sorted({str(p[name]) for p in distinct.values() if p.get(name)})
+        if values:
+            rows.append((name.capitalize() if name != "stemcal" else name, ", ".join(values)))
+    starts = sorted(p["started"] for p in distinct.values() if p.get("started"))
+    if starts:
+        ends = sorted(p["finished"] for p in distinct.values() if p.get("finished"))
+        rows.append(("Computed", f"{starts[0][:19]} to {ends[-1][:19]} UTC".replace("T", " ")))
+    seconds = sum(p.get("wall_seconds") or 0.0 for p in distinct.values())
+    rows.append(("Computing time, all runs", duration(seconds)))
+    return rows

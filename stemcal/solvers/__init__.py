@@ -1,0 +1,35 @@
+"""What answers "these levels, this diameter, which force?"."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from stemcal.errors import UsageError
+
+if TYPE_CHECKING:
+    from stemcal.solvers.protocol import Solver
+    from stemcal.study.model import Study
+
+
+def _embedded(study: Study) -> Solver:
+    from stemcal.solvers.embedded import Embedded
+
+    return Embedded(study)
+
+
+def _table(study: Study) -> Solver:
+    from stemcal.solvers.table import TableSolver
+
+    return TableSolver(study)
+
+
+SOLVERS: dict[str, Callable[[Study], Solver]] = {"embedded": _embedded, "table": _table}
+
+
+def make_solver(study: Study) -> Solver:
+    """Return the solver that the spec names."""
+    kind = study.solver.kind
+    if kind not in SOLVERS:
+        raise UsageError(f"solver.kind {kind!r} is unknown; choose one of {', '.join(SOLVERS)}")
+    return SOLVERS[kind](study)

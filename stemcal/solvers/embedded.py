@@ -1,0 +1,141 @@
+"""The embedded finite element solver: a study's levels become a virtual shear test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stemcal import cutting
+from stemcal.cutting import Blade, CuttingResult, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
+from stemcal.errors import SimulationFailed
+from stemcal.fem.contact import Contact
+from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.model import Integration
+from stemcal.fem.warm import warm
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import EmbeddedSolver, Study
+
+# Points of the force-travel curve that a run's record keeps.
+_CURVE_POINTS = 200
+# A run whose energy balance is off by more than this is no answer, percent.
+_WORST_DRIFT = 5.0
+# Element-steps per second of one core of a small machine, for estimates only.
+_RATE = 12.0e6
+
+
+@dataclass(frozen=True)
+class Embedded:
+    """Answers requests by explicit finite element simulation; same request, same bits."""
+
+    study: Study
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from the cache, before workers do."""
+        warm()
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return the whole shear test as plain values, and the revision of the code that runs it."""
+        return {"solver": "embedded", "revision": cutting.REVISION, "test": asdict(_test_of(self.study, request))}
+
+    def solve(self, request: Request) -> Answer:
+        """Run the virtual shear test that a request asks for."""
+        try:
+            result = cutting.shear(_test_of(self.study, request))
+        except SimulationFailed as failure:
+            return Answer("failed", reason=failure.reason, message=str(failure))
+        details = _details(result)
+        if result.energy_drift_percent > _WORST_DRIFT:
+            message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
+            return Answer("failed", reason="energy_drift", message=message, details=details)
+        return Answer("ok", force=result.peak_force, details=details)
+
+    def given_design(self, stage: str) -> list[dict[str, float]] | None:
+        """Return None: any levels can be simulated."""
+        return None
+
+    def cost_estimate(self, request: Request) -> float:
+        """Return roughly how many seconds a request takes on one core."""
+        test = _test_of(self.study, request)
+        how, material = test.discretisation, test.material
+        mesh = cutting.stem_mesh(test.stem, how)
+        smallest = float(np.cbrt(mesh.volumes().min()))
+        speed = np.sqrt(material.p_wave_modulus / (how.integration.mass_scaling * material.density))
+        steps = test.loading.duration * speed / (how.integration.safety * smallest)
+        return float(steps * len(mesh.hexes) / _RATE)
+
+
+def simulate(
+    study: Study,
+    levels: Mapping[str, float],
+    diameter: float | None = None,
+    symmetry: Symmetry | None = None,
+    watch: Callable[[float, float], None] | None = None,
+) -> CuttingResult:
+    """Run one virtual shear test of a study.
+
+    Parameters
+    ----------
+    levels : mapping
+        Values of factors in the units of the spec; the others stand at mid-level.
+    diameter : float, optional
+        Outer diameter of the stem in mm; that of the specimen by default.
+    symmetry : str, optional
+        ``none``, ``half`` or ``quarter`` in place of the spec's.
+    watch : callable, optional
+        Called as the test goes on with travel (mm) and force (N).
+    """
+    test = shear_test(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
+    warm()
+    if symmetry is not None:
+        test = replace(test, discretisation=replace(test.discretisation, symmetry=symmetry))
+    return cutting.shear(test, watch)
+
+
+def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
+    """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
+    solver = study.solver
+    if not isinstance(solver, EmbeddedSolver):
+        raise TypeError(f"the study's solver is of kind {solver.kind}, not embedded")
+    blade, contact = study.blade, study.contact
+    return ShearTest(
+        material=Material(**study.parameters(levels), rate_law=solver.rate_law),
+        stem=Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
+        blade=Blade(blade.thickness, blade.width, blade.edge_angle, blade.edge_radius, blade.bevel),
+        supports=Supports(study.supports.clearance, study.supports.fillet_radius),
+        loading=Loading(study.loading.speed, study.loading.duration, study.loading.gap),
+        contact=Contact(
+            contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
+        ),
+        discretisation=_discretisation(solver),
+    )
+
+
+def _discretisation(solver: EmbeddedSolver) -> Discretisation:
+    return Discretisation(
+        element_size=solver.element_size,
+        through_wall=solver.elements_through_wall,
+        symmetry=solver.symmetry,
+        edge_over=solver.edge_over,
+        element=solver.element,
+        hourglass=Hourglass(solver.hourglass.form, solver.hourglass.coefficient),
+        integration=Integration(solver.mass_scaling, solver.time_step_safety, solver.outputs),
+        filter_window=solver.filter_window,
+    )
+
+
+def _test_of(study: Study, request: Request) -> ShearTest:
+    return shear_test(study, request.levels, request.diameter)
+
+
+def _details(result: CuttingResult) -> dict[str, Any]:
+    """Return the result's numbers and its curve, thinned, as JSON values."""
+    scalars = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
+    keep = np.unique(np.linspace(0, len(result.history.time) - 1, _CURVE_POINTS).round().astype(int))
+    curve = {
+        "travel": [round(float(v), 6) for v in result.history.travel[keep]],
+        "force": [round(float(v), 4) for v in result.history.force_filtered[keep]],
+    }
+    return {**scalars, "warnings": list(result.warnings), "curve": curve}

@@ -1,0 +1,180 @@
+"""CSV tables as laboratories and spreadsheets write them, read strictly: numbers under known names."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import difflib
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stemcal.errors import SpecError, SpecProblem
+
+MAX_BYTES = 10_000_000
+PASSED_OVER = {"run", "#", ""}
+NO_NUMBER = {"", "nan", "na", "n/a", "-"}
+_BOMS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table that has been read: a mapping from column to value per row, and the responses beside it."""
+
+    path: Path
+    sha256: str
+    columns: tuple[str, ...]
+    response: str
+    rows: tuple[Mapping[str, float], ...]
+    responses: tuple[float | None, ...]
+    lines: tuple[int, ...]
+
+    def place(self, row: int) -> str:
+        """Return file and line of a row."""
+        return f"{self.path.name}:{self.lines[row]}"
+
+
+def read_sheet(path: Path, known: Mapping[str, str], required: Sequence[str] = ()) -> Sheet:
+    """Read a CSV file with a header.
+
+    Parameters
+    ----------
+    path : path
+        UTF-8, UTF-16 or GBK; separated by comma, semicolon or tab.
+    known : mapping
+        Column headings that may occur, and the name each stands for. The last column is the response and may
+        be called anything.
+    required : sequence
+        Names that must occur.
+
+    Raises
+    ------
+    SpecError
+        With every problem found.
+    """
+    table, sha256 = read_cells(path)
+    header = [cell.strip() for cell in table[0][1]]
+    names = _names(path, header, known, required)
+    body = [(line, cells) for line, cells in table[1:] if any(cell.strip() for cell in cells)]
+    if not body:
+        raise SpecError([_problem(path, 2, 1, "", "there are no rows", "add a row per run")])
+    rows, responses = _numbers(path, header, names, body)
+    return Sheet(
+        path=path,
+        sha256=sha256,
+        columns=tuple(name for name in names if name),
+        response=header[-1],
+        rows=tuple(rows),
+        responses=tuple(responses),
+        lines=tuple(line for line, _ in body),
+    )
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            blob = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise SpecError([_problem(path, 1, 1, "", f"{error.strerror}", "name a file that is there")]) from None
+    if len(blob) > MAX_BYTES:
+        raise SpecError([_problem(path, 1, 1, "", "is larger than 10 MB", "is it a table of runs?")])
+    return blob
+
+
+def read_cells(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
+    """Return (line number, cells) of every line of a CSV file that is not empty, and the file's SHA-256."""
+    blob = _bytes(path)
+    lines = _decoded(path, blob).splitlines()
+    separator = max(",;\t", key=(lines[0] if lines else "").count)
+    try:
+        reader = csv.reader(lines, delimiter=separator, strict=True)
+        table = [(reader.line_num, cells) for cells in reader if cells]
+    except csv.Error as error:
+        raise SpecError([_problem(path, 1, 1, "", f"is no CSV table: {error}", "mend it")]) from None
+    if not table or len(table[0][1]) < 2:
+        remedy = "write a line of factor names, the force last, separated by commas"
+        raise SpecError([_problem(path, 1, 1, "", "there is no header of two columns or more", remedy)])
+    return table, hashlib.sha256(blob).hexdigest()
+
+
+def _decoded(path: Path, blob: bytes) -> str:
+    encodings = [name for bom, name in _BOMS if blob.startswith(bom)] or ["utf-8", "gbk"]
+    for encoding in encodings:
+        try:
+            text = blob.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise SpecError([_problem(path, 1, 1, "", "is no text", "save it as CSV in UTF-8")])
+
+
+def _names(path: Path, header: Sequence[str], known: Mapping[str, str], required: Sequence[str]) -> list[str | None]:
+    """Return the name each column but the last stands for, None where it is passed over."""
+    problems: list[SpecProblem] = []
+    names: list[str | None] = []
+    for column, heading in enumerate(header[:-1], start=1):
+        name = known.get(heading)
+        if name is None and heading.lower() not in PASSED_OVER:
+            problems.append(_problem(path, 1, column, heading, "is no factor", _suggestion(heading, known)))
+        elif name is not None and name in names:
+            problems.append(_problem(path, 1, column, heading, "stands there twice", "delete one"))
+        names.append(name)
+    for name in required:
+        if name not in names:
+            problems.append(_problem(path, 1, 1, name, "has no column", "add it; the force comes last"))
+    if header[-1] in known:
+        problems.append(_problem(path, 1, len(header), header[-1], "is the last column", "the force must come last"))
+    if not problems and not any(names):
+        problems.append(_problem(path, 1, 1, "", "no column is a factor", "call columns by factor name"))
+    if problems:
+        raise SpecError(problems)
+    return names
+
+
+def _numbers(
+    path: Path, header: Sequence[str], names: Sequence[str | None], body: Sequence[tuple[int, list[str]]]
+) -> tuple[list[dict[str, float]], list[float | None]]:
+    """Return the level by name of every row, and the responses."""
+    problems: list[SpecProblem] = []
+    rows: list[dict[str, float]] = []
+    responses: list[float | None] = []
+    for line, cells in body:
+        if len(cells) != len(header):
+            message = f"has {len(cells)} cells, the header has {len(header)}"
+            problems.append(_problem(path, line, 1, "", message, "mend the row"))
+            continue
+        row = {
+            name: _number(path, line, column, name, cell, problems)
+            for column, (name, cell) in enumerate(zip(names, cells, strict=False), start=1)
+            if name is not None
+        }
+        rows.append(row)
+        missing = cells[-1].strip().lower() in NO_NUMBER
+        responses.append(None if missing else _number(path, line, len(header), header[-1], cells[-1], problems))
+    if problems:
+        raise SpecError(problems)
+    return rows, responses
+
+
+def _number(path: Path, line: int, column: int, name: str, cell: str, problems: list[SpecProblem]) -> float:
+    """Return a finite number, or note the problem and return NaN, which then goes nowhere."""
+    try:
+        value = float(cell.strip())
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or "_" in cell:
+        remedy = "write a number with a decimal point"
+        problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]!r} is no number", remedy))
+    return value
+
+
+def _suggestion(heading: str, known: Mapping[str, str]) -> str:
+    near = difflib.get_close_matches(heading, known, n=1)
+    return f"did you mean {near[0]}?" if near else f"columns may be {', '.join(dict.fromkeys(known.values()))}"
+
+
+def _problem(path: Path, line: int, column: int, name: str, message: str, remedy: str) -> SpecProblem:
+    return SpecProblem(path.name, line, column, name, message, remedy)

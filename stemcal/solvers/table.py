@@ -1,0 +1,116 @@
+"""A solver that looks its answers up: tables of past or published runs in place of simulations."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stemcal.errors import SpecError, SpecProblem, UsageError
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.sheet import Sheet, read_sheet
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
+
+DIAMETER = "diameter"
+TABLE_VERSION = 1
+
+
+class TableSolver:
+    """Answers from the CSV files under ``solver`` in the spec.
+
+    Parameters
+    ----------
+    study : Study
+        Its ``solver`` names a file per stage. Columns are called by factor (name or symbol), ``validate`` has
+        a column ``diameter`` in mm; the last column is the force in N. A column ``run`` is passed over.
+
+    Raises
+    ------
+    SpecError
+        With every problem of every table.
+
+    Notes
+    -----
+    An empty force, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own force.
+    """
+
+    inline = True  # answers faster than a worker process starts
+
+    def __init__(self, study: Study) -> None:
+        files = {stage: getattr(study.solver, stage, None) for stage in ("screen", "rsm", "validate")}
+        self._sheets: dict[str, Sheet] = {}
+        problems: list[SpecProblem] = []
+        for stage, path in files.items():
+            if path is not None:
+                self._read(stage, Path(path), study, problems)
+        if problems:
+            raise SpecError(problems)
+
+    def _read(self, stage: str, path: Path, study: Study, problems: list[SpecProblem]) -> None:
+        known = {factor.symbol: factor.name for factor in study.factors}
+        known |= {factor.name: factor.name for factor in study.factors}
+        if stage == "validate":
+            known |= {DIAMETER: DIAMETER, "diameter_mm": DIAMETER}
+        required = {"screen": list(study.names), "validate": [DIAMETER]}.get(stage, [])
+        try:
+            self._sheets[stage] = read_sheet(path, known, required)
+        except SpecError as error:
+            problems += error.problems
+
+    def prepare(self) -> None:
+        """Do nothing: the tables are read."""
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return the row that answers and the content of its table."""
+        sheet = self._sheet(request.stage)
+        return {
+            "kind": "table",
+            "version": TABLE_VERSION,
+            "sha256": sheet.sha256,
+            "stage": request.stage,
+            "row": request.row,
+            "levels": dict(request.levels),
+            "diameter": request.diameter,
+        }
+
+    def solve(self, request: Request) -> Answer:
+        """Return the force of the row; of the row with that diameter in ``validate``."""
+        sheet = self._sheet(request.stage)
+        row = self._diameter_row(sheet, request) if request.stage == "validate" else self._row(sheet, request)
+        if row is None:
+            what = f"diameter {request.diameter:g} mm" if request.stage == "validate" else f"row {request.row + 1}"
+            return Answer("failed", reason="not_in_table", message=f"{sheet.path.name} has no {what}")
+        force = sheet.responses[row]
+        if force is None:
+            return Answer("failed", reason="no_force", message=f"{sheet.place(row)}: no force is given")
+        return Answer("ok", force=force, details={"table": sheet.path.name, "line": sheet.lines[row]})
+
+    def given_design(self, stage: str) -> list[dict[str, float]]:
+        """Return the rows of a table, level by factor; those of ``validate`` begin with the diameter."""
+        return [dict(row) for row in self._sheet(stage).rows]
+
+    def cost_estimate(self, _request: Request) -> float:
+        """Return the seconds a look-up takes, for plans."""
+        return 0.0
+
+    def _sheet(self, stage: str) -> Sheet:
+        if stage not in self._sheets:
+            raise UsageError(f"the table solver has no table for {stage}; give the spec a solver.{stage}: FILE.csv")
+        return self._sheets[stage]
+
+    @staticmethod
+    def _row(sheet: Sheet, request: Request) -> int | None:
+        if not 0 <= request.row < len(sheet.rows):
+            return None
+        row = sheet.rows[request.row]
+        same = all(math.isclose(request.levels[name], level, rel_tol=1e-9) for name, level in row.items())
+        return request.row if same else None
+
+    @staticmethod
+    def _diameter_row(sheet: Sheet, request: Request) -> int | None:
+        for index, row in enumerate(sheet.rows):
+            if math.isclose(row[DIAMETER], request.diameter, rel_tol=1e-6):
+                return index
+        return None

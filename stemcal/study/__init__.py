@@ -1,0 +1,1 @@
+"""The study: spec, units, frozen data classes and the study folder."""

@@ -1,0 +1,124 @@
+"""Files that are there whole or not at all, and JSON that is the same bytes for the same content."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import itertools
+import json
+import math
+import os
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from stemcal.errors import StemcalError
+
+_PREFIX = ".writing-"
+_counter = itertools.count()
+
+
+def write_durably(path: Path, text: str) -> None:
+    """Replace `path` by `text`: temporary file beside it, flush to disk, rename, flush the folder.
+
+    Raises
+    ------
+    StemcalError
+        If the disk is full or fails; the file that was there before is then untouched.
+    """
+    temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_counter)}.tmp")
+    try:
+        with temporary.open("xb") as file:
+            file.write(text.encode("utf-8"))
+            file.flush()
+            os.fsync(file.fileno())
+        _replace(temporary, path)
+        _flush_folder(path.parent)
+    except OSError as error:
+        raise StemcalError(
+            f"{path}: {error.strerror or error}; nothing is lost, make room or mend the disk and run again"
+        ) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink()  # gone already unless something failed
+
+
+def remove_leftovers(*folders: Path) -> None:
+    """Delete temporary files of writers that were killed. Call with the folder locked."""
+    for folder in folders:
+        for path in folder.glob(f"{_PREFIX}*.tmp"):
+            with suppress(OSError):
+                path.unlink()
+
+
+def as_json(content: Any) -> str:
+    """Return JSON for files: keys in the order given, two spaces, a newline at the end.
+
+    >>> print(as_json({"b": 0.1, "a": float("nan")}), end="")
+    {
+      "b": 0.1,
+      "a": null
+    }
+    """
+    return json.dumps(plain(content), ensure_ascii=False, indent=2, allow_nan=False) + "\n"
+
+
+def canonical(content: Any) -> str:
+    """Return the one JSON text of a content, whatever the order of its keys.
+
+    >>> canonical({"b": 1.0, "a": [1, None]})
+    '{"a":[1,null],"b":1.0}'
+    """
+    return json.dumps(plain(content), ensure_ascii=True, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def digest(content: Any) -> str:
+    """Return the SHA-256 of a content's canonical JSON."""
+    return hashlib.sha256(canonical(content).encode("ascii")).hexdigest()
+
+
+def plain(content: Any) -> Any:
+    """Return a content as JSON knows it: numpy numbers and arrays unpacked, NaN and infinity as None."""
+    if isinstance(content, float):  # numpy's float64 too
+        return float(content) if math.isfinite(content) else None
+    if isinstance(content, str):  # what UTF-8 cannot hold is spelled out
+        return content.encode("utf-8", "backslashreplace").decode("utf-8")
+    if content is None or isinstance(content, bool | int):
+        return content
+    if isinstance(content, Mapping):
+        return {str(key): plain(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [plain(value) for value in content]
+    if isinstance(content, Path):
+        return content.as_posix()
+    if hasattr(content, "tolist"):  # numpy
+        return plain(content.tolist())
+    raise TypeError(f"{type(content).__name__} has no place in JSON")
+
+
+def _replace(temporary: Path, path: Path) -> None:
+    """Rename; on Windows wait out a scanner or an indexer that has the file open for a moment."""
+    for pause in (0.02, 0.1, 0.5, 1.0) if os.name == "nt" else ():
+        try:
+            temporary.replace(path)
+            return
+        except PermissionError:
+            time.sleep(pause)
+    temporary.replace(path)
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make a rename survive a power cut; Windows and some network disks cannot."""
+    if os.name == "nt":
+        return
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        if error.errno in (errno.EIO, errno.ENOSPC):
+            raise

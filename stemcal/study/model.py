@@ -1,0 +1,315 @@
+"""The study as data: frozen models, every value in internal units (mm, tonne, s, N, MPa, degrees).
+
+Only `Factor` keeps the unit its author chose: designs, tables and results show levels in that unit, and
+`Factor.internal` converts where a solver needs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
+from pydantic.dataclasses import dataclass
+
+from stemcal.study import units
+from stemcal.study.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
+from stemcal.study.parameters import PARAMETERS
+
+__all__ = [
+    "Blade",
+    "CodingEntry",
+    "Contact",
+    "EmbeddedSolver",
+    "Factor",
+    "Hourglass",
+    "InvertOptions",
+    "Loading",
+    "Material",
+    "Published",
+    "RsmOptions",
+    "ScreenOptions",
+    "Specimen",
+    "Study",
+    "StudyForm",
+    "Supports",
+    "TableSolver",
+    "Target",
+    "Targets",
+]
+
+Size = Annotated[float, Quantity("length", above=0)]
+SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
+Time = Annotated[float, Quantity("time", above=0)]
+Force = Annotated[float, Quantity("force", above=0)]
+
+
+class _Frozen(BaseModel):
+    """Immutable, no unknown keys, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Factor(_Frozen):
+    """One parameter to calibrate, with the range to search; `low` and `high` are in `unit`."""
+
+    name: FactorName
+    symbol: Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12)]
+    label: Label
+    unit: Annotated[
+        str,
+        BeforeValidator(lambda given: "1" if given == 1 and not isinstance(given, bool) else given),
+        StringConstraints(strict=True, min_length=1, max_length=24),
+    ] = "1"
+    low: Number
+    high: Number
+    expected_sign: Literal["+", "-"] | None = None
+
+    @property
+    def centre(self) -> float:
+        """The mid-level, in `unit`."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def half_range(self) -> float:
+        """Half the distance from low to high, in `unit`."""
+        return 0.5 * (self.high - self.low)
+
+    def internal(self, value: float) -> float:
+        """Convert a value in `unit` to internal units."""
+        return units.convert(value, self.unit)
+
+
+class Specimen(_Frozen):
+    """The piece of stem, a hollow cylinder."""
+
+    outer_diameter: Size = 8.0
+    diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
+    length: Size = 50.0
+
+
+class Blade(_Frozen):
+    """The rigid blade; `edge_angle` is the angle between its two edge faces."""
+
+    length: Size = 90.0
+    width: Size = 28.0
+    thickness: Size = 2.3
+    edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
+    bevel: Literal["both", "one"] = "both"
+    edge_radius: SizeOrZero = 0.1
+
+
+class Supports(_Frozen):
+    """The two rigid supports; `clearance` is the gap between them."""
+
+    clearance: Size = 20.0
+    fillet_radius: SizeOrZero = 1.0
+
+
+class Loading(_Frozen):
+    """How the blade moves; `gap` is its distance from the stem at the start."""
+
+    speed: Annotated[float, Quantity("speed", above=0)] = 100 / 60
+    duration: Time = 0.5
+    gap: SizeOrZero = 0.001
+
+
+class Contact(_Frozen):
+    """Friction and penalty: µ = µd + (µs − µd)·exp(−decay·|v|)."""
+
+    static_friction: Annotated[Number, Field(ge=0, le=2)] = 0.15
+    dynamic_friction: Annotated[Number, Field(ge=0, le=2)] = 0.10
+    decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
+    penalty: Annotated[Number, Field(gt=0, le=1)] = 0.3
+    damping: Annotated[Number, Field(ge=0, le=1)] = 0.5
+
+
+Stress = Annotated[float, Quantity("stress")]
+
+
+class Material(_Frozen):
+    """Fixed values of the material parameters that are no factors, in internal units."""
+
+    density: Annotated[float, Quantity("density")] | None = None
+    elastic_modulus: Stress | None = None
+    poisson_ratio: Number | None = None
+    yield_stress: Stress | None = None
+    tangent_modulus: Stress | None = None
+    hardening_parameter: Number | None = None
+    strain_rate_c: Annotated[float, Quantity("rate")] | None = None
+    strain_rate_p: Number | None = None
+    failure_strain: Number | None = None
+
+    def given(self) -> dict[str, float]:
+        """Return the parameters that have a value."""
+        return {name: value for name in PARAMETERS if (value := getattr(self, name)) is not None}
+
+
+class Hourglass(_Frozen):
+    """Hourglass control of the one-point elements."""
+
+    form: Literal["stiffness", "viscous"] = "stiffness"
+    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.01
+
+
+class EmbeddedSolver(_Frozen):
+    """The explicit finite element solver that comes with stemcal."""
+
+    kind: Literal["embedded"] = "embedded"
+    rate_law: Literal["paper", "cowper_symonds"] = "paper"
+    symmetry: Literal["none", "half", "quarter"] = "quarter"
+    element_size: Size = 1.0
+    elements_through_wall: Annotated[Whole, Field(ge=1, le=50)] | None = None
+    edge_over: Literal["elements", "nodes"] = "elements"
+    element: Literal["one_point", "full"] = "one_point"
+    hourglass: Hourglass = Hourglass()
+    mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
+    time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.8
+    outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
+    filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class TableSolver:
+    """Tables that answer in place of a solver: columns named by factor, the response last.
+
+    A dataclass, because a model of pydantic cannot have a field called `validate`.
+    """
+
+    kind: Literal["table"] = "table"
+    screen: SpecFile | None = None
+    rsm: SpecFile | None = None
+    validate: SpecFile | None = None
+
+
+class Target(_Frozen):
+    """The measured maximum force at one stem diameter."""
+
+    diameter: Size
+    force: Force
+    sd: Annotated[float, Quantity("force", at_least=0)] | None = None
+    n: Annotated[Whole, Field(ge=1)] | None = None
+
+
+class Targets(_Frozen):
+    """What the laboratory measured, and the diameter at which the parameters are calibrated."""
+
+    calibrate_at: Size
+    forces: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)]
+
+
+class ScreenOptions(_Frozen):
+    """The screening design and the significance level that keeps a factor."""
+
+    design: Literal["plackett-burman", "plackett-burman-pydoe"] = "plackett-burman"
+    alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
+
+
+class CodingEntry(_Frozen):
+    """Coded 0 and coded 1 of one factor: centre, and centre + half step, in the factor's unit."""
+
+    center: Number
+    half_step: Annotated[Number, Field(gt=0)]
+
+
+def _significant_or_names(given: Any) -> Any:
+    if isinstance(given, list | tuple) or given == "significant":
+        return given
+    raise complain("should be 'significant' or a list of factor names", "write factors: significant")
+
+
+def _axial_distance(given: Any) -> Any:
+    number = isinstance(given, int | float) and not isinstance(given, bool)
+    if given in ("rotatable", "face") or (number and 0 < given <= 100):
+        return given
+    shown = f"{given:g}" if number else repr(given)[:60]
+    raise complain(f"{shown} is no axial distance", "write rotatable, face or a number above 0")
+
+
+class RsmOptions(_Frozen):
+    """The central composite design behind the response surface."""
+
+    factors: Annotated[
+        Literal["significant"] | tuple[str, ...],
+        BeforeValidator(_significant_or_names),
+        WithJsonSchema({"anyOf": [{"const": "significant"}, {"type": "array", "items": {"type": "string"}}]}),
+    ] = "significant"
+    centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
+    alpha: Annotated[
+        Literal["rotatable", "face"] | float,
+        BeforeValidator(_axial_distance),
+        WithJsonSchema({"anyOf": [{"enum": ["rotatable", "face"]}, {"type": "number", "minimum": 0}]}),
+    ] = "rotatable"
+    coding: dict[str, CodingEntry] = {}
+
+
+class InvertOptions(_Frozen):
+    """Which of the points that give the target is called the solution."""
+
+    rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
+
+
+class Published(_Frozen):
+    """Printed results to compare with, when a published study is analysed again."""
+
+    screening: SpecFile | None = None
+    coefficients: SpecFile | None = None
+    anova: SpecFile | None = None
+    solution: dict[str, Number] = {}
+    validation: SpecFile | None = None
+
+
+class StudyForm(_Frozen):
+    """What stands in a spec."""
+
+    schema_version: Annotated[Whole, Field(ge=1, le=1)] = 1
+    name: StudyName
+    title: Annotated[str, StringConstraints(strict=True, max_length=300)] = ""
+    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=100)]
+    specimen: Specimen = Specimen()
+    blade: Blade = Blade()
+    supports: Supports = Supports()
+    loading: Loading = Loading()
+    contact: Contact = Contact()
+    material: Material = Material()
+    solver: Annotated[EmbeddedSolver | TableSolver, Field(discriminator="kind")] = EmbeddedSolver()
+    targets: Targets
+    screen: ScreenOptions = ScreenOptions()
+    rsm: RsmOptions = RsmOptions()
+    invert: InvertOptions = InvertOptions()
+    published: Published | None = None
+
+
+class Study(StudyForm):
+    """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
+
+    source: Path = Field(default=Path("study.yaml"), exclude=True)
+    warnings: tuple[str, ...] = Field(default=(), exclude=True)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the factors, in the order of the spec."""
+        return tuple(factor.name for factor in self.factors)
+
+    def factor(self, name: str) -> Factor:
+        """Return the factor called `name`; raise `KeyError` if there is none."""
+        for factor in self.factors:
+            if factor.name == name:
+                return factor
+        raise KeyError(name)
+
+    def midlevels(self) -> dict[str, float]:
+        """Return the mid-level of every factor, in the units of the spec."""
+        return {factor.name: factor.centre for factor in self.factors}
+
+    def parameters(self, levels: Mapping[str, float]) -> dict[str, float]:
+        """Return all material parameters in internal units; factors without a level stay at mid-level."""
+        chosen = {**self.midlevels(), **levels}
+        varied = {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
+        return {**self.material.given(), **varied}
+
+    @property
+    def calibration_target(self) -> Target:
+        """The target at the diameter the parameters are calibrated at."""
+        return min(self.targets.forces, key=lambda target: abs(target.diameter - self.targets.calibrate_at))

@@ -1,0 +1,87 @@
+"""Values that are possible but look like a slip of the unit: far from what plant stems and blades are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from stemcal.study import units
+from stemcal.study.draft import Finding
+from stemcal.study.model import Study
+from stemcal.study.parameters import PARAMETERS
+from stemcal.study.strict_yaml import NodePath
+
+__all__ = ["doubts"]
+
+_RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
+    ("specimen", "outer_diameter"): (1, 100, "mm"),
+    ("specimen", "length"): (5, 1000, "mm"),
+    ("blade", "length"): (5, 1000, "mm"),
+    ("blade", "width"): (1, 500, "mm"),
+    ("blade", "thickness"): (0.1, 50, "mm"),
+    ("blade", "edge_angle"): (5, 120, "deg"),
+    ("blade", "edge_radius"): (0, 2, "mm"),
+    ("supports", "clearance"): (0.1, 500, "mm"),
+    ("loading", "speed"): (0.01, 1e5, "mm/s"),
+    ("loading", "duration"): (1e-5, 1000, "s"),
+    ("loading", "gap"): (0, 10, "mm"),
+    ("solver", "element_size"): (0.05, 10, "mm"),
+}
+
+
+def doubts(study: Study) -> list[Finding]:
+    """Return what looks like a wrong unit; nothing here is certainly wrong."""
+    return [*_sizes(study), *_targets(study), *_materials(study), *_factors(study), *_agreement(study)]
+
+
+def _sizes(study: Study) -> Iterator[Finding]:
+    for path, (low, high, unit) in _RANGES.items():
+        value = getattr(getattr(study, path[0]), path[1], None)
+        if value is not None:
+            yield from _doubt(path, value, low, high, unit)
+
+
+def _targets(study: Study) -> Iterator[Finding]:
+    for index, target in enumerate(study.targets.forces):
+        path = ("targets", "forces", index)
+        yield from _doubt((*path, "diameter"), target.diameter, 1, 100, "mm")
+        yield from _doubt((*path, "force"), target.force, 1, 1e5, "N")
+
+
+def _materials(study: Study) -> Iterator[Finding]:
+    for name, value in study.material.given().items():
+        parameter = PARAMETERS[name]
+        shown = units.from_internal(value, parameter.unit)
+        yield from _doubt(("material", name), shown, *parameter.plausible, parameter.unit)
+
+
+def _factors(study: Study) -> Iterator[Finding]:
+    for index, factor in enumerate(study.factors):
+        path = ("factors", index)
+        try:
+            unit = units.parse_unit(factor.unit)
+        except units.UnitError as error:
+            meant = error.remedy if "did you mean" in error.remedy else "levels are used as written"
+            yield Finding((*path, "unit"), error.message, meant)
+            continue
+        parameter = PARAMETERS.get(factor.name)
+        if parameter is None or unit.dimension != parameter.dimension:
+            continue
+        for level in ("low", "high"):
+            shown = units.from_internal(factor.internal(getattr(factor, level)), parameter.unit)
+            yield from _doubt((*path, level), shown, *parameter.plausible, parameter.unit)
+
+
+def _agreement(study: Study) -> Iterator[Finding]:
+    at, stem = study.targets.calibrate_at, study.specimen.outer_diameter
+    if not math.isclose(at, stem, rel_tol=1e-9):
+        message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
+        yield Finding(("specimen", "outer_diameter"), message, "every stage takes its diameter from targets")
+
+
+def _doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
+    if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+        return
+    shown = "" if unit == "1" else f" {unit}"
+    message = f"{value:.6g}{shown} is far from what stems and blades have ({low:g} to {high:g}{shown})"
+    yield Finding(path, message, "check the unit")

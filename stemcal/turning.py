@@ -1,0 +1,82 @@
+"""From the surface of ``rsm.json`` back to parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from stemcal.study.model import Study
+
+if TYPE_CHECKING:
+    from stemcal.doe.coding import Coding
+    from stemcal.doe.regression import Array
+    from stemcal.doe.surface import Surface
+
+
+def solve(study: Study, stage: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the calibrated point, what is known about it, and every factor's level there."""
+    from stemcal.doe.inversion import solve_target
+
+    coding, surface = coding_of(stage), surface_of(stage)
+    low, high = _box(study, coding)
+    target = study.calibration_target
+    result = solve_target(surface, target.force, low, high, stage["radius"], study.invert.rule)
+    found = result.as_dict(coding)
+    return {
+        **found,
+        "diameter": target.diameter,
+        "target_sd": target.sd,
+        "target_n": target.n,
+        "parameters": {**study.midlevels(), **found["solution"]},
+    }
+
+
+def assess_published(study: Study, stage: Mapping[str, Any]) -> tuple[dict[str, Any] | None, list[str]]:
+    """Return what the surface says of the published solution, and remarks; (None, []) if there is none."""
+    if study.published is None or not study.published.solution:
+        return None, []
+    from stemcal.doe.inversion import assess_point
+
+    coding, surface = coding_of(stage), surface_of(stage)
+    given = study.published.solution
+    missing = [name for name in coding.names if name not in given]
+    natural = [given.get(name, centre) for name, centre in zip(coding.names, coding.centre, strict=True)]
+    point = assess_point(surface, coding.to_coded(natural), *_box(study, coding), stage["radius"])
+    target = study.calibration_target.force
+    remarks = [
+        f"At the published solution the surface predicts {point.predicted:.2f} N, "
+        f"{point.predicted - target:+.2f} N from the target; it is one point of the solution set."
+    ]
+    if missing:
+        remarks.append(f"The published solution has no {', '.join(missing)}; the centre is taken.")
+    if not point.inside:
+        remarks.append("The published solution lies outside the design region: the surface extrapolates there.")
+    return {**point.as_dict(coding), "difference": point.predicted - target}, remarks
+
+
+def surface_of(stage: Mapping[str, Any]) -> Surface:
+    """Fit the surface of a stage file again, from the runs it lists."""
+    from stemcal.doe.surface import fit_surface
+
+    names, runs = stage["names"], stage["design"]["runs"]
+    coded = [[run["coded"][name] for name in names] for run in runs]
+    response = [float("nan") if run["force"] is None else run["force"] for run in runs]
+    return fit_surface(coded, response, names)
+
+
+def coding_of(stage: Mapping[str, Any]) -> Coding:
+    """Return the coding of a stage file."""
+    from stemcal.doe.coding import Coding
+
+    entries = stage["factors"]
+    return Coding(
+        tuple(entry["factor"] for entry in entries),
+        tuple(entry["center"] for entry in entries),
+        tuple(entry["half_step"] for entry in entries),
+    )
+
+
+def _box(study: Study, coding: Coding) -> tuple[Array, Array]:
+    """Return the factors' low and high ends, coded."""
+    factors = [study.factor(name) for name in coding.names]
+    return coding.to_coded([f.low for f in factors]), coding.to_coded([f.high for f in factors])

@@ -1,0 +1,37 @@
+"""How tests give commands: in this process, or in one of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from typer.testing import CliRunner, Result
+
+from stemcal.cli.app import app
+
+ROOT = Path(__file__).parents[2]
+REPLAY = ROOT / "configs" / "paper-replay.yaml"
+SMOKE = ROOT / "configs" / "smoke.yaml"
+BAD_SPEC = ROOT / "tests" / "cases" / "bad" / "many-at-once.yaml"
+COMMANDS = ("run", "screen", "rsm", "invert", "validate", "report", "simulate", "plan", "check", "init")
+STAGES = ("screen", "rsm", "invert", "validate")
+
+
+def command(*args: object) -> Result:
+    """Run stemcal in this process."""
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+def process(folder: Path, *args: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run stemcal as a process of its own in `folder`."""
+    return subprocess.run(
+        [sys.executable, "-m", "stemcal", *map(str, args)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1", **environment},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+    )

@@ -1,0 +1,215 @@
+"""The command as a whole: speed, exit codes, what goes to stdout and what to stderr."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import typer
+from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command, process
+from typer.testing import CliRunner, Result
+
+from stemcal import __version__
+from stemcal.cli.guard import Terminated, exit_codes
+from stemcal.errors import (
+    FolderLocked,
+    RunsFailed,
+    SimulationFailed,
+    SpecError,
+    SpecProblem,
+    StemcalError,
+    TargetUnreachable,
+    UsageError,
+)
+
+HEAVY = ("numpy", "scipy", "pandas", "numba", "pydantic", "statsmodels", "matplotlib", "jinja2", "yaml")
+
+
+def test_help_names_every_command_and_costs_less_than_half_a_second(tmp_path: Path) -> None:
+    used = []
+    for _ in range(3):
+        begin = os.times()
+        done = process(tmp_path, "--help")
+        end = os.times()
+        used.append(end.children_user + end.children_system - begin.children_user - begin.children_system)
+    assert done.returncode == 0
+    for name in COMMANDS:
+        assert f" {name} " in done.stdout
+    assert min(used) < 0.5
+
+
+def test_starting_imports_nothing_heavy() -> None:
+    code = "import sys, stemcal.cli.app; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, timeout=60
+    )
+    assert not set(HEAVY) & set(done.stdout.split())
+
+
+def test_every_command_has_help_with_an_example() -> None:
+    for name in COMMANDS:
+        shown = command(name, "--help")
+        assert shown.exit_code == 0
+        assert f"Example: stemcal {name}" in shown.stdout
+
+
+def test_version() -> None:
+    assert command("--version").stdout == f"stemcal {__version__}\n"
+
+
+def ending_with(error: BaseException) -> Result:
+    """Run a command that ends with `error`."""
+    app = typer.Typer()
+
+    @app.command()
+    def fails() -> None:
+        with exit_codes():
+            raise error
+
+    return CliRunner().invoke(app, [])
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (StemcalError("named"), 1),
+        (SimulationFailed("nan", "velocity is not a number at 0.1 s"), 1),
+        (SpecError([SpecProblem("a.yaml", 3, 1, "x", "wrong", "mend it")]), 2),
+        (UsageError("no sense"), 2),
+        (RunsFailed("9 of 12 runs failed"), 3),
+        (TargetUnreachable(500.0, 60.0, 180.0), 4),
+        (FolderLocked("held by 42"), 5),
+        (KeyboardInterrupt(), 130),
+        (Terminated(), 143),
+        (OSError(28, "No space left on device", "runs/a.json"), 1),
+        (ZeroDivisionError("division by zero"), 1),
+    ],
+)
+def test_exit_code_of_each_error(error: BaseException, code: int) -> None:
+    result = ending_with(error)
+    assert result.exit_code == code
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    assert result.stderr.startswith("error: ")
+
+
+def test_closed_pipe_is_no_error() -> None:
+    result = ending_with(BrokenPipeError())
+    assert (result.exit_code, result.stderr) == (0, "")
+
+
+def test_unforeseen_error_files_its_traceback(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.delenv("STEMCAL_DEBUG", raising=False)
+    result = ending_with(ZeroDivisionError("division by zero"))
+    (filed,) = tmp_path.glob("stemcal-traceback-*.txt")
+    assert result.stderr == (f"error: internal error: ZeroDivisionError: division by zero (traceback in {filed})\n")
+    assert "Traceback" in filed.read_text(encoding="utf-8")
+
+
+def test_developers_see_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STEMCAL_DEBUG", "1")
+    assert "Traceback" in ending_with(ZeroDivisionError()).stderr
+
+
+def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path) -> None:
+    for name in ("check", "plan", "run", "screen", "rsm", "invert", "validate", "report", "simulate"):
+        done = process(tmp_path, name, BAD_SPEC)
+        assert done.returncode == 2
+        assert done.stdout == ""
+        assert "5 problems in the spec" in done.stderr
+        assert "many-at-once.yaml:23:9: blade.lenght: unknown key 'lenght'" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unknown_executors_leave_no_folder(tmp_path: Path) -> None:
+    for name, words in (("dask://host:8786", "not yet available"), ("slurm", "unknown")):
+        done = process(tmp_path, "run", REPLAY, "--executor", name)
+        assert done.returncode == 2
+        assert words in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_typing_errors_are_usage_errors() -> None:
+    assert command("scren", REPLAY).exit_code == 2
+    assert "screen" in command("scren", REPLAY).stderr
+    assert command("run", REPLAY, "--workers", 0).exit_code == 2
+    assert command("run").exit_code == 2
+
+
+def test_no_colour_in_pipes_and_with_no_color(tmp_path: Path) -> None:
+    assert "\x1b[" not in process(tmp_path, "run", BAD_SPEC).stderr
+    assert "\x1b[3" not in process(tmp_path, "run", BAD_SPEC, NO_COLOR="1", FORCE_COLOR="1").stderr
+
+
+def test_output_that_the_terminal_cannot_encode(tmp_path: Path) -> None:
+    done = process(tmp_path, "screen", REPLAY, PYTHONUTF8="0", PYTHONIOENCODING="ascii")
+    assert done.returncode == 0
+    assert "yield_stress" in done.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pipes of this kind")
+def test_pipe_closed_by_the_reader() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "stemcal", "plan", str(REPLAY)],
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+            timeout=60,
+        )
+    finally:
+        os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+SLOW = """
+import sys, time
+import typer
+from stemcal.cli.guard import exit_codes
+app = typer.Typer()
+@app.command()
+def wait():
+    with exit_codes():
+        print("ready", flush=True)
+        time.sleep(30)
+app()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_end_with_their_code_and_no_traceback(number: int, code: int) -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-c", SLOW],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert child.stdout is not None
+    assert child.stdout.readline() == "ready\n"
+    begin = time.monotonic()
+    child.send_signal(number)
+    _, errors = child.communicate(timeout=20)
+    assert child.returncode == code
+    assert time.monotonic() - begin < 10
+    assert "Traceback" not in errors
+    assert "the same command goes on" in errors
+
+
+def test_json_of_a_bad_spec() -> None:
+    result = command("check", BAD_SPEC, "--json")
+    found = json.loads(result.stdout)
+    assert result.exit_code == 2
+    assert found["ok"] is False
+    assert [problem["line"] for problem in found["problems"]] == [6, 8, 12, 21, 23]

@@ -1,0 +1,117 @@
+"""`stemcal simulate`, with a shear test whose result is known in place of the long computation."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from commanding import REPLAY, SMOKE, command
+
+
+def known_result() -> SimpleNamespace:
+    """Force rises as a parabola to 120 N at 0.6 mm and falls."""
+    time = np.linspace(0.0, 0.5, 101)
+    travel = time * 5.0 / 3.0
+    force = 120.0 * (1.0 - ((travel - 0.6) / 0.6) ** 2)
+    zeros = np.zeros_like(time)
+    names = ("kinetic", "internal", "hourglass", "eroded", "contact", "external", "balance", "deleted")
+    history = SimpleNamespace(
+        time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros)
+    )
+    return SimpleNamespace(
+        peak_force=120.0, peak_force_raw=121.5, peak_time=0.36, peak_travel=0.6, elements=918,
+        deleted_elements=14, steps=21000, wall_seconds=4.2, element_steps_per_second=9.5e6,
+        energy_drift_percent=0.4, kinetic_ratio_percent=0.02, hourglass_ratio_percent=3.0,
+        stroke_was_enough=True, warnings=("the force still rose at the end",), history=history,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
+    """Put the known result in place of the solver; returns what it is called with."""
+    from stemcal.solvers import embedded
+
+    made: list[tuple[Any, ...]] = []
+
+    def simulate(_study: Any, levels: Any, diameter: Any, symmetry: Any) -> SimpleNamespace:
+        made.append((dict(levels), diameter, symmetry))
+        return known_result()
+
+    monkeypatch.setattr(embedded, "simulate", simulate)
+    return made
+
+
+def test_table_sketch_and_warnings(calls: list[Any]) -> None:
+    result = command("simulate", SMOKE)
+    assert result.exit_code == 0
+    assert "120.0 N" in result.stdout
+    assert "█" in result.stdout
+    assert "0.83 mm" in result.stdout
+    assert "warning: the force still rose at the end" in result.stderr
+    assert max(map(len, result.stdout.splitlines())) <= 80
+
+
+def test_levels_diameter_and_symmetry_arrive(calls: list[Any]) -> None:
+    command("simulate", SMOKE, "--set", "yield_stress=18", "--set", "failure_strain = 0.02",
+            "--diameter", 7, "--symmetry", "half")  # fmt: skip
+    ((levels, diameter, symmetry),) = calls
+    assert levels == {
+        "elastic_modulus": 1000.0,
+        "yield_stress": 18.0,
+        "strain_rate_c": 90.0,
+        "failure_strain": 0.02,
+    }
+    assert (diameter, symmetry) == (7.0, "half")
+
+
+def test_json(calls: list[Any]) -> None:
+    result = command("simulate", SMOKE, "--json")
+    found = json.loads(result.stdout)
+    assert found["peak_force"] == 120.0
+    assert {"peak_time", "peak_travel", "elements", "deleted_elements", "steps", "wall_seconds",
+            "element_steps_per_second", "energy_drift_percent", "kinetic_ratio_percent"} <= set(found)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("yeild_stress=18", "did you mean yield_stress?"),
+        ("mass=3", "the study's factors are elastic_modulus"),
+        ("yield_stress", "factor=value"),
+        ("yield_stress=18 MPa", "is no number"),
+        ("yield_stress=nan", "is no number"),
+    ],
+)
+def test_wrong_settings(calls: list[Any], setting: str, words: str) -> None:
+    result = command("simulate", SMOKE, "--set", setting)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert calls == []
+
+
+def test_history_and_figures(calls: list[Any], tmp_path: Path) -> None:
+    table, picture, png = tmp_path / "history.csv", tmp_path / "force.svg", tmp_path / "force.png"
+    assert command("simulate", SMOKE, "--csv", table, "--figure", picture).exit_code == 0
+    assert command("simulate", SMOKE, "--figure", png).exit_code == 0
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 101
+    assert float(rows[-1]["travel"]) == pytest.approx(0.8333, abs=1e-4)
+    assert max(float(row["force"]) for row in rows) == pytest.approx(120.0, rel=1e-3)
+    assert ElementTree.parse(picture).getroot().tag.endswith("svg")
+    assert png.read_bytes().startswith(b"\x89PNG")
+
+
+def test_refused_before_the_computation(calls: list[Any], tmp_path: Path) -> None:
+    assert "ends in" not in command("simulate", SMOKE, "--figure", tmp_path / "a.svg").stderr
+    calls.clear()
+    assert "must end in" in command("simulate", SMOKE, "--figure", tmp_path / "a.bmp").stderr
+    assert "does not exist" in command("simulate", SMOKE, "--csv", tmp_path / "none" / "a.csv").stderr
+    assert "kind: embedded" in command("simulate", REPLAY).stderr
+    assert calls == []

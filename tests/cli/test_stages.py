@@ -1,0 +1,145 @@
+"""The commands of a study, on the replay of the printed tables."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commanding import REPLAY, STAGES, command, process
+
+
+def test_run_leaves_every_file_and_shows_the_result(tmp_path: Path) -> None:
+    result = command("run", REPLAY, "--out", tmp_path / "study")
+    assert result.exit_code == 0
+    for name in (*STAGES, "report"):
+        suffix = "html" if name == "report" else "json"
+        assert (tmp_path / "study" / f"{name}.{suffix}").is_file()
+    assert "18.37" in result.stdout
+    assert "17.63 to 18.96" in result.stdout
+    assert "Largest error 7.83 %" in result.stdout
+    assert "Screening: 12/12 runs" in result.stderr
+    assert "12/12" not in result.stdout
+
+
+def test_stages_one_by_one_print_their_file_as_json(tmp_path: Path) -> None:
+    for name in STAGES:
+        result = command(name, REPLAY, "--out", tmp_path, "--json")
+        assert result.exit_code == 0
+        assert json.loads(result.stdout) == json.loads((tmp_path / f"{name}.json").read_text("utf-8"))
+
+
+def test_json_is_pure_in_a_process(
+    tmp_path: Path,
+) -> None:
+    done = process(tmp_path, "run", REPLAY, "--json", PYTHONUTF8="0", PYTHONIOENCODING="ascii")
+    found = json.loads(done.stdout)
+    assert done.returncode == 0
+    assert found["stage"] == "run"
+    assert found["validate"]["max_abs_error_percent"] == pytest.approx(7.83, abs=0.01)
+
+
+def test_quiet_says_nothing_on_stderr(tmp_path: Path) -> None:
+    result = command("screen", REPLAY, "--out", tmp_path, "--quiet")
+    assert result.stderr == ""
+    assert "X4" in result.stdout
+
+
+def test_default_folder_is_named_after_the_study(tmp_path: Path) -> None:
+    assert process(tmp_path, "screen", REPLAY, "-q").returncode == 0
+    assert (tmp_path / "runs" / "paper-replay" / "screen.json").is_file()
+
+
+def test_running_again_changes_no_byte(tmp_path: Path) -> None:
+    command("run", REPLAY, "--out", tmp_path)
+    names = [*(f"{name}.json" for name in STAGES), *(f"{name}.csv" for name in STAGES), "report.html"]
+    before = [(tmp_path / name).read_bytes() for name in names]
+    assert command("run", REPLAY, "--out", tmp_path).exit_code == 0
+    assert [(tmp_path / name).read_bytes() for name in names] == before
+
+
+def test_stage_before_is_missing(tmp_path: Path) -> None:
+    result = command("invert", REPLAY, "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "stemcal rsm" in result.stderr
+
+
+def test_report_needs_a_folder_and_a_stage(tmp_path: Path) -> None:
+    missing = command("report", REPLAY, "--out", tmp_path / "none")
+    assert missing.exit_code == 2
+    assert not (tmp_path / "none").exists()
+    assert command("report", REPLAY, "--out", tmp_path).exit_code == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_report_of_an_unfinished_study(tmp_path: Path) -> None:
+    command("screen", REPLAY, "--out", tmp_path)
+    result = command("report", REPLAY, "--out", tmp_path, "--json")
+    page = Path(json.loads(result.stdout)["page"])
+    assert result.exit_code == 0
+    assert "Not done yet: Response surface, Calibration, Validation." in page.read_text("utf-8")
+
+
+def test_folder_in_use_is_refused(tmp_path: Path) -> None:
+    from stemcal.study.store import StudyFolder
+
+    with StudyFolder(tmp_path):
+        result = command("screen", REPLAY, "--out", tmp_path)
+    assert result.exit_code == 5
+    assert "works here" in result.stderr
+
+
+def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
+    from stemcal import workflow
+
+    stage = {
+        "stage": "validate",
+        "rows": [
+            {"diameter": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "validation",
+             "status": "failed", "reason": "inverted", "message": "element 7 at 0.1 s"},
+            {"diameter": 8.0, "measured": 159.2, "simulated": 160.0, "error_percent": -0.5,
+             "role": "calibration", "status": "ok", "reason": "", "message": ""},
+        ],
+        "max_abs_error_percent": 0.5,
+        "mean_abs_error_percent": 0.5,
+        "notes": [],
+    }  # fmt: skip
+    monkeypatch.setattr(workflow, "validate", lambda *_: stage)
+    result = command("validate", REPLAY, "--out", tmp_path)
+    assert result.exit_code == 3
+    assert "validate: 1 of 2 runs failed: inverted (1)" in result.stderr
+    assert "inverted" in result.stdout
+
+
+def test_plan_counts_and_writes_nothing(tmp_path: Path) -> None:
+    done = process(tmp_path, "plan", REPLAY, "--json")
+    found = json.loads(done.stdout)
+    assert [(stage["stage"], stage["rows"]) for stage in found["stages"]] == [
+        ("screen", 12),
+        ("rsm", 20),
+        ("validate", 5),
+    ]
+    assert list(tmp_path.iterdir()) == []
+    assert "37 runs to compute" in process(tmp_path, "plan", REPLAY).stdout
+
+
+def test_check() -> None:
+    assert "9 factors, 5 measured" in " ".join(command("check", REPLAY).stdout.split())
+    found = json.loads(command("check", REPLAY, "--json").stdout)
+    assert found["ok"] is True
+    assert found["diameters"] == [7.0, 8.0, 9.0, 10.0, 11.0]
+
+
+def test_init_writes_a_right_spec_and_never_overwrites(tmp_path: Path) -> None:
+    first = process(tmp_path, "init", "maize-2026")
+    path = tmp_path / "maize-2026.yaml"
+    assert (first.returncode, first.stdout) == (0, "maize-2026.yaml\n")
+    assert process(tmp_path, "check", path).returncode == 0
+    text = path.read_bytes()
+    again = process(tmp_path, "init", "maize-2026.yaml")
+    assert again.returncode == 2
+    assert "exists already" in again.stderr
+    assert path.read_bytes() == text
+    assert process(tmp_path, "init", "no/such/folder").returncode in (1, 2)
+    assert process(tmp_path, "init", "con").returncode == 2

@@ -1,0 +1,170 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from statsmodels.formula.api import ols
+from statsmodels.stats.anova import anova_lm
+
+from stemcal.doe.designs import plackett_burman
+from stemcal.doe.lenth import lenth
+from stemcal.doe.printed import agrees
+from stemcal.doe.screening import adjusted_p, analyse_screening
+from stemcal.errors import RunsFailed, UsageError
+
+NAMES = [f"X{i}" for i in range(1, 10)]
+FIELDS = {"effect": "effect", "contribution_pct": "contribution_percent", "sum_of_squares": "sum_of_squares"}
+
+
+def test_all_45_cells_of_table_7(pb, printed_rows):
+    cells = 0
+    for row, effect in zip(printed_rows("table07_pb_anova_printed.csv"), pb.effects, strict=True):
+        assert row["factor"] == effect.factor
+        for column in ("effect", "contribution_pct", "sum_of_squares", "F", "p"):
+            value = getattr(effect, FIELDS.get(column, column.lower()))
+            assert agrees(row[column], value), (effect.factor, column, row[column], value)
+            cells += 1
+        assert row["stars"] == effect.stars
+    assert cells == 45
+
+
+def test_full_precision(pb, expected):
+    answer = expected["pb"]
+    for ours, theirs in [
+        ("effect", "effect"),
+        ("contribution_percent", "contribution_pct"),
+        ("sum_of_squares", "ss"),
+        ("f", "F"),
+        ("p", "p"),
+    ]:
+        values = [getattr(effect, ours) for effect in pb.effects]
+        assert values == pytest.approx(answer[theirs], rel=1e-10, abs=1e-12)
+    assert pb.total_sum_of_squares == pytest.approx(31434.889166666668, rel=1e-12)
+    assert pb.residual_sum_of_squares / pb.residual_df == pytest.approx(answer["mse"], rel=1e-10)
+    assert pb.residual_df == 2
+
+
+def test_sums_of_squares_are_a_quarter_n_effect_squared(pb):
+    for effect in pb.effects:
+        assert effect.sum_of_squares == pytest.approx(3.0 * effect.effect**2, rel=1e-12)
+
+
+def test_p_and_lenth_select_different_factors(pb):
+    assert pb.significant == ("X4", "X7", "X9")
+    assert pb.lenth.pse == pytest.approx(7.475, abs=1e-9)
+    assert pb.lenth.me == pytest.approx(23.78879, abs=1e-5)
+    assert pb.lenth.sme == pytest.approx(53.28351, abs=1e-4)
+    active = [effect.factor for effect in pb.effects if abs(effect.effect) > pb.lenth.me]
+    assert active == ["X4", "X9"]
+    assert pb.effects[3].lenth_t == pytest.approx(79.41666667 / 7.475, rel=1e-9)
+    assert [effect.factor for effect in pb.ranked()[:3]] == ["X4", "X9", "X7"]
+
+
+def test_adjusted_p_by_hand(pb):
+    p = sorted((effect.p, i) for i, effect in enumerate(pb.effects))
+    holm = np.maximum.accumulate([min(1.0, (9 - rank) * value) for rank, (value, _) in enumerate(p)])
+    bh = np.minimum.accumulate([value * 9 / (rank + 1) for rank, (value, _) in reversed(list(enumerate(p)))])[
+        ::-1
+    ]
+    for rank, (_, i) in enumerate(p):
+        assert pb.effects[i].p_holm == pytest.approx(holm[rank], rel=1e-12)
+        assert pb.effects[i].p_bh == pytest.approx(bh[rank], rel=1e-12)
+    assert adjusted_p([0.01, None], "holm") == [None, None]
+
+
+def test_notes_name_the_weak_error_the_disagreement_and_the_aliases(pb):
+    text = " ".join(pb.notes)
+    assert "only 2 residual df" in text
+    assert "disagree on X7: p = 0.0462" in text
+    assert "±1/3" in text
+    assert "interaction X4:X9" in text
+    assert len(pb.notes) == 4
+
+
+def test_dictionary_has_the_contracts_names_and_is_json(pb):
+    out = pb.as_dict()
+    names = {"effects", "residual", "total_sum_of_squares", "significant", "lenth", "notes"}
+    assert names <= set(out)
+    columns = {"factor", "symbol", "effect", "contribution_percent", "sum_of_squares", "f", "p", "stars"}
+    assert columns | {"lenth_t", "p_holm", "p_bh"} == set(out["effects"][0])
+    assert set(out["lenth"]) == {"pse", "me", "sme"}
+    assert out["residual"]["df"] == 2
+    assert json.loads(json.dumps(out, allow_nan=False)) == out
+
+
+def test_lenth_published_example():
+    """A hand-worked example: median 2 → s₀ = 3; |c| < 7.5 leaves 1, 1, 2, 2, 3 → PSE = 3; d = 7/3."""
+    size = lenth(np.array([1.0, -1.0, 2.0, -2.0, 3.0, 30.0, -40.0]))
+    assert size.pse == pytest.approx(3.0)
+    assert size.me == pytest.approx(3.0 * 3.764, rel=1e-3)  # Lenth 1989, table of t(.975; 7/3)
+    assert size.sme == pytest.approx(3.0 * 9.008, rel=1e-3)
+
+
+def test_a_saturated_design_has_lenth_alone():
+    design = plackett_burman(11)
+    noise = np.random.default_rng(1).normal(0.0, 1.0, 12)
+    result = analyse_screening(design, 100.0 + 30.0 * design[:, 2] + noise, [f"f{i}" for i in range(11)])
+    assert result.residual_df == 0
+    assert all(effect.f is None and effect.p is None and effect.p_holm is None for effect in result.effects)
+    assert result.significant == ("f2",)
+    assert result.effects[2].effect == pytest.approx(60.0, abs=2.0)
+    assert any("no residual" in note for note in result.notes)
+    json.dumps(result.as_dict(), allow_nan=False)
+
+
+def test_an_exact_response_gives_no_f():
+    design = plackett_burman(5, "plackett-burman")
+    result = analyse_screening(design, 10.0 + 3.0 * design[:, 0] + 1.0 * design[:, 1], list("abcde"))
+    assert all(effect.f is None for effect in result.effects)
+    assert any("exactly zero" in note for note in result.notes)
+    assert result.effects[0].effect == pytest.approx(6.0)
+    assert [effect.effect for effect in result.effects[2:]] == [0.0, 0.0, 0.0]
+    assert result.significant == ("a", "b")
+    assert result.effects[0].contribution_percent == pytest.approx(90.0)
+
+
+def test_a_flat_response_has_no_effects():
+    result = analyse_screening(plackett_burman(5), np.full(8, 0.1), list("abcde"))
+    assert [effect.contribution_percent for effect in result.effects] == [0.0] * 5
+    assert result.significant == ()
+    assert any("same response" in note for note in result.notes)
+    json.dumps(result.as_dict(), allow_nan=False)
+
+
+def test_a_failed_run_is_left_out_and_said(pb_runs):
+    force = pb_runs.force.copy()
+    force[3] = np.nan
+    result = analyse_screening(pb_runs.coded, force, NAMES)
+    assert (result.runs_used, result.runs_failed, result.residual_df) == (11, 1, 1)
+    assert "no longer orthogonal" in result.notes[0]
+    keep = np.isfinite(force)
+    frame = pd.DataFrame(pb_runs.coded[keep], columns=NAMES).assign(y=force[keep])
+    table = anova_lm(ols("y ~ " + " + ".join(NAMES), frame).fit(), typ=3)
+    for effect in result.effects:
+        assert effect.sum_of_squares == pytest.approx(table.loc[effect.factor, "sum_sq"], rel=1e-9)
+        assert effect.p == pytest.approx(table.loc[effect.factor, "PR(>F)"], rel=1e-9)
+
+
+@pytest.mark.parametrize("failed", [[0, 1], [0, 1, 2, 3]])
+def test_too_few_runs_are_refused(pb_runs, failed):
+    force = pb_runs.force.copy()
+    force[failed] = np.nan
+    with pytest.raises(RunsFailed, match=f"{len(failed)} of 12 runs failed"):
+        analyse_screening(pb_runs.coded, force, NAMES)
+
+
+def test_a_design_that_cannot_estimate_is_refused():
+    design = plackett_burman(3)
+    with pytest.raises(UsageError, match="cannot estimate b, d"):
+        analyse_screening(np.column_stack([design, design[:, 1]]), np.arange(4.0), list("abcd"))
+    with pytest.raises(UsageError, match="does not go with"):
+        analyse_screening(design, np.arange(5.0), list("abc"))
+
+
+def test_two_effects_are_too_few_for_lenth():
+    result = analyse_screening(plackett_burman(2), [1.0, 2.0, 4.0, 8.0], ["a", "b"], ["X1", "X2"])
+    assert result.lenth.pse is None
+    assert [effect.symbol for effect in result.effects] == ["X1", "X2"]
+    assert all(effect.lenth_t is None for effect in result.effects)

@@ -1,0 +1,247 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from statsmodels.regression.linear_model import OLS
+from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
+
+from stemcal.doe.designs import central_composite
+from stemcal.doe.printed import agrees
+from stemcal.doe.surface import DETERMINISTIC, fit_surface
+from stemcal.doe.terms import term_columns, term_gradient, term_names
+from stemcal.errors import RunsFailed, UsageError
+
+TERMS = ["Intercept", "a", "b", "c", "a:b", "a:c", "b:c", "I(a ** 2)", "I(b ** 2)", "I(c ** 2)"]
+
+
+def test_all_63_cells_of_table_10(ccd, printed_rows):
+    cells = 0
+    columns = ("sum_of_squares", "df", "mean_square", "F", "p")
+    for row, ours in zip(printed_rows("table10_ccd_anova_printed.csv"), ccd.anova, strict=True):
+        assert row["source"] == ours.source
+        for column in columns:
+            value = getattr(ours, column.lower())
+            if row[column]:
+                assert agrees(row[column], value), (ours.source, column, row[column], value)
+                cells += 1
+            else:
+                assert value is None
+        assert row["stars"] == ours.stars
+    assert cells == 63
+
+
+def test_full_precision(ccd, expected):
+    answer = expected["ccd"]
+    assert [c.term for c in ccd.coefficients] == list(term_names(("X4", "X9", "X7")))
+    assert [c.value for c in ccd.coefficients] == pytest.approx([answer["coef"][t] for t in TERMS], rel=1e-9)
+    errors = [c.standard_error for c in ccd.coefficients]
+    assert errors == pytest.approx([answer["bse"][t] for t in TERMS], rel=1e-9)
+    rows = ccd.anova[1:10]
+    assert [r.sum_of_squares for r in rows] == pytest.approx(
+        [answer["type3"]["sum_sq"][t] for t in TERMS[1:]]
+    )
+    assert [r.p for r in rows] == pytest.approx([answer["type3"]["PR(>F)"][t] for t in TERMS[1:]], rel=1e-9)
+    by_source = {row.source: row for row in ccd.anova}
+    assert by_source["Model"].f == pytest.approx(answer["model_F"], rel=1e-10)
+    assert by_source["Model"].p == pytest.approx(answer["model_p"], rel=1e-9)
+    assert by_source["Lack of fit"].sum_of_squares == pytest.approx(answer["lof_ss"], rel=1e-10)
+    assert by_source["Lack of fit"].f == pytest.approx(answer["lof_F"], rel=1e-9)
+    assert by_source["Lack of fit"].p == pytest.approx(answer["lof_p"], rel=1e-9)
+
+
+def test_summary_numbers(ccd, expected):
+    answer = expected["ccd"]
+    assert ccd.r2 == pytest.approx(answer["r2"], rel=1e-11)
+    assert ccd.adjusted_r2 == pytest.approx(answer["adj_r2"], rel=1e-11)
+    assert ccd.predicted_r2 == pytest.approx(answer["pred_r2"], rel=1e-11)
+    assert ccd.press == pytest.approx(1289.0643473758219, rel=1e-10)
+    assert ccd.adequate_precision == pytest.approx(32.062460877315466, rel=1e-10)
+    assert ccd.cv_percent == pytest.approx(3.98305, abs=1e-5)
+    assert ccd.lack_of_fit_testable
+
+
+def test_the_published_point_shows_the_sign_of_the_last_square(ccd, coding):
+    point = coding.to_coded([[17.96, 0.0387, 87.27]])
+    assert ccd.predict(point)[0] == pytest.approx(159.26, abs=0.01)
+    printed = np.array([120.42, 31.82, 11.20, 4.22, -4.75, -3.25, -1.75, 1.29, -0.8292, -2.88])
+    assert float(term_columns(point)[0] @ printed) == pytest.approx(158.05, abs=0.01)
+    assert ccd.mean_interval(point)[0] == pytest.approx([152.8, 165.7], abs=0.05)
+    assert ccd.prediction_interval(point)[0] == pytest.approx([146.6, 171.9], abs=0.05)
+
+
+def test_influence_of_one_centre_run(ccd):
+    """Without the centre run of 112 N the article's "no lack of fit" turns into p = 0.017."""
+    third = ccd.runs_diagnostics[2]
+    assert (third.run, third.response) == (3, 112.0)
+    assert third.lack_of_fit_p_without == pytest.approx(0.017, abs=5e-4)
+    assert any("Without run 3 (112)" in note for note in ccd.notes)
+
+
+def test_diagnostics_agree_with_statsmodels(ccd, ccd_runs):
+    matrix = term_columns(ccd_runs.coded)
+    influence = OLSInfluence(OLS(ccd_runs.force, matrix).fit())
+    runs = ccd.runs_diagnostics
+    assert [r.leverage for r in runs] == pytest.approx(list(influence.hat_matrix_diag), rel=1e-9)
+    assert [r.cooks_distance for r in runs] == pytest.approx(list(influence.cooks_distance[0]), rel=1e-8)
+    external = list(influence.resid_studentized_external)
+    assert [r.studentised for r in runs] == pytest.approx(external, rel=1e-8)
+    vif = [variance_inflation_factor(matrix, i) for i in range(1, 10)]
+    assert [c.vif for c in ccd.coefficients[1:]] == pytest.approx(vif, rel=1e-8)
+
+
+def test_intervals_agree_with_statsmodels(ccd, ccd_runs):
+    points = np.random.default_rng(3).uniform(-1.5, 1.5, (7, 3))
+    frame = OLS(ccd_runs.force, term_columns(ccd_runs.coded)).fit().get_prediction(term_columns(points))
+    low, high = ccd.mean_interval(points, 0.9).T
+    theirs = frame.conf_int(alpha=0.1)
+    assert low == pytest.approx(theirs[:, 0], rel=1e-10)
+    assert high == pytest.approx(theirs[:, 1], rel=1e-10)
+    assert ccd.prediction_interval(points, 0.9) == pytest.approx(
+        frame.conf_int(obs=True, alpha=0.1), rel=1e-10
+    )
+    assert ccd.standard_error(points) == pytest.approx(frame.se_mean, rel=1e-10)
+
+
+def test_montgomery_chemical_process():
+    """Montgomery, Design and Analysis of Experiments, example 11.2: yield over time and temperature."""
+    r = 2**0.5
+    factorial = [[-1, -1], [-1, 1], [1, -1], [1, 1]]
+    x = np.array(factorial + [[0, 0]] * 5 + [[r, 0], [-r, 0], [0, r], [0, -r]], dtype=float)
+    y = [76.5, 77.0, 78.0, 79.5, 79.9, 80.3, 80.0, 79.7, 79.8, 78.4, 75.6, 78.5, 77.0]
+    surface = fit_surface(x, y, ["x1", "x2"])
+    printed = ["79.94", "0.995", "0.515", "0.250", "-1.376", "-1.001"]
+    assert all(agrees(p, c.value) for p, c in zip(printed, surface.coefficients, strict=True))
+    rows = {row.source: row for row in surface.anova}
+    sums = {"Model": "28.25", "x1": "7.92", "x2": "2.12", "x1:x2": "0.25", "x1^2": "13.18", "x2^2": "6.97"}
+    sums |= {"Residual": "0.50", "Lack of fit": "0.28", "Pure error": "0.21", "Cor total": "28.74"}
+    assert all(agrees(cell, rows[source].sum_of_squares) for source, cell in sums.items())
+    f = {"Model": "79.85", "x1": "111.93", "x2": "30.01", "x1^2": "186.22", "x2^2": "98.56", "x1:x2": "3.53"}
+    assert all(agrees(cell, rows[source].f) for source, cell in f.items())
+    p = {"Model": "<0.0001", "x2": "0.0009", "x1:x2": "0.1022", "Lack of fit": "0.2897"}
+    assert all(agrees(cell, rows[source].p) for source, cell in p.items())
+    assert agrees("1.78", rows["Lack of fit"].f)
+    assert [rows[s].df for s in ("Residual", "Lack of fit", "Pure error", "Cor total")] == [7, 3, 4, 12]
+
+
+def test_box_behnken_of_the_sas_manual():
+    """SAS/STAT, PROC RSREG, getting started: odour over temperature, gas–liquid ratio, packing height."""
+    pairs = [(0, 1), (0, 2), (1, 2)]
+    odour = {(0, 1): [66, 39, 43, 49], (0, 2): [58, 17, -5, -40], (1, 2): [65, 7, 43, -22]}
+    corners = [(-1, -1), (1, -1), (-1, 1), (1, 1)]
+    x = np.zeros((15, 3))
+    y = [value for pair in pairs for value in odour[pair]] + [-31, -35, -26]
+    for row, (pair, corner) in enumerate((pair, corner) for pair in pairs for corner in corners):
+        x[row, list(pair)] = corner
+    surface = fit_surface(x, y, ["T", "R", "H"])
+    rows = {row.source: row for row in surface.anova}
+    assert agrees("0.8820", surface.r2)
+    assert agrees("22.478508", surface.mean_square**0.5)
+    assert agrees("2485.750000", rows["Lack of fit"].sum_of_squares)
+    assert agrees("40.666667", rows["Pure error"].sum_of_squares)
+    assert agrees("40.75", rows["Lack of fit"].f)
+    assert agrees("0.0240", rows["Lack of fit"].p)
+    assert (rows["Residual"].df, rows["Lack of fit"].df, rows["Pure error"].df) == (5, 3, 2)
+
+
+@pytest.mark.parametrize("k", [1, 2, 4, 5])
+def test_a_known_quadratic_comes_back(k):
+    names = [f"f{i}" for i in range(k)]
+    beta = np.random.default_rng(k).normal(0.0, 5.0, len(term_names(names)))
+    design = central_composite(k, 3, 1.7)
+    surface = fit_surface(design, term_columns(design) @ beta, names)
+    assert [c.value for c in surface.coefficients] == pytest.approx(list(beta), abs=1e-10)
+    assert surface.r2 == pytest.approx(1.0, abs=1e-12)
+    assert surface.anova[0].f is None  # nothing is left to test against
+    assert not surface.lack_of_fit_testable
+    json.dumps(surface.as_dict(), allow_nan=False)
+
+
+def test_gradient_is_the_slope(ccd):
+    x, step = np.array([0.3, -0.7, 1.1]), 1e-6
+    for j in range(3):
+        ends = np.array([x, x])
+        ends[:, j] += (-step, step)
+        low, high = ccd.predict(ends)
+        assert ccd.gradient(x)[j] == pytest.approx((high - low) / (2 * step), rel=1e-7)
+    assert term_gradient(x).shape == (10, 3)
+
+
+def test_a_deterministic_solver_has_no_lack_of_fit_test(ccd_runs, coding):
+    centre = np.all(np.abs(ccd_runs.coded) < 1e-9, axis=1)
+    force = np.where(centre, 120.0, ccd_runs.force)
+    surface = fit_surface(ccd_runs.coded, force, coding.names)
+    rows = {row.source: row for row in surface.anova}
+    assert not surface.lack_of_fit_testable
+    assert any(DETERMINISTIC in note for note in surface.notes)
+    assert any("add no information" in note for note in surface.notes)
+    assert rows["Lack of fit"].f is None
+    assert (rows["Pure error"].sum_of_squares, rows["Pure error"].df) == (0.0, 5)
+    assert rows["Lack of fit"].sum_of_squares == pytest.approx(rows["Residual"].sum_of_squares)
+    assert rows["X4"].f > 100.0
+    json.dumps(surface.as_dict(), allow_nan=False)
+
+
+def test_no_replicates_no_lack_of_fit_test():
+    design = central_composite(2, 1)
+    force = np.random.default_rng(5).normal(100.0, 5.0, len(design))
+    surface = fit_surface(design, force, ["a", "b"])
+    assert not surface.lack_of_fit_testable
+    assert any("no design point is repeated" in note for note in surface.notes)
+
+
+def test_a_saturated_fit_has_no_error_and_no_nan():
+    design = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    force = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
+    surface = fit_surface(design, force, ["a", "b"])
+    assert surface.predict(design) == pytest.approx(force, abs=1e-10)
+    out = surface.as_dict()
+    json.dumps(out, allow_nan=False)
+    assert out["adjusted_r2"] is out["press"] is out["adequate_precision"] is None
+    assert all(c["standard_error"] is None for c in out["coefficients"])
+    assert np.all(np.isnan(surface.mean_interval(design)))
+    assert any("knows no error" in note for note in surface.notes)
+
+
+def test_a_flat_response(ccd_runs, coding):
+    surface = fit_surface(ccd_runs.coded, np.full(20, 7.0), coding.names)
+    assert surface.r2 is None
+    json.dumps(surface.as_dict(), allow_nan=False)
+
+
+def test_a_failed_run_is_left_out(ccd_runs, coding):
+    force = ccd_runs.force.copy()
+    force[2] = np.nan
+    surface = fit_surface(ccd_runs.coded, force, coding.names)
+    assert surface.runs_failed == 1
+    assert surface.df == 9
+    assert [run.run for run in surface.runs_diagnostics] == [1, 2, *range(4, 21)]
+    rows = {row.source: row for row in surface.anova}
+    assert rows["Lack of fit"].p == pytest.approx(0.017, abs=5e-4)
+
+
+def test_too_many_failed_runs_are_refused_by_name(ccd_runs, coding):
+    force = ccd_runs.force.copy()
+    force[[6, 7]] = np.nan  # both axial runs of X4
+    force[np.all(np.abs(ccd_runs.coded) < 1e-9, axis=1)] = np.nan
+    force[[5, 19, 14]] = np.nan
+    with pytest.raises(RunsFailed, match="cannot estimate"):
+        fit_surface(ccd_runs.coded, force, coding.names)
+    with pytest.raises(RunsFailed):
+        fit_surface(ccd_runs.coded, np.full(20, np.nan), coding.names)
+
+
+def test_a_two_level_design_cannot_carry_squares():
+    design = np.array([[a, b] for a in (-1.0, 1.0) for b in (-1.0, 1.0)] * 2)
+    with pytest.raises(UsageError, match=r"the mean, a\^2, b\^2"):
+        fit_surface(design, np.arange(8.0), ["a", "b"])
+
+
+def test_a_run_of_full_leverage_has_no_residual_to_judge():
+    design = np.array([[-1.0], [-1.0], [0.0], [0.0], [2.0]])
+    surface = fit_surface(design, [1.0, 1.5, 2.0, 2.2, 9.0], ["a"])
+    assert surface.runs_diagnostics[4].leverage == pytest.approx(1.0)
+    assert surface.runs_diagnostics[4].studentised is None
+    assert surface.runs_diagnostics[4].cooks_distance is None
+    assert surface.press is None

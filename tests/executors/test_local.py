@@ -1,0 +1,253 @@
+"""Workers compute, die, are replaced and leave no orphans."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import CancelledError, wait
+from pathlib import Path
+
+import pytest
+from fakes import ENVIRONMENT
+
+from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.local import LocalExecutor, WorkerDied, available_cores
+
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a worker ends when its kernel returns")
+POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+
+
+def square(x: float) -> float:
+    return x * x
+
+
+def whoami(seconds: float = 0.0) -> int:
+    time.sleep(seconds)
+    return os.getpid()
+
+
+def die(how: str, mark: Path | None = None) -> str:
+    """End this process; with a mark, only the first time."""
+    if mark is not None and mark.exists():
+        return "alive"
+    if mark is not None:
+        mark.touch()
+    if how == "exit":
+        os._exit(3)
+    if how == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+    import ctypes
+
+    return str(ctypes.string_at(0))
+
+
+def compute_with_gil(seconds: int) -> int:
+    """Hold the interpreter's lock as a compiled kernel may: no other thread of the process runs meanwhile."""
+    import ctypes
+
+    return int(ctypes.PyDLL(None).sleep(seconds))
+
+
+class Stubborn(Exception):
+    """Pickles, but does not come back."""
+
+    def __init__(self, first: str, second: str) -> None:
+        super().__init__(first)
+
+
+def fail(kind: str) -> None:
+    if kind == "stubborn":
+        raise Stubborn("first", "second")
+    if kind == "exit":
+        sys.exit(7)
+    raise KeyError("which")
+
+
+def unpicklable() -> object:
+    return threading.Lock()
+
+
+def chatter() -> None:
+    print("noise")
+
+
+def environment(name: str) -> str | None:
+    return os.environ.get(name)
+
+
+@pytest.fixture(scope="module")
+def executor() -> LocalExecutor:
+    with LocalExecutor(2) as executor:
+        yield executor
+
+
+def test_computes(executor: LocalExecutor) -> None:
+    assert list(executor.map(square, range(20))) == [x * x for x in range(20)]
+
+
+def test_two_workers_work_at_the_same_time(executor: LocalExecutor) -> None:
+    futures = [executor.submit(whoami, 0.3) for _ in range(4)]
+    assert len({future.result() for future in futures} - {os.getpid()}) == 2
+
+
+def test_one_thread_each(executor: LocalExecutor) -> None:
+    assert executor.submit(environment, "OMP_NUM_THREADS").result() == "1"
+    assert executor.submit(environment, "NUMBA_NUM_THREADS").result() == "1"
+
+
+@pytest.mark.parametrize(
+    ("kind", "error", "text"),
+    [("key", KeyError, "which"), ("stubborn", RuntimeError, "Stubborn: first"), ("exit", RuntimeError, "7")],
+)
+def test_exceptions_come_back(executor: LocalExecutor, kind: str, error: type[Exception], text: str) -> None:
+    with pytest.raises(error, match=text):
+        executor.submit(fail, kind).result()
+
+
+def test_results_that_cannot_travel(executor: LocalExecutor) -> None:
+    with pytest.raises(TypeError, match="pickle"):
+        executor.submit(unpicklable).result()
+
+
+def test_stdout_stays_clean(executor: LocalExecutor, capfd: pytest.CaptureFixture[str]) -> None:
+    executor.submit(chatter).result()
+    assert "noise" not in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("how", ["exit", pytest.param("kill", marks=POSIX), "segfault"])
+def test_a_dying_worker_costs_only_its_run(executor: LocalExecutor, how: str) -> None:
+    deadly = executor.submit(die, how)
+    others = [executor.submit(square, x) for x in range(10)]
+    assert [future.result() for future in others] == [x * x for x in range(10)]
+    ending = {"exit": "exit code 3", "kill": "SIGKILL", "segfault": "SIGSEGV" if os.name != "nt" else "code"}
+    with pytest.raises(WorkerDied, match=f"ended 2 times: .*{ending[how]}"):
+        deadly.result()
+
+
+@pytest.mark.parametrize("how", ["exit", pytest.param("kill", marks=POSIX), "segfault"])
+def test_one_death_is_forgiven(executor: LocalExecutor, how: str, tmp_path: Path) -> None:
+    assert executor.submit(die, how, tmp_path / "mark").result() == "alive"
+
+
+def test_an_exception_in_the_block_stops_the_workers() -> None:
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), LocalExecutor(1) as executor:
+        running = executor.submit(whoami, 60.0)
+        queued = executor.submit(square, 2)
+        while not running.running():
+            time.sleep(0.01)
+        raise KeyboardInterrupt
+    assert time.monotonic() - begun < 10.0
+    with pytest.raises(CancelledError):
+        queued.result(timeout=0)
+    with pytest.raises(WorkerDied, match="stopped"):
+        running.result(timeout=0)
+
+
+def test_shutdown_finishes_the_queue() -> None:
+    executor = LocalExecutor(1)
+    futures = [executor.submit(square, x) for x in range(5)]
+    executor.shutdown()
+    assert [future.result(timeout=0) for future in futures] == [0, 1, 4, 9, 16]
+    with pytest.raises(RuntimeError, match="shut down"):
+        executor.submit(square, 1)
+
+
+def test_shutdown_can_cancel_the_queue() -> None:
+    executor = LocalExecutor(1)
+    futures = [executor.submit(whoami, 0.5) for _ in range(5)]
+    while not futures[0].running():
+        time.sleep(0.01)
+    executor.shutdown(cancel_futures=True)
+    assert futures[0].done() and not futures[0].cancelled()
+    assert all(future.cancelled() for future in futures[1:])
+
+
+def test_idle_executors_start_nothing() -> None:
+    with LocalExecutor(4) as executor:
+        assert executor._crews == []
+
+
+def test_cores() -> None:
+    assert LocalExecutor().workers == available_cores() >= 1
+
+
+def test_inline() -> None:
+    with InlineExecutor() as executor:
+        assert executor.submit(square, 3).result() == 9
+        with pytest.raises(KeyError):
+            executor.submit(fail, "key").result()
+
+
+# ---- the parent dies
+
+PARENT = """
+import sys, time
+sys.path.insert(0, sys.argv[1])
+from test_local import compute_with_gil, whoami
+from stemcal.executors.local import LocalExecutor
+if __name__ == "__main__":
+    with LocalExecutor(2) as executor:
+        print(*[f.result() for f in [executor.submit(whoami, 0.5) for _ in range(2)]], flush=True)
+        busy = executor.submit(*((compute_with_gil, 20) if sys.argv[2] == "gil" else (whoami, 60.0)))
+        while not busy.running():
+            time.sleep(0.01)
+        time.sleep(0.3)
+        print("busy", flush=True)
+        busy.result()
+"""
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    stat = Path(f"/proc/{pid}/stat")
+    try:
+        return stat.read_text(encoding="utf-8").rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return not Path("/proc").exists()
+
+
+def eventually(condition: Callable[[], bool], seconds: float = 10.0) -> bool:
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.05)
+    return condition()
+
+
+@POSIX
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGINT"])
+@pytest.mark.parametrize("work", ["sleep", pytest.param("gil", marks=LINUX)])
+def test_no_orphans(name: str, work: str, tmp_path: Path) -> None:
+    script = tmp_path / "parent.py"
+    script.write_text(PARENT, encoding="utf-8")
+    parent = subprocess.Popen(
+        [sys.executable, str(script), str(Path(__file__).parent), work],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env=ENVIRONMENT,
+    )
+    assert parent.stdout is not None
+    workers = [int(pid) for pid in parent.stdout.readline().split()]
+    assert parent.stdout.readline() == "busy\n"
+    assert all(alive(pid) for pid in workers)
+    parent.send_signal(signal.Signals[name])
+    parent.wait(timeout=10)
+    parent.stdout.close()
+    assert eventually(lambda: not any(alive(pid) for pid in workers))
+
+
+def test_cancelled_calls_are_not_run(executor: LocalExecutor) -> None:
+    blocking = [executor.submit(whoami, 0.5) for _ in range(2)]
+    cancelled = executor.submit(square, 2)
+    assert cancelled.cancel()
+    wait(blocking)
+    assert executor.submit(square, 3).result() == 9

@@ -1,0 +1,132 @@
+"""kill -9 of a whole study at random times: nothing acknowledged is lost or redone, same bytes at the end."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from fakes import ENVIRONMENT, FakeSolver, lines, make_study
+
+from stemcal import workflow
+from stemcal.executors.inline import InlineExecutor
+from stemcal.study.store import StudyFolder
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="kills a POSIX process group")
+
+SCRIPT = Path(__file__).parent / "study_process.py"
+SECONDS_PER_RUN = 0.04
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of all stage files and tables."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".json", ".csv")}
+
+
+def start(folder: Path, witness: Path) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, str(SCRIPT), str(folder), str(witness), str(SECONDS_PER_RUN)],
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+        env=ENVIRONMENT,
+    )
+
+
+def acknowledged(folder: StudyFolder) -> dict[str, str]:
+    """Return the witness's line for every intact record."""
+    found = {}
+    for key in folder.keys():  # noqa: SIM118
+        record = folder.peek(key)
+        assert record is not None, f"{key} is damaged"
+        found[key] = f"{record['request']['stage']} {record['request']['row']}"
+    return found
+
+
+def kill_at_random(process: subprocess.Popen[bytes], witness: Path, rng: random.Random) -> bool:
+    """Kill the group once a few more runs have begun, at any moment of the next; False if it ended before."""
+    goal = len(lines(witness)) + rng.randint(0, 8)
+    while len(lines(witness)) < goal and process.poll() is None:
+        time.sleep(0.005)
+    time.sleep(rng.uniform(0.0, 0.3))
+    killed = process.poll() is None
+    if killed:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    return killed
+
+
+def survive(tmp_path: Path, kills: int, seed: int) -> int:
+    """Kill a study `kills` times, let it finish, compare with an unbroken one; returns the kills that hit."""
+    rng = random.Random(seed)
+    unbroken, broken = StudyFolder(tmp_path / "unbroken"), StudyFolder(tmp_path / "broken")
+    study = make_study(tmp_path, "rsm: {centre_points: 3}\n")
+    workflow.calibrate(study, unbroken, InlineExecutor(), solver=FakeSolver())
+    witness, hits = tmp_path / "witness", 0
+    while hits < kills:
+        hit = kill_at_random(start(broken.path, witness), witness, rng)
+        hits += hit
+        kept, begun = acknowledged(broken), len(lines(witness))
+        saved = Path(f"{witness}.saved")
+        assert set(lines(saved)) <= set(kept), "an acknowledged run is lost"
+        if not hit or hits == kills:
+            process = start(broken.path, witness)
+            _, stderr = process.communicate(timeout=120)
+            assert process.returncode == 0, stderr.decode()
+            redone = set(lines(witness)[begun:]) & set(kept.values())
+            assert not redone, f"computed again: {redone}"
+            assert set(kept) <= set(acknowledged(broken))
+            assert results(broken.path) == results(unbroken.path)
+            assert broken.keys() == unbroken.keys()
+            for key in broken.keys()[:: rng.randint(2, 5)]:  # leave work for the next kill
+                broken.record_path(key).unlink()
+            witness.unlink()
+            saved.unlink(missing_ok=True)
+    return hits
+
+
+def test_six_kills(tmp_path: Path) -> None:
+    assert survive(tmp_path, kills=6, seed=20) == 6
+
+
+@pytest.mark.slow
+def test_sixty_kills(tmp_path: Path) -> None:
+    assert survive(tmp_path, kills=60, seed=21) == 60
+
+
+def test_a_damaged_record_is_computed_again(tmp_path: Path) -> None:
+    """In a finished study every seventh record gets one flipped byte: just these runs are done again."""
+    folder, witness = StudyFolder(tmp_path / "out"), tmp_path / "witness"
+    study, solver = make_study(tmp_path), FakeSolver(witness)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    before, begun, rng = results(folder.path), len(lines(witness)), random.Random(3)
+    damaged = folder.keys()[::7]
+    for key in damaged:
+        path = folder.record_path(key)
+        content = bytearray(path.read_bytes())
+        content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+        path.write_bytes(content)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    assert len(lines(witness)) - begun == len(damaged) == len(list((folder.runs / "damaged").iterdir()))
+    assert results(folder.path) == before
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_polite_signal_to_the_group(tmp_path: Path, name: str) -> None:
+    """As a terminal's Ctrl-C or a batch system's end: the study ends soon and goes on later."""
+    folder, witness = StudyFolder(tmp_path / "out"), tmp_path / "witness"
+    process = start(folder.path, witness)
+    while len(lines(witness)) < 5 and process.poll() is None:
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.Signals[name])
+    process.communicate(timeout=15)
+    assert process.returncode != 0
+    kept, begun = acknowledged(folder), len(lines(witness))
+    assert len(kept) >= 2
+    again = start(folder.path, witness)
+    assert again.communicate(timeout=60) and again.returncode == 0
+    assert not set(lines(witness)[begun:]) & set(kept.values())

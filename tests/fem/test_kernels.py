@@ -1,0 +1,157 @@
+"""The compiled elements against their NumPy twins in `oracle`, which share no code with them.
+
+The twins use shape functions, B matrices and γ vectors where the kernels work in modes, so agreement to round-off
+says that both are the same element. Tolerance: 1e-10 of the largest value of its kind, about 10⁵ units of round-off,
+which the sums over eight points and the condition of distorted Jacobians use up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import oracle
+import pytest
+
+from stemcal.fem.kernels import element as rows
+from stemcal.fem.kernels.element import LANES, add_internal_forces
+from stemcal.fem.kernels.full import (
+    POINT_PLASTIC_STRAIN,
+    POINT_RATE_FACTOR,
+    POINT_STRESS,
+    add_full_internal_forces,
+)
+from stemcal.fem.material import BulkViscosity, Hourglass, Material
+from stemcal.fem.mesh import Mesh, brick
+from stemcal.fem.model import Model
+from stemcal.fem.state import State, start
+
+DT = 1.0e-3
+BACK_STRESS = slice(6, 12)
+MATERIALS = {
+    "elastic": Material(1e-9, 100.0, 0.3),
+    "kinematic": Material(1e-9, 100.0, 0.3, 2.0, 20.0, 0.0, failure_strain=0.5),
+    "mixed with Cowper-Symonds": Material(1e-9, 100.0, 0.2, 2.0, 20.0, 0.4, 5.0, 3.0, 0.27),
+    "isotropic, the paper's law": Material(1e-9, 100.0, 0.45, 2.0, 20.0, 1.0, 5.0, 3.0, 0.27, rate_law="paper"),
+}
+
+
+def distorted(counts: tuple[int, int, int], by: float, seed: int) -> Mesh:
+    mesh = brick(tuple(float(n) for n in counts), counts)
+    return mesh.moved(mesh.nodes + np.random.default_rng(seed).uniform(-by, by, mesh.nodes.shape))
+
+
+def random_state(material: Material, element: str, hourglass: Hourglass) -> State:
+    """27 distorted elements, 5 of them dead (and 5 lanes of padding), in the middle of something violent."""
+    random = np.random.default_rng(7)
+    model = Model(
+        distorted((3, 3, 3), 0.2, 1), material, element=element, hourglass=hourglass, viscosity=BulkViscosity(0.1, 1.5)
+    )
+    state = start(model)
+    state.body.v[:] = random.uniform(-30.0, 30.0, state.body.v.shape)
+    block = state.body.state
+    alive = block[:, rows.ALIVE]
+    alive.reshape(-1)[[2, 9, 15, 16, 26]] = 0.0
+    block[:, rows.STRESS : rows.STRESS + 6] = random.uniform(-2.0, 2.0, (len(block), 6, LANES))
+    block[:, rows.BACK_STRESS : rows.BACK_STRESS + 6] = back_stress(random, (len(block), 6, LANES), 1)
+    block[:, rows.PLASTIC_STRAIN] = random.uniform(0.0, 0.3, alive.shape)
+    block[:, rows.RATE_FACTOR] = random.uniform(1.0, 1.5, alive.shape)
+    block[:, rows.HOURGLASS_FORCE : rows.HOURGLASS_FORCE + 12] = random.uniform(-1.0, 1.0, (len(block), 12, LANES))
+    points = state.body.points
+    points[:, :, POINT_STRESS] = random.uniform(-2.0, 2.0, (*points.shape[:2], 6))
+    points[:, :, BACK_STRESS] = back_stress(random, (*points.shape[:2], 6), 2)
+    points[:, :, POINT_PLASTIC_STRAIN] = random.uniform(0.0, 0.3, points.shape[:2])
+    points[:, :, POINT_RATE_FACTOR] = random.uniform(1.0, 1.5, points.shape[:2])
+    state.body.f[:] = random.uniform(-1.0, 1.0, state.body.f.shape)
+    return state
+
+
+def back_stress(random: np.random.Generator, shape: tuple[int, ...], axis: int) -> np.ndarray:
+    """Return tensors without trace: back stress is a deviator."""
+    values = np.moveaxis(random.uniform(-1.0, 1.0, shape), axis, 0)
+    values[:3] -= values[:3].mean(axis=0)
+    return np.moveaxis(values, 0, axis)
+
+
+def close(found: object, wanted: object, scale: float | None = None) -> None:
+    found, wanted = np.asarray(found), np.asarray(wanted)
+    scale = max(np.abs(wanted).max(), 1e-3) if scale is None else scale
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-10 * scale)
+
+
+@pytest.mark.parametrize("form", ["stiffness", "viscous"])
+@pytest.mark.parametrize("name", MATERIALS)
+def test_one_point_element_equals_its_twin(name: str, form: str) -> None:
+    """Forces and state after one step, alive, failing in this step, dead; nothing from the padding."""
+    state = random_state(MATERIALS[name], "one_point", Hourglass(form, 0.05))
+    body, m = state.body, state.material
+    before, v = body.state.copy(), body.v
+    x, f = body.x, body.f.copy()
+    add_internal_forces(body.scratch, body.blocks, x, v, body.state, body.f, DT, m)
+    failed = 0
+    for e, corners in enumerate(state.topology.hexes):
+        old, new = before[e // LANES, :, e % LANES], body.state[e // LANES, :, e % LANES]
+        twin = oracle.OnePoint(
+            oracle.Point(oracle.symmetric(old[:6]), oracle.symmetric(old[6:12]), old[rows.PLASTIC_STRAIN],
+                         old[rows.RATE_FACTOR]),
+            old[rows.HOURGLASS_FORCE : rows.HOURGLASS_FORCE + 12].reshape(4, 3),
+            old[rows.HOURGLASS_STIFFNESS], old[rows.VISCOUS_LENGTH], bool(old[rows.ALIVE]),
+        )  # fmt: skip
+        f[corners] -= oracle.one_point_forces(twin, x[corners], v[corners], DT, m)
+        failed += bool(old[rows.ALIVE]) and not twin.alive
+        assert new[rows.ALIVE] == float(twin.alive)
+        close(new[:6], oracle.six(twin.point.stress), 10.0)
+        close(new[6:12], oracle.six(twin.point.back), 10.0)
+        close(new[rows.HOURGLASS_FORCE : rows.HOURGLASS_FORCE + 12], twin.hourglass.ravel(), 10.0)
+        close(new[rows.INTERNAL_ENERGY], twin.internal_energy)
+        close(new[rows.HOURGLASS_ENERGY], twin.hourglass_energy)
+        close(new[rows.VOLUME], oracle.mean_b_matrix(x[corners])[1])
+        if twin.alive:
+            close(new[rows.PLASTIC_STRAIN], twin.point.plastic_strain)
+            close(new[rows.RATE_FACTOR], twin.point.rate_factor)
+    close(body.f, f)
+    assert (failed > 0) == (MATERIALS[name].failure_strain < 0.4)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_full_element_equals_its_twin(name: str) -> None:
+    """Forces, points and element state after one step of the mean-dilatation element."""
+    state = random_state(replace(MATERIALS[name], failure_strain=0.17), "full", Hourglass())
+    body, m = state.body, state.material
+    before, points = body.state.copy(), body.points.copy()
+    f = body.f.copy()
+    add_full_internal_forces(state.topology.hexes, body.points, body.x, body.v, body.state, body.f, DT, m)
+    failed = 0
+    for e, corners in enumerate(state.topology.hexes):
+        old, new = before[e // LANES, :, e % LANES], body.state[e // LANES, :, e % LANES]
+        if not old[rows.ALIVE]:
+            assert new[rows.ALIVE] == 0.0
+            continue
+        twin = oracle.Full(
+            [oracle.Point(oracle.symmetric(p[:6]), oracle.symmetric(p[6:12]), p[12], p[13]) for p in points[e]],
+            old[rows.VISCOUS_LENGTH],
+        )
+        f[corners] -= oracle.full_forces(twin, body.x[corners], body.v[corners], DT, m)
+        failed += not twin.alive
+        assert new[rows.ALIVE] == float(twin.alive)
+        close(new[rows.PLASTIC_STRAIN], twin.plastic_strain)
+        close(new[rows.INTERNAL_ENERGY], twin.internal_energy)
+        for row, point in zip(body.points[e], twin.points, strict=True):
+            close(row[:6], oracle.six(point.stress), 10.0)
+            close(row[6:12], oracle.six(point.back), 10.0)
+            close(row[POINT_PLASTIC_STRAIN], point.plastic_strain)
+            close(row[POINT_RATE_FACTOR], point.rate_factor)
+    close(body.f, f)
+    assert failed > 0
+
+
+def test_dead_element_gives_no_force_however_it_is_deformed() -> None:
+    """An eroded element may be turned inside out or flattened to nothing by its neighbours: no force, no NaN."""
+    state = start(Model(brick((2.0, 1.0, 1.0), (2, 1, 1)), MATERIALS["kinematic"]))
+    body = state.body
+    body.state[0, rows.ALIVE, 0] = 0.0
+    for squeeze in (0.0, -1.0):
+        body.x[:, 0] = np.where(body.x[:, 0] < 0.5, 1.0 - squeeze, body.x[:, 0])
+        body.f[:] = 0.0
+        add_internal_forces(body.scratch, body.blocks, body.x, body.v, body.state, body.f, DT, state.material)
+        assert np.all(body.f == 0.0)

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from stemcal.report import figures
+from stemcal.report.style import inline, svg
+
+CURVES = {
+    "screen 1": ([0.0, 0.4, 0.8], [0.0, 100.0, 30.0]),
+    "8 mm": ([0.0, 0.4, 0.8], [0.0, 150.0, 60.0]),
+}
+
+
+def drawn(stages: dict[str, Any]) -> dict[str, Any]:
+    pair = ("yield_stress", "failure_strain")
+    return {
+        "pareto": figures.pareto(stages["screen"]),
+        "half_normal": figures.half_normal(stages["screen"]),
+        "observed_predicted": figures.observed_predicted(stages["rsm"]),
+        "residuals": figures.residuals(stages["rsm"]),
+        "contours": figures.contours(stages["rsm"], pair, stages["invert"]),
+        "contours_only": figures.contours(stages["rsm"], pair),
+        "validation": figures.validation(stages["validate"]),
+        "force_travel": figures.force_travel(CURVES, ["8 mm"]),
+    }
+
+
+def test_every_figure_is_valid_svg_and_the_same_each_time(stages: dict[str, Any]) -> None:
+    first, again = drawn(stages), drawn(stages)
+    for name, figure in first.items():
+        text = svg(figure)
+        assert ElementTree.fromstring(text).tag == "{http://www.w3.org/2000/svg}svg", name
+        assert text == svg(again[name]), name
+
+
+def test_pareto_has_a_bar_per_factor_and_lenths_line(stages: dict[str, Any]) -> None:
+    (axes,) = figures.pareto(stages["screen"]).axes
+    lengths = sorted(bar.get_width() for bar in axes.patches)
+    assert lengths == pytest.approx(sorted(abs(e["effect"]) for e in stages["screen"]["effects"]))
+    assert axes.lines[0].get_xdata()[0] == pytest.approx(23.7888, abs=1e-3)
+
+
+def test_residuals_are_those_of_the_fit(stages: dict[str, Any]) -> None:
+    (axes,) = figures.residuals(stages["rsm"]).axes
+    rest = axes.lines[1].get_ydata()
+    assert sum(r * r for r in rest) == pytest.approx(238.848, abs=1e-3)
+    assert [text.get_text() for text in axes.texts] == ["run 3"]
+
+
+def test_contour_shows_the_solution_in_natural_units(stages: dict[str, Any]) -> None:
+    figure = figures.contours(stages["rsm"], ("yield_stress", "strain_rate_c"), stages["invert"])
+    star = next(line for line in figure.axes[0].lines if line.get_marker() == "*")
+    assert (star.get_xdata()[0], star.get_ydata()[0]) == pytest.approx((18.3687, 90.0525), abs=1e-3)
+    assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
+
+
+def test_failed_runs_are_left_out(stages: dict[str, Any]) -> None:
+    rsm, validate = deepcopy(stages["rsm"]), deepcopy(stages["validate"])
+    rsm["design"]["runs"][0]["force"] = None
+    validate["rows"][0]["simulated"] = None
+    assert len(figures.observed_predicted(rsm).axes[0].lines[1].get_xdata()) == 19
+    assert len(figures.validation(validate).axes[0].lines[1].get_xdata()) == 4
+
+
+def test_inline_figures_have_ids_of_their_own_and_no_references(stages: dict[str, Any]) -> None:
+    text = inline(figures.validation(stages["validate"]), "v0", 'a "quoted" <caption>')
+    root = ElementTree.fromstring(text)
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert ids and all(name.startswith("v0-") for name in ids)
+    assert len(ids) == len(set(ids))
+    assert "http" not in text
+    assert root.get("aria-label") == 'a "quoted" <caption>'
+    assert "currentColor" in text
+
+
+def test_names_with_dollars_chinese_and_markup(stages: dict[str, Any], tmp_path: Path) -> None:
+    screen = deepcopy(stages["screen"])
+    for effect, name in zip(screen["effects"], ("$x^$", "屈服应力", "<script>"), strict=False):
+        effect["factor"] = name
+    ElementTree.fromstring(svg(figures.pareto(screen)))
+    figures.save(figures.pareto(screen), tmp_path / "pareto.png")
+    assert (tmp_path / "pareto.png").stat().st_size > 5000

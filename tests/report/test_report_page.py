@@ -1,0 +1,165 @@
+"""The page: self-contained, escaped, the same each time, readable by machines that read aloud."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stemcal.errors import UsageError
+from stemcal.report.page import render, write_page
+from stemcal.study.store import StudyFolder
+
+VOID = {"meta", "br", "link", "img"}
+
+
+class Outline(HTMLParser):
+    """Collects what the tests ask: tags in balance, headings, ids, links, attributes."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.headings: list[int] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if re.fullmatch("h[1-6]", tag):
+            self.headings.append(int(tag[1]))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def page(replayed: tuple[Any, Any]) -> str:
+    return render(*replayed)
+
+
+def test_words_come_first(page: str) -> None:
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
+    assert text.index("Which values of 9 parameters") < text.index("What came out")
+    assert text.index("What came out") < text.index("How sure it is") < text.index("Effects on the maximum")
+    assert "The surface meets the measured 159.2 N at yield_stress = 18.37" in text
+    assert "Lenth's method, which needs no residual, confirms yield_stress and failure_strain." in (
+        text.replace("&#39;", "'")
+    )
+    assert "It does not confirm strain_rate_c" in text
+    assert "other combinations meet it as well" in text
+    assert "read from a table, not simulated" in text
+
+
+def test_nothing_is_loaded_from_anywhere(page: str) -> None:
+    outline = Outline(page)
+    assert not {"script", "link", "img", "iframe"} & {tag for tag, _ in outline.tags}
+    assert "http" not in page
+    assert "@import" not in page
+    references = re.findall(r'(?:href|src|xlink:href)="([^"]*)"|url\(([^)]*)\)', page)
+    assert references
+    assert all((a or b).startswith("#") for a, b in references)
+    assert len(page.encode()) < 5_000_000
+
+
+def test_structure(page: str) -> None:
+    outline = Outline(page)
+    assert outline.open == []
+    assert outline.headings[0] == 1
+    assert outline.headings.count(1) == 1
+    assert all(after <= before + 1 for before, after in zip(outline.headings, outline.headings[1:], strict=False))
+    ids = [attributes["id"] for _, attributes in outline.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    assert outline.all("html") == [{"lang": "en"}]
+    assert all(th.get("scope") in ("row", "col") for th in outline.all("th"))
+    pictures = outline.all("svg")
+    assert len(pictures) == 8
+    assert all(svg.get("role") == "img" and svg.get("aria-label") for svg in pictures)
+    anchors = {a["href"] for a in outline.all("a")}
+    assert anchors <= {f"#{name}" for name in ids}
+
+
+def test_every_table_scrolls_in_its_own_box(page: str) -> None:
+    assert page.count("<table>") == len(re.findall(r'<div class="scroll"[^>]*>\s*<table>', page)) > 8
+
+
+def test_the_same_bytes_each_time(replayed: tuple[Any, Any], page: str) -> None:
+    assert render(*replayed) == page
+
+
+def test_markup_is_escaped(replayed: tuple[Any, Any], tmp_path: Path) -> None:
+    """A hostile name everywhere a stage file or the spec has one."""
+    study, folder = replayed
+    hostile = '<script>alert("x")</script>'
+    for name, old in (("screen", "density"), ("rsm", "strain_rate_c")):
+        text = (folder.path / f"{name}.json").read_text("utf-8").replace(old, json.dumps(hostile)[1:-1])
+        (tmp_path / f"{name}.json").write_text(text, "utf-8")
+    text = render(study.model_copy(update={"title": hostile, "warnings": (hostile,)}), StudyFolder(tmp_path))
+    assert "<script" not in text
+    assert text.count("&lt;script&gt;") > 12
+
+
+def test_unfinished_study(replayed: tuple[Any, Any], tmp_path: Path) -> None:
+    study, folder = replayed
+    with pytest.raises(UsageError, match="stemcal run SPEC"):
+        render(study, StudyFolder(tmp_path))
+    shutil.copy(folder.path / "screen.json", tmp_path)
+    assert "Not done yet: Response surface, Calibration, Validation." in render(study, StudyFolder(tmp_path))
+
+
+def test_failed_runs_are_told_on_top(replayed: tuple[Any, Any], tmp_path: Path) -> None:
+    study, folder = replayed
+    for name in ("screen", "rsm", "invert"):
+        shutil.copy(folder.path / f"{name}.json", tmp_path)
+    stage = folder.read_stage("validate")
+    stage["rows"][0] |= {"simulated": None, "error_percent": None, "status": "failed", "message": "too soft"}
+    StudyFolder(tmp_path).write_stage("validate", stage)
+    text = render(study, StudyFolder(tmp_path))
+    assert text.index("Validation, run 7 mm failed: too soft") < text.index("What came out")
+
+
+def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:
+    """Another significance level makes the screening stale, not the surface of named factors."""
+    study, folder = replayed
+    options = study.screen.model_copy(update={"alpha": 0.01})
+    text = render(study.model_copy(update={"screen": options}), folder)
+    assert "screen.json was made from something else" in text
+    assert "Not done yet: Screening." in text
+    assert "Effects on the maximum force" not in text
+    assert "Analysis of variance" in text
+
+
+def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
+    """Records that keep a curve give the figure of force over travel."""
+    study, folder = replayed
+    copy = StudyFolder(tmp_path)
+    stage = folder.read_stage("validate")
+    for name in ("screen", "rsm", "invert", "validate"):
+        shutil.copy(folder.path / f"{name}.json", tmp_path)
+    with copy:
+        for row in stage["rows"]:
+            record = folder.peek(row["key"])
+            record["details"] = {"curve": {"travel": [0.0, 0.4, 0.8], "force": [0.0, row["simulated"], 20.0]}}
+            copy.save(record)
+    assert "Force over blade travel" in render(study, copy)
+
+
+def test_written_file(replayed: tuple[Any, Any]) -> None:
+    study, folder = replayed
+    path = write_page(study, folder)
+    assert path == folder.path / "report.html"
+    assert path.read_bytes().startswith(b"<!doctype html>")
+    assert path.read_text("utf-8").rstrip().endswith("</html>")

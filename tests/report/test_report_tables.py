@@ -1,0 +1,102 @@
+"""The terminal's tables hold what the paper prints, in 80 columns."""
+
+from __future__ import annotations
+
+import io
+from copy import deepcopy
+from typing import Any
+
+import pytest
+from rich.cells import cell_len
+from rich.console import Console
+
+from stemcal.report.sheets import screening_sheet, sheets_of
+from stemcal.report.tables import stage_tables
+
+
+def printed(stage: dict[str, Any], width: int = 80) -> str:
+    out = io.StringIO()
+    console = Console(file=out, width=width)
+    for part in stage_tables(stage):
+        console.print(part)
+    return out.getvalue()
+
+
+def cells(text: str, begin: str) -> list[str]:
+    return next(line.split() for line in text.splitlines() if line.startswith(begin))
+
+
+@pytest.mark.parametrize("name", ["screen", "rsm", "invert", "validate"])
+def test_no_line_is_wider_than_80_columns(stages: dict[str, Any], name: str) -> None:
+    assert max(map(cell_len, printed(stages[name]).splitlines())) <= 80
+
+
+def test_long_and_chinese_names_fold(stages: dict[str, Any]) -> None:
+    stage = deepcopy(stages["screen"])
+    stage["effects"][0]["factor"] = "a_very_long_name_of_a_factor_" * 3
+    stage["effects"][1]["factor"] = "屈服应力" * 12
+    assert max(map(cell_len, printed(stage).splitlines())) <= 80
+
+
+def test_screening_as_in_table_7(stages: dict[str, Any]) -> None:
+    text = printed(stages["screen"])
+    assert cells(text, "X4")[:6] == ["X4", "yield_stress", "79.42", "60.19", "18921", "444.3"]
+    assert cells(text, "X4")[6] == "0.0022**"
+    assert cells(text, "X7")[6] == "0.0462*"
+    assert cells(text, "X5")[2:7] == ["−0.25", "0.001", "0.1875", "0.0044", "0.9531"]
+    assert "7.475" in text
+    assert "23.79" in text
+
+
+def test_significant_factors_stand_out(stages: dict[str, Any]) -> None:
+    assert screening_sheet(stages["screen"]).strong == {3, 6, 8}
+
+
+def test_analysis_of_variance_as_in_table_10(stages: dict[str, Any]) -> None:
+    text = printed(stages["rsm"])
+    assert cells(text, "Model") == ["Model", "16225.4", "9", "1802.82", "75.48", "<0.0001**"]
+    assert cells(text, "X7²") == ["X7²", "119.795", "1", "119.795", "5.016", "0.0490*"]
+    assert cells(text, "Lack of fit")[3:] == ["145.515", "5", "29.1029", "1.559", "0.3189"]
+    assert cells(text, "Cor total")[2:] == ["16464.2", "19"]
+
+
+def test_equation_has_the_sign_of_the_data(stages: dict[str, Any]) -> None:
+    text = " ".join(printed(stages["rsm"]).split())
+    assert (
+        "F = 120.42 + 31.82·X4 + 11.20·X9 + 4.22·X7 − 4.75·X4·X9 − 3.25·X4·X7 − 1.75·X9·X7 "
+        "+ 1.29·X4² − 0.83·X9² + 2.88·X7²" in text
+    )
+    assert "X4 = (yield_stress − 14.995) / 2.975" in text
+
+
+def test_calibration_with_ranges_and_the_published_values(stages: dict[str, Any]) -> None:
+    text = printed(stages["invert"])
+    assert cells(text, "yield_stress") == ["yield_stress", "18.37", "17.63", "to", "18.96", "1.134", "17.96"]
+    assert "147.1 to 171.3" in " ".join(text.split())
+
+
+def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
+    text = printed(stages["validate"])
+    assert cells(text, "11 ") == ["11", "validation", "378.2", "350.0", "7.46"]
+    assert cells(text, "8 ")[1] == "calibration"
+
+
+def test_failed_runs_show_their_reason(stages: dict[str, Any]) -> None:
+    stage = deepcopy(stages["validate"])
+    stage["rows"][0] |= {"simulated": None, "error_percent": None, "status": "failed", "reason": "nan"}
+    assert cells(printed(stage), "7 ") == ["7", "validation", "120", "nan", "–"]
+
+
+def test_markup_in_names_is_text(stages: dict[str, Any]) -> None:
+    stage = deepcopy(stages["screen"])
+    stage["effects"][0]["factor"] = "[red]x[/red]"
+    assert "[red]x[/red]" in printed(stage)
+
+
+def test_screening_without_lenth_and_f(stages: dict[str, Any]) -> None:
+    stage = deepcopy(stages["screen"])
+    stage["lenth"] = {"pse": None, "me": None, "sme": None}
+    for effect in stage["effects"]:
+        effect |= {"f": None, "p": None, "p_holm": None, "lenth_t": None, "stars": ""}
+    assert "–" in printed(stage)
+    assert len(sheets_of(stage)[0].foot) == 1

@@ -1,0 +1,121 @@
+"""The floors of the house: imports point down only, and each outside library has its place."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "stemcal"
+
+FLOORS = {
+    "stemcal.errors": 0,
+    "stemcal.fem.kernels": 1,
+    "stemcal.fem": 2,
+    "stemcal.doe": 3,
+    "stemcal.measured": 3,
+    "stemcal.study": 3,
+    "stemcal.cutting": 3,
+    "stemcal.solvers": 4,
+    "stemcal.executors": 5,
+    "stemcal.report": 7,
+    "stemcal.cli": 8,
+    "stemcal.__main__": 9,
+}
+WORKFLOW = 6  # every other module at the top: workflow.py and the modules its stages are made of
+
+PLACES = {
+    "typer": ("stemcal.cli",),
+    "rich": ("stemcal.cli", "stemcal.report"),
+    "yaml": ("stemcal.study",),
+    "statsmodels": ("stemcal.doe",),
+    "pandas": ("stemcal.doe", "stemcal.measured"),
+    "pyDOE3": ("stemcal.doe",),
+    "matplotlib": ("stemcal.report",),
+    "jinja2": ("stemcal.report",),
+    "numba": ("stemcal.fem",),
+}
+INSIDE_FUNCTIONS = ("statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2")
+LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
+
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts)
+
+
+def name_of(path: Path) -> str:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def within(module: str, package: str) -> bool:
+    return module == package or module.startswith(package + ".")
+
+
+def floor_of(module: str) -> int:
+    known = [package for package in FLOORS if within(module, package)]
+    return FLOORS[max(known, key=len)] if known else WORKFLOW
+
+
+def house_of(module: str) -> str:
+    """Return the package within which modules may import each other."""
+    known = [package for package in FLOORS if within(module, package)]
+    return max(known, key=len) if known else "workflow"
+
+
+def imports(path: Path) -> Iterator[tuple[str, bool]]:
+    """Yield what a module imports, and whether at its top; what only type checkers see is left out."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    yield from _walk(tree, name_of(path), path.name == "__init__.py", at_top=True)
+
+
+def _walk(node: ast.AST, module: str, is_package: bool, at_top: bool) -> Iterator[tuple[str, bool]]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test).endswith("TYPE_CHECKING"):
+            continue
+        if isinstance(child, ast.Import):
+            yield from ((alias.name, at_top) for alias in child.names)
+        elif isinstance(child, ast.ImportFrom):
+            base = child.module or ""
+            if child.level:
+                parts = module.split(".")
+                base = ".".join([*parts[: len(parts) - child.level + is_package], *filter(None, [base])])
+            yield from ((f"{base}.{alias.name}", at_top) for alias in child.names)
+        else:
+            inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+            yield from _walk(child, module, is_package, at_top and not inside)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_point_down(path: Path) -> None:
+    module = name_of(path)
+    for imported, _ in imports(path):
+        if not within(imported, "stemcal") or imported == "stemcal.__version__" or module == "stemcal":
+            continue
+        if house_of(imported) != house_of(module):
+            assert floor_of(imported) < floor_of(module), f"{module} imports {imported}"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_libraries_in_their_places(path: Path) -> None:
+    module = name_of(path)
+    for imported, at_top in imports(path):
+        library = imported.partition(".")[0]
+        if library in PLACES:
+            assert any(within(module, place) for place in PLACES[library]), f"{module} imports {imported}"
+        if library in INSIDE_FUNCTIONS:
+            assert not at_top, f"{module} imports {imported} at its top"
+
+
+def test_cli_starts_light() -> None:
+    """What `stemcal --help` imports at module level is light; heavy imports stand in functions."""
+    for path in (PACKAGE / "cli").glob("*.py"):
+        for imported, at_top in imports(path):
+            heavy = any(within(imported, package) for package in LIGHT)
+            assert not (heavy and at_top), f"{name_of(path)} imports {imported} at its top"
+
+
+def test_this_test_sees_imports() -> None:
+    found = dict(imports(PACKAGE / "cli" / "guard.py"))
+    assert found["typer"] is True
+    assert found["stemcal.errors.StemcalError"] is True

@@ -1,0 +1,342 @@
+"""Whole studies with a solver whose answers are known."""
+
+from __future__ import annotations
+
+import csv
+import json
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import FakeSolver, lines, make_study
+
+from stemcal import workflow
+from stemcal.answering import Progress
+from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.local import LocalExecutor
+from stemcal.study.spec import load_study
+from stemcal.study.store import StudyFolder
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+STAGES = ("screen", "rsm", "invert", "validate")
+TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> StudyFolder:
+    return StudyFolder(tmp_path / "out")
+
+
+@pytest.fixture
+def witness(tmp_path: Path) -> Path:
+    return tmp_path / "witness"
+
+
+def stage_bytes(folder: StudyFolder) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in sorted(folder.path.iterdir()) if p.suffix in (".json", ".csv")}
+
+
+# ---- known answers
+
+
+def test_calibrates_to_the_known_point(tmp_path: Path, folder: StudyFolder) -> None:
+    """F = 100 + 20·a + 8·b + 3·b² + 0.5·a·b, least distance to the centre in half steps of the design.
+
+    With α = √2 the coded variables are √2·(a, b): both are scaled alike, so the nearest point of F = 110 in
+    (a, b) is the one in coded units too. Lagrange: a = λ(20 + b/2)/2, b = λ(8 + 6b + a/2)/2.
+    """
+    workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
+    found = folder.read_stage("invert")
+    a = (found["solution"]["yield_stress"] - 15.0) / 5.0
+    b = (found["solution"]["failure_strain"] - 0.03) / 0.02
+    assert 100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b + 0.5 * a * b == pytest.approx(110.0, abs=1e-6)
+    assert a / (20.0 + 0.5 * b) == pytest.approx(b / (8.0 + 6.0 * b + 0.5 * a), rel=1e-4)
+    assert found["coded_radius"] == pytest.approx(2**0.5 * (a * a + b * b) ** 0.5)
+    assert found["parameters"]["density"] == pytest.approx(1100.0)
+    assert found["target"] == 110.0 and found["diameter"] == 8.0
+
+
+def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) -> None:
+    study = make_study(tmp_path, TWO)
+    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    values = {row["term"]: row["value"] for row in stage["coefficients"]}
+    alpha = 2**0.5
+    assert values["1"] == pytest.approx(100.0, abs=1e-9)
+    assert values["yield_stress"] == pytest.approx(20.0 / alpha, abs=1e-9)
+    assert values["failure_strain^2"] == pytest.approx(3.0 / 2.0, abs=1e-9)
+    assert values["yield_stress:failure_strain"] == pytest.approx(0.5 / 2.0, abs=1e-9)
+    assert stage["lack_of_fit_testable"] is False and "deterministic" in stage["pure_error_note"]
+    axial = [run["levels"]["yield_stress"] for run in stage["design"]["runs"]]
+    assert min(axial) == 10.0 and max(axial) == 20.0  # exactly, not 19.999999999999996
+
+
+def test_screening_finds_the_two_factors_that_act(tmp_path: Path, folder: StudyFolder) -> None:
+    stage = workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver())
+    ranked = sorted(stage["effects"], key=lambda e: -e["contribution_percent"])
+    assert [e["factor"] for e in ranked[:2]] == ["yield_stress", "failure_strain"]
+    assert ranked[0]["effect"] == pytest.approx(40.0, abs=1e-9)  # 2·20; a·b is aliased with other columns
+    assert ranked[1]["effect"] == pytest.approx(16.0, abs=1e-9)
+    assert {"yield_stress", "failure_strain"} <= set(stage["significant"])
+
+
+def test_validation_rows_have_the_papers_sign(tmp_path: Path, folder: StudyFolder) -> None:
+    """Measured forces follow d², as the solver does: no error anywhere, 8 mm is the calibration."""
+    stage = workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
+    assert [row["role"] for row in stage["rows"]] == ["validation", "calibration", "validation"]
+    assert [row["error_percent"] for row in stage["rows"]] == pytest.approx([0.0, 0.0, 0.0], abs=1e-5)
+    assert all(row["status"] == "ok" for row in stage["rows"])
+
+
+def test_fewer_than_two_significant_takes_the_two_largest(tmp_path: Path, folder: StudyFolder) -> None:
+    study = make_study(tmp_path, "screen: {alpha: 1e-12}\n")
+    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    assert stage["names"] == ["yield_stress", "failure_strain"]
+    assert any("two factors of largest contribution" in note for note in stage["notes"])
+    assert stage["fixed"]["strain_rate_c"] == 90.0
+
+
+@pytest.mark.parametrize(("alpha", "radius"), [("face", 2**0.5), ("1.2", 2**0.5), ("1.8", 1.8)])
+def test_design_radius(tmp_path: Path, folder: StudyFolder, alpha: str, radius: float) -> None:
+    extra = f"rsm: {{factors: [yield_stress, failure_strain], alpha: {alpha}}}\n"
+    stage = workflow.fit_surface(make_study(tmp_path, extra), folder, InlineExecutor(), solver=FakeSolver())
+    assert stage["radius"] == pytest.approx(radius)
+    levels = [run["levels"]["yield_stress"] for run in stage["design"]["runs"]]
+    assert (min(levels), max(levels)) == (10.0, 20.0)
+
+
+def test_unreachable_target(tmp_path: Path, folder: StudyFolder) -> None:
+    study = make_study(tmp_path, TWO)
+    far = study.model_copy(
+        update={
+            "targets": study.targets.model_copy(
+                update={"forces": tuple(t.model_copy(update={"force": t.force * 10}) for t in study.targets.forces)}
+            )
+        }
+    )
+    workflow.fit_surface(far, folder, InlineExecutor(), solver=FakeSolver())
+    with pytest.raises(TargetUnreachable, match="1100 N is above"):
+        workflow.invert(far, folder, FakeSolver())
+
+
+# ---- the paper's tables
+
+
+def test_paper_replay(folder: StudyFolder) -> None:
+    study = load_study(CONFIGS / "paper-replay.yaml")
+    workflow.calibrate(study, folder, InlineExecutor())
+    screen, rsm, invert, validate = (folder.read_stage(stage) for stage in STAGES)
+    assert screen["published"]["agree"] == screen["published"]["of"] == 45
+    assert rsm["published"]["tables"]["anova"] == {"agree": 63, "of": 63}
+    values = {row["term"]: row["value"] for row in rsm["coefficients"]}
+    assert values["strain_rate_c^2"] == pytest.approx(2.883, abs=5e-4)
+    assert rsm["published"]["tables"]["coefficients"] == {"agree": 9, "of": 10}
+    assert any("strain_rate_c^2" in note and "sign" in note for note in rsm["notes"])
+    assert any("112 to 124 N" in note for note in rsm["notes"])
+    assert invert["published"]["predicted"] == pytest.approx(159.26, abs=0.01)
+    assert invert["published"]["mean_interval"] == pytest.approx([152.8, 165.7], abs=0.05)
+    assert list(invert["solution"].values()) == pytest.approx([18.369, 0.03184, 90.05], rel=5e-4)
+    errors = [row["error_percent"] for row in validate["rows"]]
+    assert errors == pytest.approx([-7.83, -6.16, 5.80, 6.33, 7.46], abs=0.005)
+    assert any("11 mm" in note and "sign" in note for note in validate["notes"])
+    assert any("read from a table" in note for note in validate["notes"])
+
+
+def test_a_runs_table_replays_its_study(tmp_path: Path, folder: StudyFolder) -> None:
+    """What a study leaves as CSV is what a table solver reads."""
+    workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
+    (tmp_path / "data").mkdir()
+    for name in ("screen_runs", "rsm_runs"):
+        (tmp_path / "data" / f"{name}.csv").write_bytes((folder.path / f"{name}.csv").read_bytes())
+    rows = "".join(f"{r['diameter']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
+    (tmp_path / "data" / "v.csv").write_text("diameter,force\n" + rows, encoding="utf-8")
+    table = "solver: {kind: table, screen: data/screen_runs.csv, rsm: data/rsm_runs.csv, validate: data/v.csv}\n"
+    again = StudyFolder(tmp_path / "again")
+    workflow.calibrate(make_study(tmp_path, TWO + table), again, InlineExecutor())
+    old, new = ({row["term"]: row["value"] for row in f.read_stage("rsm")["coefficients"]} for f in (folder, again))
+    assert new == pytest.approx(old, abs=1e-9)
+    assert again.read_stage("screen")["effects"] == folder.read_stage("screen")["effects"]
+    assert again.read_stage("invert")["solution"] == pytest.approx(folder.read_stage("invert")["solution"])
+
+
+# ---- records
+
+
+def test_second_run_computes_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
+    study, solver = make_study(tmp_path), FakeSolver(witness)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    first, files = len(lines(witness)), stage_bytes(folder)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    assert len(lines(witness)) == first
+    assert stage_bytes(folder) == files
+
+
+def test_equal_centre_points_are_computed_once(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
+    """4 factorial, 4 axial, 3 centre points: 11 rows, 9 runs."""
+    workflow.fit_surface(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver(witness))
+    assert len(lines(witness)) == 9
+    assert len(folder.keys()) == 9
+    assert len(folder.read_stage("rsm")["design"]["runs"]) == 11
+
+
+def test_progress_counts_rows(tmp_path: Path, folder: StudyFolder) -> None:
+    seen: list[Progress] = []
+    study = make_study(tmp_path, TWO)
+    workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
+    assert (seen[0].done, seen[-1].done, seen[-1].total, seen[-1].cached) == (0, 11, 11, 0)
+    assert seen[1].last_force is not None
+    seen.clear()
+    workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
+    assert [(p.done, p.cached) for p in seen] == [(11, 11)]
+
+
+def test_a_new_solver_version_reuses_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
+    study = make_study(tmp_path, TWO)
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver(witness))
+    with pytest.raises(UsageError, match="solver version changed since"):
+        workflow.invert(study, folder, FakeSolver(witness, version=2))
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver(witness, version=2))
+    assert len(lines(witness)) == 18
+    log = (folder.path / "log.jsonl").read_text(encoding="utf-8")
+    assert '"changed": ["solver version"]' in log
+
+
+def test_provenance_is_recorded(tmp_path: Path, folder: StudyFolder) -> None:
+    workflow.fit_surface(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
+    record = folder.load(folder.keys()[0])
+    assert record is not None
+    assert record["details"] == {"steps": 7} and record["request"]["stage"] == "rsm"
+    assert {"stemcal", "python", "numpy", "host", "started", "wall_seconds"} <= set(record["provenance"])
+
+
+# ---- order of stages
+
+
+@pytest.mark.parametrize(("stage", "missing"), [("rsm", "screen"), ("invert", "screen"), ("validate", "screen")])
+def test_a_stage_needs_the_one_before(tmp_path: Path, folder: StudyFolder, stage: str, missing: str) -> None:
+    study, solver, executor = make_study(tmp_path), FakeSolver(), InlineExecutor()
+    commands: dict[str, Any] = {
+        "rsm": lambda: workflow.fit_surface(study, folder, executor, solver=solver),
+        "invert": lambda: workflow.invert(study, folder, solver),
+        "validate": lambda: workflow.validate(study, folder, executor, solver=solver),
+    }
+    with pytest.raises(UsageError, match=f"run `stemcal {missing} SPEC` first"):
+        commands[stage]()
+
+
+def test_a_changed_factor_makes_stages_stale(tmp_path: Path, folder: StudyFolder) -> None:
+    study = make_study(tmp_path)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
+    narrow = tuple(f.model_copy(update={"high": 19.0}) if f.name == "yield_stress" else f for f in study.factors)
+    with pytest.raises(UsageError, match=r"screen.json was made from something else \(factors changed"):
+        workflow.validate(study.model_copy(update={"factors": narrow}), folder, InlineExecutor(), solver=FakeSolver())
+
+
+def test_a_new_surface_makes_the_solution_stale(tmp_path: Path, folder: StudyFolder) -> None:
+    study = make_study(tmp_path, TWO)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
+    more = study.model_copy(update={"rsm": study.rsm.model_copy(update={"alpha": "face"})})
+    workflow.fit_surface(more, folder, InlineExecutor(), solver=FakeSolver())
+    with pytest.raises(UsageError, match=r"invert.json .*rsm.json changed"):
+        workflow.validate(more, folder, InlineExecutor(), solver=FakeSolver())
+
+
+# ---- failed runs
+
+
+@pytest.mark.parametrize(
+    ("trouble", "reason"),
+    [("nan", "nan"), ("failed", "inverted"), ("simulation", "energy_drift"), ("raise", "exception")],
+)
+def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble: str, reason: str) -> None:
+    """One of twelve runs fails: ten coefficients from eleven runs leave one residual df."""
+    stage = workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble={3: trouble}))
+    run = stage["design"]["runs"][3]
+    assert (run["status"], run["reason"], run["force"]) == ("failed", reason, None)
+    assert stage["residual"]["df"] == 1
+    assert any("1 of 12 runs failed" in note for note in stage["notes"])
+    with (folder.path / "screen_runs.csv").open(encoding="utf-8", newline="") as file:
+        assert [row["force"] == "" for row in csv.DictReader(file)].index(True) == 3
+
+
+def test_too_many_failed_runs_are_named(tmp_path: Path, folder: StudyFolder) -> None:
+    solver = FakeSolver(trouble=dict.fromkeys((1, 4, 7), "failed"))
+    with pytest.raises(RunsFailed, match=r"3 of 12[\s\S]*run 2: inverted: element 17[\s\S]*run 5[\s\S]*run 8"):
+        workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=solver)
+    assert not folder.has_stage("screen")
+    assert len(folder.keys()) == 12
+
+
+def test_all_runs_failed(tmp_path: Path, folder: StudyFolder) -> None:
+    with pytest.raises(RunsFailed, match="12 of 12"):
+        workflow.screen(
+            make_study(tmp_path),
+            folder,
+            InlineExecutor(),
+            solver=FakeSolver(trouble=dict.fromkeys(range(12), "nan")),
+        )
+
+
+def test_physical_failures_stand_accidents_are_tried_again(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
+    solver = FakeSolver(witness, trouble={2: "failed", 5: "raise"})
+    study = make_study(tmp_path)
+    with pytest.raises(RunsFailed):
+        workflow.screen(study, folder, InlineExecutor(), solver=solver)
+    before = len(lines(witness))
+    with pytest.raises(RunsFailed):
+        workflow.screen(study, folder, InlineExecutor(), solver=solver)
+    assert lines(witness)[before:] == ["screen 5"]
+
+
+def test_a_dead_worker_costs_one_run(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
+    with LocalExecutor(2) as executor:
+        stage = workflow.screen(make_study(tmp_path), folder, executor, solver=FakeSolver(witness, trouble={3: "exit"}))
+    statuses = [run["status"] for run in stage["design"]["runs"]]
+    assert statuses.count("failed") == 1 and statuses[3] == "failed"
+    assert stage["design"]["runs"][3]["reason"] == "worker_died"
+    assert "exit code 3" in stage["design"]["runs"][3]["message"]
+    assert lines(witness).count("screen 3") == 2  # tried twice
+
+
+# ---- interruption
+
+
+class InterruptedExecutor(InlineExecutor):
+    """Ctrl-C comes while the fifth run is submitted."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if args[1].row == 4:
+            raise KeyboardInterrupt
+        return super().submit(fn, *args, **kwargs)
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
+    study, solver = make_study(tmp_path), FakeSolver(witness)
+    with pytest.raises(KeyboardInterrupt):
+        workflow.screen(study, folder, InterruptedExecutor(), solver=solver)
+    assert len(folder.keys()) == 4
+    workflow.screen(study, folder, InlineExecutor(), solver=solver)
+    assert len(lines(witness)) == 12
+
+
+# ---- plan
+
+
+def test_plan_counts_and_runs_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
+    study, solver = make_study(tmp_path, TWO), FakeSolver(witness)
+    planned = workflow.plan(study, folder, solver)
+    assert [s["to_run"] for s in planned["stages"]] == [12, 9, 3]
+    assert planned["stages"][0]["seconds"] == pytest.approx(120.0)
+    assert planned["stages"][2]["seconds"] == pytest.approx(10.0 * (49 + 64 + 100) / 64)
+    assert not folder.path.exists() and not witness.exists()
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    assert workflow.plan(study, folder, solver)["to_run"] == 0
+    json.dumps(planned)
+
+
+def test_plan_before_the_screening_assumes_three_factors(tmp_path: Path, folder: StudyFolder) -> None:
+    planned = workflow.plan(make_study(tmp_path), folder, FakeSolver())
+    assert planned["stages"][1]["rows"] == 8 + 6 + 6
+    assert any("3 are assumed" in note for note in planned["notes"])

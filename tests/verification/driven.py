@@ -1,0 +1,96 @@
+"""Ways to put a body through a known motion and to look at it on the way, over the compiled kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.element import LANES, STRESS, add_internal_forces
+from stemcal.fem.kernels.full import POINT_STRESS, add_full_internal_forces
+from stemcal.fem.kernels.march import REACHED, march
+from stemcal.fem.material import BulkViscosity, Hourglass
+from stemcal.fem.mesh import Mesh, brick
+from stemcal.fem.model import Model
+from stemcal.fem.state import State, start
+
+Array = NDArray[np.float64]
+
+NO_VISCOSITY = BulkViscosity(0.0, 0.0)
+# Each element with each way to resist its hourglass modes.
+ELEMENTS = {
+    "one point, stiffness": {"element": "one_point", "hourglass": Hourglass("stiffness", 0.03)},
+    "one point, viscous": {"element": "one_point", "hourglass": Hourglass("viscous", 0.1)},
+    "full": {"element": "full"},
+}
+
+
+def distorted(counts: tuple[int, int, int], by: float, seed: int = 0) -> Mesh:
+    """Return a brick of unit elements whose nodes are all moved at random by up to `by` in each direction."""
+    mesh = brick(tuple(float(n) for n in counts), counts)
+    return mesh.moved(mesh.nodes + np.random.default_rng(seed).uniform(-by, by, mesh.nodes.shape))
+
+
+def advance(state: State, x: Array, dt: float = 1.0e-3) -> Array:
+    """Move every node straight to x (N, 3) in one step; returns the forces of the elements on the nodes."""
+    body = state.body
+    body.v[:] = (x - body.x) / dt
+    body.x[:] = x
+    body.f[:] = 0.0
+    if body.points.shape[0] > 0:
+        add_full_internal_forces(state.topology.hexes, body.points, body.x, body.v, body.state, body.f, dt,
+                                 state.material)  # fmt: skip
+    else:
+        add_internal_forces(body.scratch, body.blocks, body.x, body.v, body.state, body.f, dt, state.material)
+    return body.f.copy()
+
+
+def stresses(state: State) -> Array:
+    """Return the stress (xx, yy, zz, xy, yz, zx) of every integration point."""
+    if state.body.points.shape[0] > 0:
+        return state.body.points[:, :, POINT_STRESS].reshape(-1, 6).copy()
+    return row(state, slice(STRESS, STRESS + 6))
+
+
+def row(state: State, which: int | slice) -> Array:
+    """Return one or more rows of the elements' state, elements first, without the padding."""
+    elements = len(state.topology.hexes)
+    rows = state.body.state[:, which]
+    if rows.ndim == 2:
+        return rows.reshape(-1)[:elements].copy()
+    return rows.transpose(0, 2, 1).reshape(-1, rows.shape[1])[:elements].copy()
+
+
+def boundary(mesh: Mesh) -> NDArray[np.bool_]:
+    """Return which nodes belong to fewer than eight elements."""
+    return np.bincount(mesh.hexes.ravel(), minlength=len(mesh.nodes)) < 8
+
+
+def stretched(model: Model, log_strains: Iterable[Array], dt: float = 1.0e-3) -> tuple[State, Array]:
+    """Take a body through homogeneous principal stretches exp(ε₁), exp(ε₂), exp(ε₃) along x, y, z.
+
+    Returns the state at the end and the stress of the first integration point after every step (n, 6).
+    """
+    state = start(model)
+    seen = []
+    for strain in log_strains:
+        advance(state, model.mesh.nodes * np.exp(strain), dt)
+        seen.append(stresses(state)[0])
+    return state, np.array(seen)
+
+
+def record(model: Model, times: Array, look: Callable[[State], object]) -> tuple[Array, Array]:
+    """March a model and look at it at (the first step past) each time; returns the times reached and what was seen."""
+    state = start(model)
+    reached, seen = [], []
+    for until in times:
+        assert march(float(until), *state.parts()) == REACHED
+        reached.append(float(state.clock.time[0]))
+        seen.append(look(state))
+    return np.array(reached), np.array(seen)
+
+
+__all__ = [
+    "ELEMENTS", "LANES", "NO_VISCOSITY", "advance", "boundary", "distorted", "record", "row", "stresses", "stretched",
+]  # fmt: skip

@@ -1,0 +1,144 @@
+"""Hourglass control: the four hourglass modes meet resistance, rigid and uniform ones do not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import oracle
+import pytest
+from driven import ELEMENTS, NO_VISCOSITY, advance, distorted, row, stresses
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stemcal.fem.kernels.element import HOURGLASS_ENERGY, HOURGLASS_FORCE
+from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.mesh import Mesh, brick
+from stemcal.fem.model import Model
+from stemcal.fem.state import start
+
+ELASTIC = Material(1e-9, 100.0, 0.3)
+SMALL = 1e-6
+
+
+def stiffness_matrix(mesh: Mesh, **kind: object) -> np.ndarray:
+    """Return the element's 24×24 tangent stiffness, by a small displacement of every corner in turn."""
+    columns = []
+    for corner in range(8):
+        for i in range(3):
+            state = start(Model(mesh, ELASTIC, viscosity=NO_VISCOSITY, **kind))
+            x = mesh.nodes.copy()
+            x[mesh.hexes[0, corner], i] += SMALL
+            columns.append(-advance(state, x)[mesh.hexes[0]].ravel() / SMALL)
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize(
+    ("kind", "zeros"),
+    [
+        ({"element": "one_point", "hourglass": Hourglass("stiffness", 0.03)}, 6),
+        ({"element": "one_point", "hourglass": Hourglass("stiffness", 0.0)}, 18),
+        ({"element": "full"}, 6),
+    ],
+    ids=["one point", "one point without hourglass control", "full"],
+)
+def test_rank_of_the_stiffness(kind: dict[str, object], zeros: int) -> None:
+    """24 − 6 rigid modes = 18 for a sound element; the bare one-point element has 12 hourglass modes more to lose.
+
+    Zero means below 1e-5 of the largest eigenvalue: the difference quotient is good to its step, 1e-6.
+    """
+    values = np.linalg.eigvals(stiffness_matrix(distorted((1, 1, 1), 0.2, seed=4), **kind))
+    assert np.sum(np.abs(values) < 1e-5 * np.abs(values).max()) == zeros
+    assert np.all(values.real > -1e-5 * np.abs(values).max())
+
+
+@pytest.mark.parametrize("coefficient", [0.003, 0.03, 0.3])
+@pytest.mark.parametrize("mode", range(4))
+def test_stiffness_force_on_a_cube(mode: int, coefficient: float) -> None:
+    """Flanagan and Belytschko (1981): q = Γ·u/√8, Q = k q, f = Γ Q/√8 with k = coefficient · E V ΣB².
+
+    A cube of side h has B = ±1/4h, so ΣB² = 24/16h² and, for u = aΓ along one axis, f = 1.5 · coefficient · E h a Γ.
+    """
+    h, a = 2.0, 1e-6
+    mesh = brick((h, h, h), (1, 1, 1))
+    for axis in range(3):
+        state = start(Model(mesh, ELASTIC, hourglass=Hourglass("stiffness", coefficient), viscosity=NO_VISCOSITY))
+        x = mesh.nodes.copy()
+        x[mesh.hexes[0], axis] += a * oracle.GAMMA[mode]
+        f = advance(state, x)[mesh.hexes[0]]
+        wanted = np.zeros((8, 3))
+        wanted[:, axis] = -1.5 * coefficient * 100.0 * h * a * oracle.GAMMA[mode]
+        np.testing.assert_allclose(f, wanted, atol=1e-5 * np.abs(wanted).max())
+        energy = 0.5 * a * 8.0 * np.abs(wanted).max()
+        np.testing.assert_allclose(row(state, HOURGLASS_ENERGY), energy, rtol=1e-5)
+
+
+@pytest.mark.parametrize("mode", range(4))
+def test_viscous_force_on_a_cube(mode: int) -> None:
+    """LS-DYNA theory manual, hourglass type 1: f_I = −a Γ_I Σ Γ_J v_J with a = Q ρ V^⅔ c / 4; for v = ȧΓ it is 8 a ȧ."""
+    h, rate, coefficient = 2.0, 1e-3, 0.1
+    mesh = brick((h, h, h), (1, 1, 1))
+    sound = np.sqrt(100.0 * 0.7 / (1.3 * 0.4) / 1e-9)
+    state = start(Model(mesh, ELASTIC, hourglass=Hourglass("viscous", coefficient), viscosity=NO_VISCOSITY))
+    x = mesh.nodes.copy()
+    x[mesh.hexes[0], 1] += rate * 1e-3 * oracle.GAMMA[mode]
+    f = advance(state, x, dt=1e-3)[mesh.hexes[0]]
+    wanted = np.zeros((8, 3))
+    wanted[:, 1] = -8.0 * coefficient * 1e-9 * h**2 * sound / 4.0 * rate * oracle.GAMMA[mode]
+    np.testing.assert_allclose(f, wanted, atol=1e-5 * np.abs(wanted).max())
+
+
+def test_a_ninth_is_a_cubes_own_bending() -> None:
+    """Pure bending u = κxy of a cube with ν = 0 holds ½E κ² I h, I = h⁴/12; coefficient 1/9 stores just that."""
+    h, kappa = 2.0, 1e-5
+    mesh = brick((h, h, h), (1, 1, 1))
+    model = Model(mesh, Material(1e-9, 100.0, 0.0), hourglass=Hourglass("stiffness", 1 / 9), viscosity=NO_VISCOSITY)
+    state = start(model)
+    x = mesh.nodes.copy()
+    x[:, 0] += kappa * (mesh.nodes[:, 0] - 1.0) * (mesh.nodes[:, 1] - 1.0)
+    advance(state, x)
+    np.testing.assert_allclose(row(state, HOURGLASS_ENERGY), 0.5 * 100.0 * kappa**2 * h**4 / 12.0 * h, rtol=1e-4)
+
+
+def uniform(x: np.ndarray) -> np.ndarray:
+    return x + x @ np.array([[0.02, 0.05, -0.01], [-0.03, 0.01, 0.04], [0.02, 0.0, -0.03]]).T
+
+
+def shifted(x: np.ndarray) -> np.ndarray:
+    return x + np.array([0.3, -0.2, 0.1])
+
+
+@pytest.mark.parametrize("move", [uniform, shifted])
+@pytest.mark.parametrize("kind", ["one point, stiffness", "one point, viscous"])
+def test_uniform_motions_meet_no_hourglass_force(kind: str, move: Callable[[np.ndarray], np.ndarray]) -> None:
+    """γ = Γ − (Γ·x) B is orthogonal to every linear field, on any shape. Tolerance: round-off of E h."""
+    mesh = distorted((2, 2, 2), 0.25, seed=8)
+    state = start(Model(mesh, ELASTIC, viscosity=NO_VISCOSITY, **ELEMENTS[kind]))
+    advance(state, move(mesh.nodes))
+    assert np.abs(row(state, slice(HOURGLASS_FORCE, HOURGLASS_FORCE + 12))).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", ELEMENTS)
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=20, deadline=None)
+def test_forces_of_an_element_balance(kind: str, seed: int) -> None:
+    """Σf = 0 and Σ x×f = 0 for any shape, stress and hourglass force: nothing pulls or turns itself."""
+    random = np.random.default_rng(seed)
+    mesh = distorted((1, 1, 1), 0.2, seed)
+    state = start(Model(mesh, ELASTIC, **ELEMENTS[kind]))
+    for _ in range(2):
+        f = advance(state, state.body.x + random.uniform(-0.05, 0.05, (8, 3)))
+    scale = np.abs(f).max()
+    np.testing.assert_allclose(f.sum(axis=0), 0.0, atol=1e-13 * scale)
+    np.testing.assert_allclose(np.cross(state.body.x, f).sum(axis=0), 0.0, atol=1e-12 * scale)
+
+
+def test_hourglass_stretch_leaves_no_stress_in_a_cube() -> None:
+    """The one point in the middle sees none of the four modes, which is why they need a force of their own."""
+    mesh = brick((1.0, 1.0, 1.0), (1, 1, 1))
+    for mode in range(4):
+        state = start(Model(mesh, ELASTIC, viscosity=NO_VISCOSITY))
+        x = mesh.nodes.copy()
+        x[mesh.hexes[0], 2] += 1e-3 * oracle.GAMMA[mode]
+        advance(state, x)
+        assert np.abs(stresses(state)).max() < 1e-4
