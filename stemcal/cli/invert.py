@@ -24,4 +24,4 @@ def invert(
         from stemcal import workflow
 
         stage = workflow.invert(work.study, work.folder)
-    show_stage(stage, as_json, quiet)
+    show_stage(stage, work.folder, as_json, quiet)

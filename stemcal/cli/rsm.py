@@ -24,4 +24,4 @@ def rsm(
         from stemcal import workflow
 
         stage = workflow.fit_surface(work.study, work.folder, work.executor, work.watch)
-    show_stage(stage, as_json, quiet)
+    show_stage(stage, work.folder, as_json, quiet)

@@ -22,7 +22,7 @@ def run(
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
     from stemcal.cli.session import opened
-    from stemcal.cli.show import leave_if_failed, show_run
+    from stemcal.cli.show import leave_if_failed, show_run, warn_of_runs
 
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
@@ -32,4 +32,5 @@ def run(
         page = write_page(work.study, work.folder)
         stages = {name: work.folder.read_stage(name) for name in STAGES}
     show_run(stages, page, as_json, quiet)
+    warn_of_runs(stages.values(), work.folder)
     leave_if_failed(*stages.values())

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from stemcal.cli.console import note, say, say_json, warn
 from stemcal.cli.session import failed_runs, runs_of
 
+if TYPE_CHECKING:
+    from stemcal.study.store import StudyFolder
+
 SOME_RUNS_FAILED = 3
 
 
-def show_stage(stage: dict[str, Any], as_json: bool, quiet: bool) -> None:
-    """Print a stage's tables (or its JSON) on stdout and its notes on stderr; leave with 3 if runs failed."""
+def show_stage(stage: dict[str, Any], folder: StudyFolder, as_json: bool, quiet: bool) -> None:
+    """Print a stage's tables (or its JSON) on stdout, warnings and notes on stderr; leave with 3 if runs failed."""
     if as_json:
         say_json(stage)
     else:
@@ -25,7 +29,16 @@ def show_stage(stage: dict[str, Any], as_json: bool, quiet: bool) -> None:
     if not quiet:
         for sentence in stage.get("notes", []):
             note(f"note: {sentence}")
+    warn_of_runs([stage], folder)
     leave_if_failed(stage)
+
+
+def warn_of_runs(stages: Iterable[dict[str, Any]], folder: StudyFolder) -> None:
+    """Pass on what the solver warned of in the stages' runs."""
+    from stemcal.report.records import read_records, run_warnings
+
+    for sentence in run_warnings(read_records(stages, folder)):
+        warn(sentence)
 
 
 def show_run(stages: dict[str, dict[str, Any]], page: Path, as_json: bool, quiet: bool) -> None:

@@ -45,25 +45,27 @@ HISTORY = (
 )
 
 
+Diameter = Annotated[float | None, typer.Option(min=0, metavar="MM", help="Outer diameter.", show_default="the spec's")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="FACTOR=VALUE", help="A factor's value in the spec's unit; repeatable."),
+]
+Symmetry = Annotated[
+    Literal["none", "half", "quarter"] | None, typer.Option(help="Model part.", show_default="the spec's")
+]
+CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the history over time here.")]
+FigureFile = Annotated[
+    Path | None, typer.Option("--figure", metavar="FILE", help="Draw force over travel here (png, svg or pdf).")
+]
+
+
 def simulate(
     spec: Spec,
-    diameter: Annotated[
-        float | None, typer.Option(min=0, metavar="MM", help="Outer diameter.", show_default="the spec's")
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="FACTOR=VALUE", help="A factor's value in the spec's unit; repeatable."),
-    ] = None,
-    symmetry: Annotated[
-        Literal["none", "half", "quarter"] | None, typer.Option(help="Model part.", show_default="the spec's")
-    ] = None,
-    csv_file: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write the history over time here.")
-    ] = None,
-    figure: Annotated[
-        Path | None,
-        typer.Option("--figure", metavar="FILE", help="Draw force over travel here (png, svg or pdf)."),
-    ] = None,
+    diameter: Diameter = None,
+    settings: Settings = None,
+    symmetry: Symmetry = None,
+    csv_file: CsvFile = None,
+    figure: FigureFile = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:

@@ -97,7 +97,7 @@ class Hourglass:
     """
 
     form: Literal["stiffness", "viscous"] = "stiffness"
-    coefficient: float = 0.03
+    coefficient: float = 0.01
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from stemcal.errors import UsageError
 from stemcal.report import figures, words
 from stemcal.report.numbers import interval, short, significant
-from stemcal.report.records import curves_of, provenance_rows, read_records
+from stemcal.report.records import curves_of, provenance_rows, read_records, run_warnings
 from stemcal.report.sheets import Sheet, run_sheet, sheets_of
 from stemcal.report.style import inline
 
@@ -79,7 +79,7 @@ def render(study: Study, folder: StudyFolder) -> str:
         study=study,
         title=study.title or study.name,
         question=question(study),
-        warnings=[*study.warnings, *stale, *failures(stages)],
+        warnings=[*study.warnings, *stale, *failures(stages), *run_warnings(records)],
         missing=[TITLES[name] for name in STAGES if name not in stages],
         outcome=words.outcome(stages),
         certainty=[*words.certainty(stages), *from_table(study, stages)],

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.report.numbers import duration, short
+from stemcal.report.words import counted
 
 if TYPE_CHECKING:
     from stemcal.study.store import StudyFolder
@@ -18,9 +20,9 @@ def runs_of(stage: Stage) -> Iterator[tuple[str, str]]:
     """Yield label and record key of every run of a stage."""
     if stage["stage"] == "validate":
         for row in stage["rows"]:
-            yield f"{short(row['diameter'])} mm", row["key"]
+            yield f"{short(row['diameter'])} mm", row.get("key", "")
     for run in stage.get("design", {}).get("runs", []):
-        yield f"{stage['stage']} {run['run']}", run["key"]
+        yield f"{stage['stage']} {run['run']}", run.get("key", "")
 
 
 def read_records(stages: Iterable[Stage], folder: StudyFolder) -> dict[str, dict[str, Any]]:
@@ -28,7 +30,7 @@ def read_records(stages: Iterable[Stage], folder: StudyFolder) -> dict[str, dict
     found = {}
     for stage in stages:
         for label, key in runs_of(stage):
-            record = folder.peek(key)
+            record = folder.peek(key) if key else None
             if record is not None:
                 found[label] = record
     return found
@@ -38,6 +40,19 @@ def curves_of(records: Mapping[str, Mapping[str, Any]]) -> Curves:
     """Return force over travel of every run whose solver kept it."""
     kept = {label: record["details"].get("curve") for label, record in records.items()}
     return {label: (curve["travel"], curve["force"]) for label, curve in kept.items() if curve}
+
+
+def run_warnings(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Return what the solver warned of, once per kind: how many runs, and the first one's words."""
+    kinds: dict[str, list[tuple[str, str]]] = {}
+    distinct = {record["key"]: (label, record) for label, record in reversed(list(records.items()))}
+    for label, record in reversed(list(distinct.values())):
+        for warning in record["details"].get("warnings", ()):
+            kinds.setdefault(re.sub(r"[\d.]+", "#", warning), []).append((label, warning))
+    return [
+        f"{len(found)} of {counted(len(distinct), 'run')} (first {found[0][0]}): {found[0][1]}."
+        for found in kinds.values()
+    ]
 
 
 def provenance_rows(records: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:

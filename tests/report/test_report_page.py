@@ -13,6 +13,7 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.report.page import render, write_page
+from stemcal.report.records import run_warnings
 from stemcal.study.store import StudyFolder
 
 VOID = {"meta", "br", "link", "img"}
@@ -155,6 +156,22 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
             record["details"] = {"curve": {"travel": [0.0, 0.4, 0.8], "force": [0.0, row["simulated"], 20.0]}}
             copy.save(record)
     assert "Force over blade travel" in render(study, copy)
+
+
+def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
+    def record(key: str, *warnings: str) -> dict[str, Any]:
+        return {"key": key, "details": {"warnings": list(warnings)}}
+
+    records = {
+        "screen 1": record("a", "kinetic energy is 6.3 % of internal"),
+        "screen 2": record("b", "kinetic energy is 7.1 % of internal", "the stroke ended at 0.8 mm"),
+        "rsm 1": record("b", "kinetic energy is 7.1 % of internal", "the stroke ended at 0.8 mm"),
+        "8 mm": record("c"),
+    }
+    assert run_warnings(records) == [
+        "2 of 3 runs (first screen 1): kinetic energy is 6.3 % of internal.",
+        "1 of 3 runs (first screen 2): the stroke ended at 0.8 mm.",
+    ]
 
 
 def test_written_file(replayed: tuple[Any, Any]) -> None:

@@ -1,0 +1,99 @@
+"""From a shear test to its finite element model: mesh, mirror planes, tools."""
+
+from __future__ import annotations
+
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.parts import Discretisation, ShearTest, Stem, Symmetry
+from stemcal.fem.contact import Tool
+from stemcal.fem.mesh import Mesh, hollow_cylinder
+from stemcal.fem.model import Model
+
+Array = NDArray[np.float64]
+
+# How far the supports reach outwards and down, mm: past anything the stem can do.
+_FAR = 200.0
+
+
+def build(test: ShearTest) -> Model:
+    """Return the finite element model of a shear test."""
+    how = test.discretisation
+    mesh = stem_mesh(test.stem, how)
+    return Model(
+        mesh=mesh,
+        material=test.material,
+        tools=(_blade(test), *_supports(test)),
+        contact=test.contact,
+        element=how.element,
+        hourglass=how.hourglass,
+        integration=how.integration,
+        held=_mirrors(mesh, how.symmetry),
+        ghosts=_ghosts(mesh) if how.symmetry == "quarter" else None,
+    )
+
+
+def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
+    """Return the mesh of the stem, or of the part of it that the symmetry leaves.
+
+    Nodes lie on the mirror plane y = 0. Across, the quarter model keeps the row of elements that x = 0 cuts in two
+    whole where the edge comes down over elements; its far nodes are ghosts.
+    """
+    outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
+    around = max(4, 2 * round(pi * outer / how.element_size))
+    through = how.through_wall or max(1, ceil((outer - inner) / how.element_size - 1e-9))
+    layers = _layers(stem.length, how)
+    if how.symmetry == "none":
+        first = -0.5 * pi + how.turn * 2 * pi / around
+        return hollow_cylinder(inner, outer, layers, (around, through), (first, first + 2 * pi))
+    return hollow_cylinder(inner, outer, layers, (around // 2, through), (-0.5 * pi, 0.5 * pi))
+
+
+def _layers(length: float, how: Discretisation) -> Array:
+    """Return x of the layers of nodes: an odd number of elements if the edge is over elements, else an even one."""
+    odd = 1 if how.edge_over == "elements" else 0
+    pairs = max(1, ceil((length / how.element_size - odd) / 2 - 1e-9))
+    count = 2 * pairs + odd
+    step = length / count
+    x = step * (np.arange(count + 1) - 0.5 * count + how.shift)
+    return np.asarray(x[x > -0.75 * step] if how.symmetry == "quarter" else x)
+
+
+def _mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
+    """Return which velocity components the mirror planes hold: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
+    held = np.zeros(mesh.nodes.shape, dtype=bool)
+    if symmetry == "quarter":
+        held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
+    if symmetry != "none":
+        held[:, 1] = np.abs(mesh.nodes[:, 1]) < 1e-9
+    return held
+
+
+def _ghosts(mesh: Mesh) -> NDArray[np.int32]:
+    """Return (ghost, source) for the nodes beyond x = 0: the layer that follows mirrors the first."""
+    beyond = np.flatnonzero(mesh.nodes[:, 0] < -1e-9)
+    return np.stack([beyond, beyond + len(beyond)], axis=1).astype(np.int32)
+
+
+def _blade(test: ShearTest) -> Tool:
+    top = 0.5 * test.stem.outer_diameter
+    return Tool(
+        corners=test.blade.outline(),
+        radius=test.blade.edge_radius,
+        height=top + test.loading.gap,
+        speed=-test.loading.speed,
+        edge=0.0,
+    )
+
+
+def _supports(test: ShearTest) -> tuple[Tool, ...]:
+    """Return the block on the right, and unless a mirror makes it, the one on the left."""
+    r = test.supports.fillet_radius
+    near = 0.5 * test.supports.clearance + r
+    height = -0.5 * test.stem.outer_diameter
+    right = ((near, -r), (near, -_FAR), (_FAR, -_FAR), (_FAR, -r))
+    left = tuple((-x, z) for x, z in reversed(right))
+    blocks = (right,) if test.discretisation.symmetry == "quarter" else (right, left)
+    return tuple(Tool(corners, r, height) for corners in blocks)

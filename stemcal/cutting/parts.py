@@ -1,0 +1,114 @@
+"""What determines a virtual shear test: stem, blade, supports, loading, contact, and how it is computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import radians, tan
+from typing import Literal
+
+from stemcal.fem.contact import Contact
+from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.model import ElementKind, Integration
+
+Symmetry = Literal["none", "half", "quarter"]
+
+# The share of the real thing that each model holds: half is cut lengthwise (y ≥ 0), quarter also across (x ≥ 0).
+SHARES: dict[str, float] = {"none": 1.0, "half": 0.5, "quarter": 0.25}
+
+
+@dataclass(frozen=True)
+class Stem:
+    """A hollow cylinder: outer diameter and length in mm, inner/outer diameter ratio."""
+
+    outer_diameter: float = 8.0
+    diameter_ratio: float = 0.41
+    length: float = 50.0
+
+
+@dataclass(frozen=True)
+class Blade:
+    """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
+
+    `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
+    """
+
+    thickness: float = 2.3
+    width: float = 28.0
+    edge_angle: float = 37.5
+    edge_radius: float = 0.1
+    bevel: Literal["both", "one"] = "both"
+
+    def outline(self) -> tuple[tuple[float, float], ...]:
+        """Return the polygon that, swollen by the edge radius, is the blade; its lowest line is z = 0."""
+        r, t = self.edge_radius, self.thickness - 2.0 * self.edge_radius
+        if self.bevel == "one":
+            return ((0.0, r), (t, r + t / tan(radians(self.edge_angle))), (t, self.width), (0.0, self.width))
+        shoulder = r + 0.5 * t / tan(radians(0.5 * self.edge_angle))
+        return ((0.0, r), (0.5 * t, shoulder), (0.5 * t, self.width), (-0.5 * t, self.width), (-0.5 * t, shoulder))
+
+
+@dataclass(frozen=True)
+class Supports:
+    """Two fixed blocks: clear distance between them and radius of their inner edges, mm."""
+
+    clearance: float = 20.0
+    fillet_radius: float = 1.0
+
+
+@dataclass(frozen=True)
+class Loading:
+    """Blade speed (mm/s), duration (s) and the gap at the start between edge and stem (mm)."""
+
+    speed: float = 100.0 / 60.0
+    duration: float = 0.5
+    gap: float = 0.001
+
+
+@dataclass(frozen=True)
+class Discretisation:
+    """How the stem is meshed and integrated.
+
+    Parameters
+    ----------
+    element_size : float
+        Length of an element along and around the stem, mm.
+    through_wall : int or None
+        Elements through the wall; None takes as many as make them no longer than `element_size`.
+    symmetry : str
+        ``quarter`` and ``half`` mirror the rest of the stem.
+    edge_over : str
+        Mesh phase along the stem: the edge comes down over the middle of a row of ``elements`` or on a row of
+        ``nodes``.
+    turn, shift : float
+        Fractions of an element by which the full model's mesh is turned about the axis and shifted along it.
+    element : str
+        ``one_point`` or ``full``, see `fem.model.Model`.
+    hourglass, integration : Hourglass, Integration
+        Of the solver.
+    filter_window : float
+        Width of the moving mean over the force, s.
+    """
+
+    element_size: float = 1.0
+    through_wall: int | None = None
+    symmetry: Symmetry = "quarter"
+    edge_over: Literal["elements", "nodes"] = "elements"
+    turn: float = 0.0
+    shift: float = 0.0
+    element: ElementKind = "one_point"
+    hourglass: Hourglass = field(default_factory=Hourglass)
+    integration: Integration = field(default_factory=lambda: Integration(mass_scaling=1.0e4, outputs=500))
+    filter_window: float = 0.01
+
+
+@dataclass(frozen=True)
+class ShearTest:
+    """Everything that determines one virtual shear test."""
+
+    material: Material
+    stem: Stem = field(default_factory=Stem)
+    blade: Blade = field(default_factory=Blade)
+    supports: Supports = field(default_factory=Supports)
+    loading: Loading = field(default_factory=Loading)
+    contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
+    discretisation: Discretisation = field(default_factory=Discretisation)
