@@ -14,8 +14,10 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 
-from stemcal.answering import Progress, Watch, answer_all, forces, ignore
-from stemcal.artefacts import (
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.answering import Progress, Watch, answer_all, forces, ignore
+from stemcal.stages.artefacts import (
     Stage,
     coding_entry,
     design_entry,
@@ -24,16 +26,14 @@ from stemcal.artefacts import (
     reasons_given,
     run_entry,
 )
-from stemcal.audit import audit_screening, audit_surface, audit_validation, sentences
-from stemcal.layout import screening_design, surface_design, surface_factors
-from stemcal.lineage import read_fresh, stage_before
-from stemcal.planning import plan
-from stemcal.remarks import error_remark, sign_remarks, table_remarks
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.audit import audit_screening, audit_surface, audit_validation, sentences
+from stemcal.stages.layout import screening_design, surface_design, surface_factors
+from stemcal.stages.lineage import read_fresh, stage_before
+from stemcal.stages.planning import plan
+from stemcal.stages.remarks import error_remark, sign_remarks, table_remarks
+from stemcal.stages.turning import assess_published, solve
 from stemcal.study.model import Study
 from stemcal.study.store import StudyFolder
-from stemcal.turning import assess_published, solve
 
 __all__ = ["Progress", "calibrate", "fit_surface", "invert", "plan", "screen", "validate"]
 

@@ -20,11 +20,13 @@ FLOORS = {
     "stemcal.cutting": 3,
     "stemcal.solvers": 4,
     "stemcal.executors": 5,
-    "stemcal.report": 7,
-    "stemcal.cli": 8,
-    "stemcal.__main__": 9,
+    "stemcal.stages": 6,
+    "stemcal.workflow": 7,
+    "stemcal.report": 8,
+    "stemcal.cli": 9,
+    "stemcal.__main__": 10,
 }
-WORKFLOW = 6  # every other module at the top: workflow.py and the modules its stages are made of
+WORKFLOW = 7  # every other module at the top
 
 PLACES = {
     "typer": ("stemcal.cli",),

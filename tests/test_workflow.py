@@ -12,10 +12,10 @@ import pytest
 from fakes import FakeSolver, lines, make_study
 
 from stemcal import workflow
-from stemcal.answering import Progress
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
+from stemcal.stages.answering import Progress
 from stemcal.study.spec import load_study
 from stemcal.study.store import StudyFolder
 

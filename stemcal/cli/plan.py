@@ -18,8 +18,8 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     from stemcal.cli.console import note, say, say_json
     from stemcal.cli.session import folder_of, read_study
     from stemcal.executors.local import available_cores
-    from stemcal.planning import plan as make_plan
     from stemcal.report.tables import drawn
+    from stemcal.stages.planning import plan as make_plan
     from stemcal.study.store import StudyFolder
 
     study = read_study(spec)

@@ -133,8 +133,8 @@ def factor_sheet(study: Study) -> Sheet:
 
 def fresh_stages(study: Study, folder: StudyFolder) -> tuple[Stages, list[str]]:
     """Return the stages that fit the spec and each other, and why the others are left out."""
-    from stemcal.lineage import read_fresh
     from stemcal.solvers import make_solver
+    from stemcal.stages.lineage import read_fresh
 
     solver = make_solver(study)
     stages: Stages = {}

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from stemcal.answering import Progress
 from stemcal.cli.watch import Bar, Lines, Watcher, make_watch
+from stemcal.stages.answering import Progress
 
 
 def progress(done: int, **changes: object) -> Progress:

@@ -51,12 +51,12 @@ _config.CACHE_DIR = str(CACHE)
 _MATHS = {"contract", "nsz"}
 
 
-def kernel(function: Function) -> Function:
-    """Compile a function that loops over arrays; the result is cached on disk."""
-    return njit(cache=True, error_model="numpy", fastmath=_MATHS)(function)
+def kernel(function: Function) -> Any:
+    """Compile a function that loops over arrays and lets other threads run meanwhile; the result is cached on disk."""
+    return njit(cache=True, nogil=True, error_model="numpy", fastmath=_MATHS)(function)
 
 
-def inlined(function: Function) -> Function:
+def inlined(function: Function) -> Any:
     """Compile a function of scalars and tuples so that it dissolves into the loop that calls it.
 
     A call left inside the loop over the lanes of a block would keep LLVM from vectorising it.

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from stemcal.answering import ACCIDENTS, record_key
 from stemcal.errors import UsageError
-from stemcal.layout import screening_design, surface_design, surface_factors
-from stemcal.lineage import read_fresh, stage_before
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.answering import ACCIDENTS, record_key
+from stemcal.stages.layout import screening_design, surface_design, surface_factors
+from stemcal.stages.lineage import read_fresh, stage_before
 from stemcal.study.model import Study
 from stemcal.study.store import StudyFolder
 

@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from stemcal import __version__
-from stemcal.answering import record_key
 from stemcal.errors import RunsFailed
-from stemcal.layout import Design, design_radius
-from stemcal.lineage import inputs_of, tell_changes
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.answering import record_key
+from stemcal.stages.layout import Design, design_radius
+from stemcal.stages.lineage import inputs_of, tell_changes
 from stemcal.study.durable import plain
 from stemcal.study.model import Study
 from stemcal.study.store import StudyFolder
