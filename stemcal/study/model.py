@@ -69,7 +69,8 @@ class Factor(_Frozen):
     @property
     def centre(self) -> float:
         """The mid-level, in `unit`."""
-        return 0.5 * (self.low + self.high)
+        # twelve digits: the middle of 0.2 and 0.4 is 0.3
+        return float(f"{0.5 * (self.low + self.high):.12g}")
 
     @property
     def half_range(self) -> float:
