@@ -30,7 +30,7 @@ from stemcal.stages.audit import audit_screening, audit_surface, audit_validatio
 from stemcal.stages.layout import screening_design, surface_design, surface_factors
 from stemcal.stages.lineage import read_fresh, stage_before
 from stemcal.stages.planning import plan
-from stemcal.stages.remarks import error_remark, run_remarks, sign_remarks, table_remarks
+from stemcal.stages.remarks import error_remark, sign_remarks, table_remarks
 from stemcal.stages.turning import assess_published, solve
 from stemcal.study.model import Study
 from stemcal.study.store import StudyFolder
@@ -76,7 +76,7 @@ def screen(
         stage["design"] = design_entry(design, requests, answers, solver)
         stage |= result.as_dict()
         stage["published"] = audit_screening(study, stage)
-        stage["notes"] += run_remarks(answers) + sign_remarks(study, stage) + sentences(stage["published"])
+        stage["notes"] += sign_remarks(study, stage) + sentences(stage["published"])
         return leave(folder, stage)
 
 
@@ -106,7 +106,7 @@ def fit_surface(
         stage["pure_error_note"] = scatter = error_remark(stage)
         stage["published"] = audit_surface(study, stage)
         remarks = [scatter] if scatter and result.lack_of_fit_testable else []
-        stage["notes"] = chosen + run_remarks(answers) + stage["notes"] + remarks + sentences(stage["published"])
+        stage["notes"] = chosen + stage["notes"] + remarks + sentences(stage["published"])
         return leave(folder, stage)
 
 
@@ -148,5 +148,5 @@ def validate(
             entry = run_entry(request, answer, solver)
             row |= {name: entry[name] for name in ("status", "reason", "message", "key")}
         stage["published"] = audit_validation(study)
-        stage["notes"] += run_remarks(answers) + table_remarks(study, solver) + sentences(stage["published"])
+        stage["notes"] += table_remarks(study, solver) + sentences(stage["published"])
         return leave(folder, stage)

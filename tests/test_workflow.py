@@ -340,17 +340,3 @@ def test_plan_before_the_screening_assumes_three_factors(tmp_path: Path, folder:
     planned = workflow.plan(make_study(tmp_path), folder, FakeSolver())
     assert planned["stages"][1]["rows"] == 8 + 6 + 6
     assert any("3 are assumed" in note for note in planned["notes"])
-
-
-def test_warnings_of_runs_are_passed_on_once_a_kind() -> None:
-    from stemcal.solvers.protocol import Answer
-    from stemcal.stages.remarks import run_remarks
-
-    def warned(*texts: str) -> Answer:
-        return Answer("ok", 1.0, details={"warnings": list(texts)})
-
-    answers = [warned("drift is 3.1 %"), warned(), warned("drift is 12 %", "the stroke of 0.83 mm is short")]
-    assert run_remarks(answers) == [
-        "2 of 3 runs (1, 3) warn: drift is 3.1 %.",
-        "1 of 3 runs (3) warn: the stroke of 0.83 mm is short.",
-    ]

@@ -2,28 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from stemcal.solvers.protocol import Answer, Solver
+from stemcal.solvers.protocol import Solver
 from stemcal.study.model import Study
-
-
-def run_remarks(answers: Sequence[Answer]) -> list[str]:
-    """Pass on what the solver warned of, each kind of warning once, with the runs it concerns.
-
-    Warnings that differ in their numbers only are of one kind; the first of each is shown.
-    """
-    kinds: dict[str, tuple[str, list[int]]] = {}
-    for row, answer in enumerate(answers, start=1):
-        for warning in answer.details.get("warnings", []):
-            kind = re.sub(r"\d[\d.e+-]*", "#", warning)
-            kinds.setdefault(kind, (warning, []))[1].append(row)
-    return [
-        f"{len(rows)} of {len(answers)} runs ({', '.join(map(str, rows))}) warn: {first}."
-        for first, rows in kinds.values()
-    ]
 
 
 def sign_remarks(study: Study, stage: Mapping[str, Any]) -> list[str]:

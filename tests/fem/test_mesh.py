@@ -60,7 +60,7 @@ def test_half_cylinder_has_nodes_on_its_mirror_plane() -> None:
     mesh = hollow_cylinder(1.0, 2.0, np.linspace(0.0, 4.0, 5), (8, 2), (-pi / 2, pi / 2))
     assert np.sum(mesh.nodes[:, 1] == 0.0) == 5 * 2 * 3
     assert mesh.nodes[:, 1].min() == 0.0
-    assert mesh.volumes().sum() == pytest.approx(0.5 * 16 * 3.0 * sin(2 * pi / 16) * 4.0)
+    assert mesh.volumes().sum() == pytest.approx(0.5 * 0.5 * 16 * 3.0 * sin(2 * pi / 16) * 4.0)
 
 
 def test_erosion_takes_an_element_out_of_the_topology() -> None:
