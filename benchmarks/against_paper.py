@@ -22,9 +22,8 @@ def main() -> None:
         print(f"strain-rate law: {law}")
         for case, result in zip(cases, results, strict=True):
             short = "" if result.stroke_was_enough else "  still rising at the end of the stroke"
-            print(
-                f"  {case.table:8s} {case.diameter:4.0f} mm  paper {case.paper:6.1f} N  here {result.peak_force:6.1f} N{short}"
-            )
+            forces = f"paper {case.paper:6.1f} N  here {result.peak_force:6.1f} N"
+            print(f"  {case.table:8s} {case.diameter:4.0f} mm  {forces}{short}")
         for name in ("screen", "rsm", "validate"):
             print(f"  {name:8s} {agreement(force[table == name], paper[table == name])}")
         print(f"  {'all 32':8s} {agreement(force, paper)}")

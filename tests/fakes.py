@@ -101,7 +101,7 @@ class FakeSolver:
         time.sleep(self.seconds)
         trouble = self.trouble.get(request.row) if request.stage == "screen" else None
         if trouble is not None and self._due(request.row):
-            return _misbehave(trouble)
+            return _misbehave(trouble, request)
         return Answer("ok", force=force(dict(request.levels), request.diameter), details={"steps": 7})
 
     def _due(self, row: int) -> bool:
@@ -114,8 +114,12 @@ class FakeSolver:
         return True
 
 
-def _misbehave(trouble: str) -> Answer:
+def _misbehave(trouble: str, request: Request) -> Answer:
     match trouble:
+        case "rising":
+            return Answer("ok", force=force(dict(request.levels), 8.0), details={"stroke_was_enough": False})
+        case "hang":
+            time.sleep(60.0)
         case "nan":
             return Answer("ok", force=float("nan"))
         case "failed":

@@ -30,9 +30,7 @@ IDENTITY = np.eye(3)
 def shape_gradients(point: Array) -> Array:
     """Return ∂N_I/∂(ξ, η, ζ) of the trilinear hexahedron, (8, 3)."""
     terms = 1.0 + CORNERS * point
-    return np.stack(
-        [CORNERS[:, i] * terms[:, (i + 1) % 3] * terms[:, (i + 2) % 3] / 8.0 for i in range(3)], axis=1
-    )
+    return np.stack([CORNERS[:, i] * terms[:, (i + 1) % 3] * terms[:, (i + 2) % 3] / 8.0 for i in range(3)], axis=1)
 
 
 def b_matrix(x: Array, point: Array) -> tuple[Array, float]:
@@ -125,6 +123,7 @@ class OnePoint:
     hourglass: Array
     stiffness: float
     length: float
+    failure_strain: float = np.inf
     alive: bool = True
     internal_energy: float = 0.0
     hourglass_energy: float = 0.0
@@ -139,7 +138,7 @@ def one_point_forces(element: OnePoint, x: Array, v: Array, dt: float, m: Any) -
     gradient = v.T @ b
     strain, R = step_kinematics(gradient, dt)
     update_point(element.point, gradient, dt, m)
-    if element.point.plastic_strain >= m.failure_strain:
+    if element.point.plastic_strain >= element.failure_strain:
         element.alive = False
     if not element.alive:
         element.point.stress, element.point.back = np.zeros((3, 3)), np.zeros((3, 3))
@@ -169,6 +168,7 @@ class Full:
 
     points: list[Point]
     length: float
+    failure_strain: float = np.inf
     alive: bool = True
     internal_energy: float = 0.0
     plastic_strain: float = 0.0
@@ -187,7 +187,7 @@ def full_forces(element: Full, x: Array, v: Array, dt: float, m: Any) -> Array:
         update_point(point, gradient + (np.trace(mean) - np.trace(gradient)) / 3.0 * IDENTITY, dt, m)
     weights = np.array([det for _, det in parts])
     element.plastic_strain = float(weights @ [p.plastic_strain for p in element.points] / weights.sum())
-    if element.plastic_strain >= m.failure_strain:
+    if element.plastic_strain >= element.failure_strain:
         element.alive = False
         return np.zeros((8, 3))
     strain, _ = step_kinematics(mean, dt)

@@ -38,8 +38,10 @@ PLACES = {
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
+    "distributed": ("stemcal.executors",),
+    "emcee": ("stemcal.doe",),
 }
-INSIDE_FUNCTIONS = ("statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2")
+INSIDE_FUNCTIONS = ("statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee")
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts)

@@ -12,7 +12,33 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal import __version__
-from stemcal.cli import check, init, invert, plan, report, rsm, run, screen, simulate, validate
+from stemcal.cli import (
+    audit,
+    check,
+    climb,
+    demo,
+    doctor,
+    explain,
+    export,
+    export_deck,
+    init,
+    invert,
+    measure,
+    plan,
+    plot,
+    refine,
+    report,
+    retry,
+    rsm,
+    run,
+    runs,
+    schema,
+    screen,
+    simulate,
+    status,
+    validate,
+    verify,
+)
 from stemcal.cli.guard import exit_codes
 
 
@@ -35,18 +61,36 @@ app = typer.Typer(
 )
 
 STAGES = "Stages of a study (each goes on where it stopped)"
+RESULTS = "Results to publish"
+FOLDER = "The study folder"
 AROUND = "Around a study"
+FIRST = "First steps and help"
 
 app.command(rich_help_panel=STAGES)(run.run)
 app.command(rich_help_panel=STAGES)(screen.screen)
+app.command(rich_help_panel=STAGES)(climb.climb)
 app.command(rich_help_panel=STAGES)(rsm.rsm)
 app.command(rich_help_panel=STAGES)(invert.invert)
+app.command(rich_help_panel=STAGES)(refine.refine)
 app.command(rich_help_panel=STAGES)(validate.validate)
 app.command(rich_help_panel=STAGES)(report.report)
+app.command(rich_help_panel=RESULTS)(export.export)
+app.command(rich_help_panel=RESULTS)(plot.plot)
+app.command(rich_help_panel=RESULTS)(audit.audit)
+app.add_typer(measure.app, name="measure", rich_help_panel=AROUND)
 app.command(rich_help_panel=AROUND)(init.init)
 app.command(rich_help_panel=AROUND)(check.check)
 app.command(rich_help_panel=AROUND)(plan.plan)
 app.command(rich_help_panel=AROUND)(simulate.simulate)
+app.command("export-deck", rich_help_panel=AROUND)(export_deck.export_deck)
+app.command(rich_help_panel=FOLDER)(status.status)
+app.command(rich_help_panel=FOLDER)(runs.runs)
+app.command(rich_help_panel=FOLDER)(retry.retry)
+app.command(rich_help_panel=FOLDER)(verify.verify)
+app.command(rich_help_panel=FIRST)(demo.demo)
+app.command(rich_help_panel=FIRST)(doctor.doctor)
+app.command(rich_help_panel=FIRST)(schema.schema)
+app.command(rich_help_panel=FIRST)(explain.explain)
 
 
 def _version(wanted: bool) -> None:

@@ -21,7 +21,11 @@ Workers = Annotated[
 
 ExecutorName = Annotated[
     str,
-    typer.Option("--executor", metavar="local|dask://HOST:PORT", help="Where simulations are computed."),
+    typer.Option(
+        "--executor",
+        metavar="local|dask://HOST:PORT",
+        help="Where simulations are computed: here, or by the workers of your Dask scheduler.",
+    ),
 ]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else there.")]

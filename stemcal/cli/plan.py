@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Count the runs of every stage and estimate their cost; compute and write nothing.
+    """Count the runs of every stage, estimate their cost and tell what the designs can find; compute nothing.
 
     Example: [bold]stemcal plan configs/wild-chrysanthemum.yaml --workers 8[/bold]
     """

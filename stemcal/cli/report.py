@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+import typer
+
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
 
+Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Also write every figure as SVG and PNG.")]
 
-def report(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
+
+def report(spec: Spec, out: Out = None, figures: Figures = True, as_json: AsJson = False, quiet: Quiet = False) -> None:
     """Write report.html, one self-contained page, from the stages that are done.
 
     It may be written while the study still runs.
@@ -13,12 +19,15 @@ def report(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
     from stemcal.cli.console import say, say_json
+    from stemcal.cli.plot import draw_all
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.report.page import write_page
 
     study = read_study(spec)
-    page = write_page(study, existing_folder(study, out))
+    folder = existing_folder(study, out)
+    page = write_page(study, folder)
+    drawn = draw_all(study, folder) if figures else None
     if as_json:
-        say_json({"schema_version": 1, "stage": "report", "page": str(page)})
+        say_json({"schema_version": 1, "stage": "report", "page": str(page), "figures": drawn and str(drawn)})
     else:
-        say(f"Report: {page}")
+        say(f"Report: {page}", *([f"Figures: {drawn}"] if drawn else []))

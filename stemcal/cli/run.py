@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 
-STAGES = ("screen", "rsm", "invert", "validate")
+STAGES = ("screen", "climb", "rsm", "invert", "refine", "validate")
 
 
 def run(
@@ -15,7 +15,7 @@ def run(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Take a study through all stages: screen, rsm, invert, validate, report.
+    """Take a study through all stages: screen, rsm, invert, validate, report; climb and refine if the spec has them.
 
     Stopped or failed? The same command goes on where it stopped; finished runs are never done twice.
 
@@ -26,11 +26,14 @@ def run(
 
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
+        from stemcal.cli.plot import draw_all
         from stemcal.report.page import write_page
 
         workflow.calibrate(work.study, work.folder, work.executor, work.watch)
         page = write_page(work.study, work.folder)
-        stages = {name: work.folder.read_stage(name) for name in STAGES}
+        draw_all(work.study, work.folder)
+        asked = {"climb": work.study.climb, "refine": work.study.refine}
+        stages = {name: work.folder.read_stage(name) for name in STAGES if asked.get(name, True) is not None}
     show_run(stages, page, as_json, quiet)
     warn_of_runs(stages.values(), work.folder)
     leave_if_failed(*stages.values())

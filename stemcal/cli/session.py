@@ -15,10 +15,13 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from stemcal.cli.watch import Watcher
+    from stemcal.executors.cluster import DaskExecutor
+    from stemcal.executors.local import LocalExecutor
     from stemcal.study.model import Study
     from stemcal.study.store import StudyFolder
 
 DEFAULT_ROOT = Path("runs")
+DASK = "dask://"
 
 
 @dataclass(frozen=True)
@@ -47,27 +50,41 @@ def folder_of(study: Study, out: Path | None) -> Path:
     return out if out is not None else DEFAULT_ROOT / study.name
 
 
-def check_executor(name: str) -> None:
+def check_executor(name: str, workers: int | None) -> None:
     """Refuse an executor that is not there, before anything is read or written."""
-    if name.startswith("dask://"):
-        raise UsageError(f"--executor {name}: Dask clusters are not yet available; use --executor local")
-    if name != "local":
-        raise UsageError(f"--executor {name}: unknown; use --executor local")
+    if name.startswith(DASK):
+        host, _, port = name.removeprefix(DASK).rpartition(":")
+        if not host or not port.isdigit():
+            raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
+        if workers is not None:
+            raise UsageError("--workers is for --executor local; a cluster has the workers you start there")
+    elif name != "local":
+        raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
+
+
+def make_executor(name: str, workers: int | None, time_limit: float | None) -> LocalExecutor | DaskExecutor:
+    """Return the executor of that name; each run may take `time_limit` seconds."""
+    if name.startswith(DASK):
+        from stemcal.executors.cluster import DaskExecutor
+
+        return DaskExecutor(name.removeprefix(DASK), time_limit)
+    from stemcal.executors.local import LocalExecutor
+
+    return LocalExecutor(workers, time_limit)
 
 
 @contextmanager
 def opened(spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool) -> Iterator[Session]:
     """Open a study for work: read it, lock its folder, make workers ready; close all on the way out."""
-    check_executor(executor)
+    check_executor(executor, workers)
     study = read_study(spec)
 
     from stemcal.cli.watch import make_watch
-    from stemcal.executors.local import LocalExecutor
     from stemcal.study.store import StudyFolder
 
     with ExitStack() as stack:
+        pool = stack.enter_context(make_executor(executor, workers, study.runs.time_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
-        pool = stack.enter_context(LocalExecutor(workers))
         watch = stack.enter_context(make_watch(quiet))
         yield Session(study, folder, pool, watch)
 
@@ -84,7 +101,8 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
 
 def runs_of(stage: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the runs of a stage: of its design, or its rows over diameter."""
-    return list(stage.get("design", {}).get("runs", []) or stage.get("rows", []))
+    own = stage.get("design", {}).get("runs", []) or stage.get("rows", [])
+    return [*own, *(run for part in stage.get("diameters", []) for run in part["runs"])]
 
 
 def failed_runs(stage: dict[str, Any]) -> list[dict[str, Any]]:

@@ -48,7 +48,8 @@ def show_run(stages: dict[str, dict[str, Any]], page: Path, as_json: bool, quiet
         return
     from stemcal.report.tables import stage_tables
 
-    say(*stage_tables(stages["invert"]), *stage_tables(stages["validate"]), f"Report: {page}")
+    shown = [stages[name] for name in ("invert", "refine", "validate") if name in stages]
+    say(*(part for stage in shown for part in stage_tables(stage)), f"Report: {page}")
     if not quiet:
         for name, stage in stages.items():
             for sentence in stage.get("notes", []):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from stemcal.cli.options import AsJson, Quiet, Spec
+from stemcal.cli.options import AsJson, Out, Quiet, Spec
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
@@ -57,6 +58,12 @@ CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Wri
 FigureFile = Annotated[
     Path | None, typer.Option("--figure", metavar="FILE", help="Draw force over travel here (png, svg or pdf).")
 ]
+FramesFolder = Annotated[
+    Path | None, typer.Option("--frames", metavar="DIR", help="Write about 50 frames for ParaView here.")
+]
+FromRun = Annotated[
+    str | None, typer.Option("--from-run", metavar="KEY", help="Levels and diameter of a run of the study folder.")
+]
 
 
 def simulate(
@@ -66,6 +73,9 @@ def simulate(
     symmetry: Symmetry = None,
     csv_file: CsvFile = None,
     figure: FigureFile = None,
+    frames: FramesFolder = None,
+    from_run: FromRun = None,
+    out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -77,13 +87,19 @@ def simulate(
     from stemcal.cli.session import read_study
 
     study = read_study(spec)
-    levels = chosen_levels(study, settings or [])
+    levels = study.midlevels()
+    if from_run is not None:
+        from stemcal.cli.repeat import recorded_run
+
+        levels, recorded_diameter = recorded_run(study, out, from_run)
+        diameter = recorded_diameter if diameter is None else diameter
+    levels = chosen_levels(levels, settings or [])
     _check_outputs(study, csv_file, figure)
 
     from stemcal.solvers.embedded import simulate as shear_test
 
-    with waiting("one virtual shear test", quiet):
-        result = shear_test(study, levels, diameter, symmetry)
+    with waiting("one virtual shear test", quiet) as status:
+        result = shear_test(study, levels, diameter, symmetry, watch=live(status), frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -95,16 +111,33 @@ def simulate(
     for sentence in result.warnings:
         warn(sentence)
     if not quiet:
-        for path in (csv_file, figure):
+        for path in (csv_file, figure, frames):
             if path:
                 note(f"wrote {path}")
 
 
-def chosen_levels(study: Study, settings: list[str]) -> dict[str, float]:
-    """Return every factor's value: mid-levels with the settings laid over them."""
+def live(status: object) -> Callable[[float, float], None] | None:
+    """Return what shows travel and force while the test goes on; None where nobody looks on."""
+    if not hasattr(status, "update"):
+        return None
+    from stemcal.cli.console import can_show
+    from stemcal.cli.sketch import sparkline
+
+    forces: list[float] = []
+
+    def watch(travel: float, force: float) -> None:
+        forces.append(force)
+        drawn = sparkline(forces) if can_show("▁█") else ""
+        status.update(f"{travel:.2f} mm, {force:.0f} N {drawn}")
+
+    return watch
+
+
+def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
+    """Return every factor's value: those to start from, with the settings laid over them."""
     from stemcal.errors import UsageError
 
-    levels = dict(study.midlevels())
+    levels = dict(start)
     for setting in settings:
         name, equals, text = setting.partition("=")
         name = name.strip()

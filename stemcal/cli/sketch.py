@@ -34,6 +34,18 @@ def sketch(x: Sequence[float], y: Sequence[float], width: int = 60, height: int 
     return "\n".join([*(row.rstrip() for row in rows), f"{pad}{corner}{floor * width}", ends])
 
 
+def sparkline(values: Sequence[float], width: int = 40) -> str:
+    """Return values ≥ 0 as a line of blocks, the highest filling its cell.
+
+    >>> sparkline([0.0, 25.0, 50.0, 100.0], width=4)
+    ' ▂▄█'
+    """
+    top = max(max(values, default=0.0), 1e-12)
+    steps = [float(index) for index in range(len(values))]
+    columns = _resampled(steps, values, min(width, len(values))) if len(values) > 1 else list(values)
+    return "".join(_mark(max(0.0, value) / top, BLOCKS) for value in columns)
+
+
 def _mark(fill: float, marks: str) -> str:
     """Return the character that fills `fill` of a cell."""
     steps = len(marks) - 1

@@ -19,7 +19,9 @@ SPARSE_SECONDS = 30.0
 STAGE_NAMES = {
     "screen": "Screening",
     "rsm": "Response surface",
+    "climb": "Climb",
     "invert": "Inversion",
+    "refine": "Refining",
     "validate": "Validation",
 }
 

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.build import build, stem_mesh
 from stemcal.cutting.parts import SHARES, Blade, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
-from stemcal.cutting.result import CuttingResult, ForceHistory, evaluate, force_history, travel_at
-from stemcal.fem.stepper import simulate
+from stemcal.cutting.phases import in_phases, mean_over_phases, perturbed
+from stemcal.cutting.result import CuttingResult, ForceHistory, PeakWatch, evaluate, force_history, travel_at
+from stemcal.cutting.shape import Shape, shape_of
+from stemcal.fem.stepper import Inspect, simulate
 
 __all__ = [
     "REVISION",
@@ -24,26 +27,34 @@ __all__ = [
     "Discretisation",
     "ForceHistory",
     "Loading",
+    "Shape",
     "ShearTest",
     "Stem",
     "Supports",
     "Symmetry",
     "build",
+    "in_phases",
+    "mean_over_phases",
+    "perturbed",
     "shear",
     "stem_mesh",
 ]
 
 # Raised whenever a change makes the same test give another force, so that stored runs are not taken for new ones.
-REVISION = 1
+REVISION = 2
 
 
-def shear(test: ShearTest, watch: Callable[[float, float], None] | None = None) -> CuttingResult:
+def shear(
+    test: ShearTest, watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
+) -> CuttingResult:
     """Run a virtual shear test.
 
     Parameters
     ----------
     watch : callable, optional
         Called after every output with the travel (mm) and the force (N).
+    inspect : callable, optional
+        Called with time and solver state, see `fem.stepper.simulate`.
 
     Raises
     ------
@@ -52,12 +63,16 @@ def shear(test: ShearTest, watch: Callable[[float, float], None] | None = None) 
     """
     model = build(test)
     scale = 1.0 / SHARES[test.discretisation.symmetry]
+    peak = PeakWatch()
     started = time.perf_counter()
 
-    def report(t: float, forces: NDArray[np.float64]) -> None:
+    def report(t: float, forces: NDArray[np.float64]) -> bool:
+        force = scale * float(forces[0, 2])
         if watch is not None:
-            watch(travel_at(test, t), scale * float(forces[0, 2]))
+            watch(travel_at(test, t), force)
+        return test.discretisation.stop_after_peak and peak.is_past(t, force)
 
-    history = simulate(model, test.loading.duration, report)
+    history = simulate(model, test.loading.duration, report, inspect)
     wall = time.perf_counter() - started
-    return evaluate(force_history(test, history, scale), history, len(model.mesh.hexes), wall)
+    result = evaluate(force_history(test, history, scale), history, len(model.mesh.hexes), wall)
+    return replace(result, shape=shape_of(model, history, test.discretisation.symmetry))

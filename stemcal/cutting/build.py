@@ -54,11 +54,17 @@ def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
 def _layers(length: float, how: Discretisation) -> Array:
     """Return x of the layers of nodes: an odd number of elements if the edge is over elements, else an even one."""
     odd = 1 if how.edge_over == "elements" else 0
-    pairs = max(1, ceil((length / how.element_size - odd) / 2 - 1e-9))
-    count = 2 * pairs + odd
-    step = length / count
-    x = step * (np.arange(count + 1) - 0.5 * count + how.shift)
-    return np.asarray(x[x > -0.75 * step] if how.symmetry == "quarter" else x)
+    mean = 0.5 * (1.0 + how.coarsening) * how.element_size
+    pairs = max(1, ceil((length / mean - odd) / 2 - 1e-9))
+    # element lengths from the cut outwards; the row under the edge counts half on either side
+    sizes = np.linspace(1.0, how.coarsening, pairs + odd)
+    sizes[0] *= 1.0 - 0.5 * odd
+    right = 0.5 * length * np.cumsum(sizes) / np.sum(sizes)
+    under = float(right[0]) * (1 + odd)
+    middle = [] if odd else [0.0]
+    if how.symmetry == "quarter":
+        return np.concatenate([-right[:1] if odd else middle, right])
+    return np.concatenate([-right[::-1], middle, right]) + how.shift * under
 
 
 def _mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:

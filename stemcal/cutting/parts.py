@@ -80,13 +80,18 @@ class Discretisation:
         Mesh phase along the stem: the edge comes down over the middle of a row of ``elements`` or on a row of
         ``nodes``.
     turn, shift : float
-        Fractions of an element by which the full model's mesh is turned about the axis and shifted along it.
+        Fractions of an element by which the mesh is turned about the axis (full model) and shifted along it (full
+        and half model).
+    coarsening : float
+        Length along the stem of the outermost elements over that of those under the blade; 1 is an even mesh.
     element : str
         ``one_point`` or ``full``, see `fem.model.Model`.
     hourglass, integration : Hourglass, Integration
         Of the solver.
     filter_window : float
         Width of the moving mean over the force, s.
+    stop_after_peak : bool
+        End the simulation once the force has fallen and stayed down.
     """
 
     element_size: float = 1.0
@@ -95,10 +100,12 @@ class Discretisation:
     edge_over: Literal["elements", "nodes"] = "elements"
     turn: float = 0.0
     shift: float = 0.0
+    coarsening: float = 1.0
     element: ElementKind = "one_point"
     hourglass: Hourglass = field(default_factory=Hourglass)
     integration: Integration = field(default_factory=lambda: Integration(mass_scaling=1.0e4, outputs=500))
     filter_window: float = 0.01
+    stop_after_peak: bool = False
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.shape import Shape
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 
@@ -73,6 +75,9 @@ class CuttingResult:
     stroke_was_enough: bool
     warnings: tuple[str, ...]
     history: ForceHistory
+    peak_sd: float | None = None
+    phase_peaks: tuple[float, ...] = ()
+    shape: Shape | None = None
 
 
 def travel_at(test: ShearTest, t: float) -> float:
@@ -109,6 +114,23 @@ def moving_mean(values: Array, window: int) -> Array:
     return np.asarray((total[high] - total[low]) / (high - low))
 
 
+class PeakWatch:
+    """Tells while a test goes on whether its force has fallen below half its peak and stayed there.
+
+    It has stayed if it was down for a quarter of the time that it took to fall.
+    """
+
+    def __init__(self) -> None:
+        self.peak = 0.0
+        self.fell_at = inf
+
+    def is_past(self, time: float, force: float) -> bool:
+        """Take note of the force at a time, and say whether the peak is over."""
+        self.peak = max(self.peak, force)
+        self.fell_at = min(self.fell_at, time) if force < 0.5 * self.peak else inf
+        return time > 1.25 * self.fell_at
+
+
 # The stroke was long enough if the force ends below this share of its peak.
 _FALLEN = 0.9
 # Ratios of energies mean nothing before the blade has done this share of its work.
@@ -131,7 +153,7 @@ def evaluate(curve: ForceHistory, history: History, elements: int, wall: float) 
     if curve.force_filtered[peak] <= 0.0:
         raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
     fallen = bool(curve.force_filtered[-1] < _FALLEN * curve.force_filtered[peak])
-    shares = {
+    checks = {
         "energy_drift_percent": history.drift_percent(),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
         "hourglass_ratio_percent": _ratio_percent(curve.hourglass, curve, peak),
@@ -146,9 +168,11 @@ def evaluate(curve: ForceHistory, history: History, elements: int, wall: float) 
         steps=history.steps,
         wall_seconds=wall,
         element_steps_per_second=elements * history.steps / wall,
-        **shares,
+        energy_drift_percent=checks["energy_drift_percent"],
+        kinetic_ratio_percent=checks["kinetic_ratio_percent"],
+        hourglass_ratio_percent=checks["hourglass_ratio_percent"],
         stroke_was_enough=fallen,
-        warnings=_warnings(fallen, float(curve.travel[-1]), **shares),
+        warnings=_warnings(fallen, float(curve.travel[-1]), **checks),
         history=curve,
     )
 

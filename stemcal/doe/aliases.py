@@ -47,8 +47,7 @@ def describe_aliases(coded: Array, names: Sequence[str]) -> str:
             "that does not contain it."
         )
     return (
-        f"In these {n} runs main effects are partly aliased with two-factor interactions "
-        f"(weights up to {largest:.2g})."
+        f"In these {n} runs main effects are partly aliased with two-factor interactions (weights up to {largest:.2g})."
     )
 
 
@@ -65,13 +64,9 @@ def _uniform_weight(weights: Array, k: int) -> Fraction | None:
 def _full_aliases(weights: Array, n: int, names: Sequence[str]) -> str:
     """Name the main effects that cannot be told from an interaction at all."""
     pairs = [f"{a}:{b}" for a, b in combinations(names, 2)]
-    rows = [
-        (name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True)
-    ]
+    rows = [(name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True)]
     hidden = [(name, columns) for name, columns in rows if columns.size]
-    parts = [
-        f"{name} with {_first([pairs[c] for c in columns])}" for name, columns in hidden[:_SHOWN_FACTORS]
-    ]
+    parts = [f"{name} with {_first([pairs[c] for c in columns])}" for name, columns in hidden[:_SHOWN_FACTORS]]
     more = len(hidden) - len(parts)
     tail = f"; and {more} more likewise" if more else ""
     listed = "; ".join(parts) + tail
@@ -85,16 +80,14 @@ def _first(items: list[str]) -> str:
 
 
 def alias_note(n: int, k: int, kind: str | None = None) -> str:
-    """Describe the aliases of the shipped design with n runs for k factors, named X1 … Xk.
+    """Describe the aliases of the shipped saturated design with n runs for k factors, named X1 … Xk.
 
     Without `kind` the first design of `SCREENING_DESIGNS` that has n runs is taken.
     """
-    names = [f"X{i + 1}" for i in range(k)]
     for candidate in (kind,) if kind else SCREENING_DESIGNS:
         try:
-            coded = plackett_burman(k, candidate)
+            coded = plackett_burman(k, candidate, n)
         except UsageError:
             continue
-        if len(coded) == n:
-            return describe_aliases(coded, names)
+        return describe_aliases(coded, [f"X{i + 1}" for i in range(k)])
     raise UsageError(f"screen.design: no shipped design has {n} runs for {k} factors")

@@ -50,16 +50,17 @@ class LackOfFit:
 
 
 def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
-    """Split the residual over exactly repeated design points.
+    """Split the residual over exactly repeated design points; within a block, where there are blocks.
 
     Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test.
     """
-    keys = np.round(coded / _SAME_POINT).astype(np.int64)
+    blocks = fit.matrix[:, fit.matrix.shape[1] - fit.blocks :]
+    keys = np.round(np.column_stack([coded, blocks]) / _SAME_POINT).astype(np.int64)
     _, group = np.unique(keys, axis=0, return_inverse=True)
     group = group.reshape(-1)
-    counts = np.bincount(group)
-    means = np.bincount(group, weights=fit.response) / counts
-    pure = float(np.sum((fit.response - means[group]) ** 2))
+    counts, w = np.bincount(group), fit.weights
+    means = np.bincount(group, weights=w * fit.response) / np.bincount(group, weights=w)
+    pure = float(np.sum(w * (fit.response - means[group]) ** 2))
     pure_df = int(len(fit.response) - len(counts))
     deterministic = pure_df > 0 and pure <= NEGLIGIBLE * fit.total_ss
     pure = 0.0 if deterministic else pure
@@ -71,21 +72,26 @@ def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
 
 
 def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
-    """Tabulate type III sums of squares of the coded columns against the residual."""
+    """Tabulate type III sums of squares of the coded columns against the residual.
+
+    Blocks come first, with what they explain before the terms; the model is then adjusted for them.
+    """
     error = None if fit.exact else fit.mean_square
 
     def tested(source: str, ss: float, df: int) -> AnovaRow:
-        f, p = f_test(ss / df, df, error, fit.df) or (None, None)
-        return AnovaRow(source, ss, df, ss / df, f, p, stars(p))
+        f, p = (f_test(ss / df, df, error, fit.df) or (None, None)) if df else (None, None)
+        return AnovaRow(source, ss, df, ss / df if df else None, f, p, stars(p))
 
     def bare(source: str, ss: float, df: int) -> AnovaRow:
         return AnovaRow(source, ss, df, ss / df if df else None, None, None, "")
 
     lof = bare("Lack of fit", split.sum_of_squares, split.df)
     total = AnovaRow("Cor total", fit.total_ss, len(fit.response) - 1, None, None, None, "")
+    partial = fit.partial_ss[1 : len(terms)]
     return (
-        tested("Model", fit.total_ss - fit.residual_ss, len(terms) - 1),
-        *(tested(term, float(ss), 1) for term, ss in zip(terms[1:], fit.partial_ss[1:], strict=True)),
+        *((bare("Block", fit.total_ss - fit.null_ss, fit.blocks),) if fit.blocks else ()),
+        tested("Model", fit.null_ss - fit.residual_ss, len(terms) - 1),
+        *(tested(term, float(ss), 1) for term, ss in zip(terms[1:], partial, strict=True)),
         bare("Residual", fit.residual_ss, fit.df),
         AnovaRow(lof.source, lof.sum_of_squares, lof.df, lof.mean_square, split.f, split.p, stars(split.p)),
         bare("Pure error", split.pure_sum_of_squares, split.pure_df),

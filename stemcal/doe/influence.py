@@ -70,7 +70,7 @@ def _studentised(fit: LeastSquares) -> Array:
     if fit.df < 2 or fit.exact:
         return out
     judged = fit.leverage < _FULL_LEVERAGE
-    e, h = fit.residuals[judged], free[judged]
+    e, h = fit.scaled_residuals[judged], free[judged]
     variance = (fit.residual_ss - e**2 / h) / (fit.df - 1)
     positive = variance > 0.0
     out[np.flatnonzero(judged)[positive]] = e[positive] / np.sqrt(variance[positive] * h[positive])
@@ -83,22 +83,23 @@ def _cooks_distance(fit: LeastSquares) -> Array:
     if fit.mean_square is None or fit.exact:
         return out
     judged = fit.leverage < _FULL_LEVERAGE
-    e, h = fit.residuals[judged], fit.leverage[judged]
+    e, h = fit.scaled_residuals[judged], fit.leverage[judged]
     out[judged] = e**2 * h / (fit.matrix.shape[1] * fit.mean_square * (1.0 - h) ** 2)
     return out
 
 
 def press(fit: LeastSquares) -> float | None:
-    """Σ(e / (1 − h))²: what the runs would miss if each were predicted by the others."""
+    """Σ w·(e / (1 − h))²: what the runs would miss if each were predicted by the others."""
     if fit.df == 0 or np.any(fit.leverage >= _FULL_LEVERAGE):
         return None
-    return float(np.sum((fit.residuals / (1.0 - fit.leverage)) ** 2))
+    return float(np.sum((fit.scaled_residuals / (1.0 - fit.leverage)) ** 2))
 
 
 def variance_inflation(fit: LeastSquares) -> Array:
-    """VIF of each column but the first: Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 when orthogonal to all others."""
-    centred = fit.matrix - fit.matrix.mean(axis=0)
-    return np.asarray((np.sum(centred**2, axis=0) * np.diag(fit.unscaled_covariance))[1:])
+    """VIF of each column but the first: Σw(x − x̄)²·(XᵀWX)⁻¹ⱼⱼ; 1 when orthogonal to all others."""
+    centred = fit.matrix - np.average(fit.matrix, axis=0, weights=fit.weights)
+    spread = np.sum(fit.weights[:, None] * centred**2, axis=0)
+    return np.asarray((spread * np.diag(fit.unscaled_covariance))[1:])
 
 
 def _lack_of_fit_without(i: int, coded: Array, fit: LeastSquares) -> float | None:
@@ -106,4 +107,5 @@ def _lack_of_fit_without(i: int, coded: Array, fit: LeastSquares) -> float | Non
     matrix = fit.matrix[keep]
     if not_estimable(matrix, [str(j) for j in range(matrix.shape[1])]):
         return None
-    return lack_of_fit(coded[keep], fit_least_squares(matrix, fit.response[keep])).p
+    refit = fit_least_squares(matrix, fit.response[keep], fit.weights[keep], fit.blocks)
+    return lack_of_fit(coded[keep], refit).p

@@ -93,9 +93,7 @@ class Calibration:
         return {
             "target": self.target,
             **self.point.as_dict(coding),
-            "ranges": {
-                name: [float(lo), float(hi)] for name, (lo, hi) in zip(coding.names, natural, strict=True)
-            },
+            "ranges": {name: [float(lo), float(hi)] for name, (lo, hi) in zip(coding.names, natural, strict=True)},
             "coded_ranges": {name: list(ends) for name, ends in zip(coding.names, self.ranges, strict=True)},
             "reachable": list(self.reachable),
             "rule": self.rule,
@@ -195,9 +193,7 @@ def _share(problem: Problem) -> float | None:
     if surface.mean_square is None:
         return None
     points = problem.region.spread(_SHARE_POINTS)
-    half_width = t_quantile(0.95, surface.df) * np.sqrt(
-        surface.mean_square * (1.0 + surface.unscaled_variance(points))
-    )
+    half_width = t_quantile(0.95, surface.df) * np.sqrt(surface.mean_square * (1.0 + surface.unscaled_variance(points)))
     return float(np.mean(np.abs(surface.predict(points) - problem.target) <= half_width))
 
 
@@ -234,8 +230,6 @@ def _notes(
 
 
 def _tie_note(solutions: list[Array]) -> list[str]:
-    if len(solutions) < 2 or not np.isclose(
-        np.linalg.norm(solutions[0]), np.linalg.norm(solutions[1]), rtol=1e-5
-    ):
+    if len(solutions) < 2 or not np.isclose(np.linalg.norm(solutions[0]), np.linalg.norm(solutions[1]), rtol=1e-5):
         return []
     return ["A second solution lies equally far from the centre; the one given has the higher levels."]

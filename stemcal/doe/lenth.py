@@ -16,6 +16,15 @@ class Lenth:
     pse: float | None
     me: float | None
     sme: float | None
+    df: float = 0.0
+
+    def p_value(self, effect: float) -> float | None:
+        """Return the two-sided p of one effect, taking |c|/PSE as Student's t with m/3 degrees of freedom."""
+        if not self.pse:
+            return None
+        from scipy.special import stdtr
+
+        return float(2.0 * stdtr(self.df, -abs(effect) / self.pse))
 
     def as_dict(self) -> dict[str, float | None]:
         """Return the three numbers by name."""
@@ -38,4 +47,4 @@ def lenth(effects: Array, alpha: float = 0.05) -> Lenth:
     inner = sizes[sizes < 2.5 * s0]
     pse = 1.5 * float(np.median(inner)) if inner.size else 0.0
     df = m / 3.0
-    return Lenth(pse, t_quantile(1.0 - alpha, df) * pse, t_quantile((1.0 - alpha) ** (1.0 / m), df) * pse)
+    return Lenth(pse, t_quantile(1.0 - alpha, df) * pse, t_quantile((1.0 - alpha) ** (1.0 / m), df) * pse, df)

@@ -138,9 +138,7 @@ def _distinct(points: Array, spacing: float) -> Array:
     return np.array(kept)
 
 
-def _local(
-    objective: Objective, start: Array, region: Region, surface: Surface | None, target: float
-) -> Array | None:
+def _local(objective: Objective, start: Array, region: Region, surface: Surface | None, target: float) -> Array | None:
     """Run SLSQP from one start; None if it ends outside the constraints."""
     from scipy.optimize import minimize
 

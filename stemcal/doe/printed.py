@@ -8,9 +8,7 @@ from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import Any
 
-_NUMBER = re.compile(
-    r"^(?P<bound>[<>])?(?P<number>[+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?|[+-]?\.\d+(?:e[+-]?\d+)?)$"
-)
+_NUMBER = re.compile(r"^(?P<bound>[<>])?(?P<number>[+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?|[+-]?\.\d+(?:e[+-]?\d+)?)$")
 
 
 @dataclass(frozen=True)
@@ -69,9 +67,7 @@ def _compare(label: str, printed: str, value: float | None) -> Disagreement | No
     computed = _formatted(value, number)
     if not bound and number != 0 and agrees(str(-number), value):
         sign = "+" if value > 0 else ""
-        sentence = (
-            f"{label}: the paper prints {_signed(shown)}, its data give {sign}{computed}: the sign differs"
-        )
+        sentence = f"{label}: the paper prints {_signed(shown)}, its data give {sign}{computed}: the sign differs"
         return Disagreement(label, shown, value, "sign", sentence)
     sentence = f"{label}: the paper prints {_signed(shown)}, its data give {computed}"
     return Disagreement(label, shown, value, "value", sentence)

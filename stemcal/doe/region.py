@@ -47,6 +47,17 @@ class Region:
         reach = np.inf if self.radius is None else self.radius
         return np.maximum(self.low, -reach), np.minimum(self.high, reach)
 
+    def nearest(self, point: Array) -> Array:
+        """Draw a point into the region: into the box, then along the ray to the box's point nearest the centre."""
+        inside = np.clip(point, self.low, self.high)
+        if self.radius is None or np.linalg.norm(inside) <= self.radius:
+            return np.asarray(inside)
+        anchor = np.clip(0.0, self.low, self.high)
+        way = inside - anchor
+        # |anchor + s·way| = radius: a quadratic in s with one root between 0 and 1
+        a, b, c = float(way @ way), float(anchor @ way), float(anchor @ anchor) - self.radius**2
+        return np.asarray(anchor + (-b + np.sqrt(b * b - a * c)) / a * way)
+
     def spread(self, log2_points: int) -> Array:
         """Fill the region evenly, the same way every time (Sobol' sequence)."""
         from scipy.stats.qmc import Sobol

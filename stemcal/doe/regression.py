@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,19 +21,24 @@ ROUNDING = 1e-24
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """y = X·β + residual, with X of full column rank and a leading column of ones.
+    """y = X·β + residual, with X of full column rank and a leading column of ones; Σ w·residual² is least.
 
     Parameters
     ----------
     matrix : array (n, p)
+        The last `blocks` columns tell the blocks apart.
     response : array (n,)
     coefficients : array (p,)
         β.
     unscaled_covariance : array (p, p)
-        (XᵀX)⁻¹; times s² it is the covariance of β.
+        (XᵀWX)⁻¹; times s² it is the covariance of β.
     residuals : array (n,)
     leverage : array (n,)
-        Diagonal of X(XᵀX)⁻¹Xᵀ.
+        Diagonal of X(XᵀWX)⁻¹XᵀW.
+    weights : array (n,)
+        Relative precision of the responses: the variance of one is σ²/w.
+    blocks : int
+        Number of block columns.
     """
 
     matrix: Array
@@ -41,6 +47,8 @@ class LeastSquares:
     unscaled_covariance: Array
     residuals: Array
     leverage: Array
+    weights: Array
+    blocks: int = 0
 
     @property
     def df(self) -> int:
@@ -48,19 +56,38 @@ class LeastSquares:
         return int(self.matrix.shape[0] - self.matrix.shape[1])
 
     @property
+    def mean(self) -> float:
+        """Weighted mean of the response."""
+        return float(np.average(self.response, weights=self.weights))
+
+    @property
     def total_ss(self) -> float:
-        """Corrected total: Σ(y − ȳ)²."""
-        return float(np.sum((self.response - self.response.mean()) ** 2))
+        """Corrected total: Σ w·(y − ȳ)²."""
+        return float(np.sum(self.weights * (self.response - self.mean) ** 2))
+
+    @cached_property
+    def null_ss(self) -> float:
+        """What the terms may explain: the corrected total, less what the blocks explain without them."""
+        if not self.blocks:
+            return self.total_ss
+        n = self.matrix.shape[1]
+        null = fit_least_squares(self.matrix[:, [0, *range(n - self.blocks, n)]], self.response, self.weights)
+        return null.residual_ss
 
     @property
     def residual_ss(self) -> float:
-        """Σ residual²; exactly zero for a saturated fit."""
-        return float(self.residuals @ self.residuals) if self.df else 0.0
+        """Σ w·residual²; exactly zero for a saturated fit."""
+        return float(self.scaled_residuals @ self.scaled_residuals) if self.df else 0.0
+
+    @property
+    def scaled_residuals(self) -> Array:
+        """√w·residual, whose variance is the same for every run but for its leverage."""
+        return np.asarray(np.sqrt(self.weights) * self.residuals)
 
     @property
     def flat(self) -> bool:
         """Whether every response is the same, but for rounding."""
-        return self.total_ss <= ROUNDING * float(self.response @ self.response)
+        return self.total_ss <= ROUNDING * float(np.sum(self.weights * self.response**2))
 
     @property
     def exact(self) -> bool:
@@ -74,29 +101,29 @@ class LeastSquares:
 
     @property
     def partial_ss(self) -> Array:
-        """Type III sum of squares of each column: βⱼ² / (XᵀX)⁻¹ⱼⱼ."""
+        """Type III sum of squares of each column: βⱼ² / (XᵀWX)⁻¹ⱼⱼ."""
         return np.asarray(self.coefficients**2 / np.diag(self.unscaled_covariance))
 
     @property
     def standard_errors(self) -> Array | None:
-        """s·√(XᵀX)⁻¹ⱼⱼ, or None without residual degrees of freedom."""
+        """s·√(XᵀWX)⁻¹ⱼⱼ, or None without residual degrees of freedom."""
         if self.mean_square is None:
             return None
         return np.sqrt(self.mean_square * np.diag(self.unscaled_covariance))
 
 
-def fit_least_squares(matrix: Array, response: Array) -> LeastSquares:
+def fit_least_squares(matrix: Array, response: Array, weights: Array | None = None, blocks: int = 0) -> LeastSquares:
     """Fit by QR; the columns must be independent (see `require_estimable`)."""
     from statsmodels.regression.linear_model import OLS
 
-    with np.errstate(
-        divide="ignore", invalid="ignore"
-    ):  # statsmodels divides by the residual df, also when 0
-        results = OLS(response, matrix).fit(method="qr")
+    w = np.ones(len(response)) if weights is None else weights
+    root = np.sqrt(w)
+    with np.errstate(divide="ignore", invalid="ignore"):  # statsmodels divides by the residual df, also when 0
+        results = OLS(root * response, root[:, None] * matrix).fit(method="qr")
     beta = np.asarray(results.params, dtype=float)
     covariance = np.asarray(results.normalized_cov_params, dtype=float)
-    leverage = np.einsum("ij,jk,ik->i", matrix, covariance, matrix)
-    return LeastSquares(matrix, response, beta, covariance, response - matrix @ beta, leverage)
+    leverage = w * np.einsum("ij,jk,ik->i", matrix, covariance, matrix)
+    return LeastSquares(matrix, response, beta, covariance, response - matrix @ beta, leverage, w, blocks)
 
 
 def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
@@ -129,8 +156,7 @@ def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: 
             "repair those runs and start the stage again"
         )
     raise UsageError(
-        f"{what}: {n} runs cannot estimate {listed} ({p} coefficients); take a design with more runs or "
-        "levels"
+        f"{what}: {n} runs cannot estimate {listed} ({p} coefficients); take a design with more runs or levels"
     )
 
 

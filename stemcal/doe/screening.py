@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.aliases import describe_aliases
+from stemcal.doe.aliases import alias_matrix
+from stemcal.doe.error_term import ErrorTerm, choose_error
 from stemcal.doe.lenth import Lenth, lenth
 from stemcal.doe.regression import (
     ROUNDING,
@@ -19,11 +21,12 @@ from stemcal.doe.regression import (
     fit_least_squares,
     require_estimable,
     stars,
+    t_quantile,
 )
+from stemcal.doe.screening_notes import screening_notes, stands_out, verdict
 from stemcal.errors import RunsFailed, UsageError
 
-# With so few residual degrees of freedom an F test says little.
-_WEAK_DF = 3
+_MOST_ALIASES = 20  # an alias matrix of more factors is too large to be read
 
 
 @dataclass(frozen=True)
@@ -41,9 +44,10 @@ class Effect:
     lenth_t: float | None
     p_holm: float | None
     p_bh: float | None
+    verdict: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Screening:
     """Effects in the order of the factors, the error they are tested against, and what to beware of."""
 
@@ -57,15 +61,52 @@ class Screening:
     runs_used: int
     runs_failed: int
     notes: tuple[str, ...]
+    error: ErrorTerm
+    design: Array
 
     def ranked(self) -> list[Effect]:
         """Sort the effects by contribution, the largest first."""
         return sorted(self.effects, key=lambda effect: -effect.contribution_percent)
 
+    def half_normal(self) -> list[dict[str, Any]]:
+        """Return |effect| in rising order against the half-normal quantile Φ⁻¹(½ + ½(i − ½)/m).
+
+        Noise lies on a line through the origin; what stands out to the right of it is real. Source: C.
+        Daniel, Technometrics 1 (1959), 311–341.
+        """
+        from scipy.special import ndtri
+
+        rising, m = sorted(self.effects, key=lambda effect: abs(effect.effect)), len(self.effects)
+        return [
+            {"factor": e.factor, "size": abs(e.effect), "quantile": float(ndtri(0.5 + 0.5 * (i + 0.5) / m))}
+            for i, e in enumerate(rising)
+        ]
+
+    def pareto(self) -> dict[str, Any]:
+        """Return |t| = √F in falling order with its limit for one test and, after Bonferroni, for all."""
+        rows = [{"factor": e.factor, "t": e.f**0.5} for e in self.effects if e.f is not None]
+        rows.sort(key=lambda row: -float(row["t"]))
+        df, m = self.error.df, len(self.effects)
+        limits = [t_quantile(1.0 - self.alpha / tests, df) if rows else None for tests in (1, m)]
+        return {"rows": rows, "t_limit": limits[0], "bonferroni_limit": limits[1]}
+
+    def aliases(self) -> dict[str, Any] | None:
+        """Return the alias matrix: how much of each two-factor interaction is in each effect's coefficient."""
+        names = [effect.factor for effect in self.effects]
+        if not 2 <= len(names) <= _MOST_ALIASES:
+            return None
+        weights = np.where(np.abs(found := alias_matrix(self.design)) < 1e-12, 0.0, found)
+        pairs = [f"{a}:{b}" for a, b in combinations(names, 2)]
+        return {"interactions": pairs, "weights": dict(zip(names, weights.tolist(), strict=True))}
+
     def as_dict(self) -> dict[str, Any]:
         """Return the statistics of ``screen.json``."""
         return {
             "effects": [asdict(effect) for effect in self.effects],
+            "error": self.error.as_dict(),
+            "half_normal": self.half_normal(),
+            "pareto": self.pareto(),
+            "aliases": self.aliases(),
             "residual": {"sum_of_squares": self.residual_sum_of_squares, "df": self.residual_df},
             "total_sum_of_squares": self.total_sum_of_squares,
             "significant": list(self.significant),
@@ -83,18 +124,24 @@ def analyse_screening(
     names: Sequence[str],
     symbols: Sequence[str] | None = None,
     alpha: float = 0.05,
+    error: str = "residual",
+    expected: Mapping[str, str] | None = None,
 ) -> Screening:
-    """Estimate and test the main effects of a two-level design.
+    """Estimate and test the main effects of a screening design.
 
     Parameters
     ----------
     coded : array (n, k)
-        Levels −1 and +1.
+        Levels −1 and +1, and 0 in a definitive screening or at centre points.
     response : array (n,)
         NaN for a failed run; the effects are then least-squares estimates from the runs left.
     names, symbols : sequences of k strings
     alpha : float
         Level of significance.
+    error : {'residual', 'pooled', 'replicates', 'lenth'}
+        What the effects are tested against (see `error_term`).
+    expected : mapping, optional
+        ``+`` or ``-`` for factors whose sign is known beforehand; the verdict says whether it came true.
 
     Raises
     ------
@@ -114,9 +161,12 @@ def analyse_screening(
         )
     changes = _changes(fit)
     size = lenth(changes, alpha)
-    effects = _effects(fit, changes, names, symbols or names, size)
+    scatter = choose_error(error, design[present], fit, changes, size)
+    effects = _effects(fit, scatter, changes, names, symbols or names, size)
+    signs = expected or {}
+    judged = tuple(replace(e, verdict=verdict(e, size, alpha, signs.get(e.factor))) for e in effects)
     return Screening(
-        effects=effects,
+        effects=judged,
         residual_sum_of_squares=fit.residual_ss,
         residual_df=fit.df,
         total_sum_of_squares=fit.total_ss,
@@ -125,7 +175,9 @@ def analyse_screening(
         significant=_significant(effects, size, alpha),
         runs_used=int(present.sum()),
         runs_failed=n_failed,
-        notes=tuple(_notes(fit, effects, size, design[present], n_failed, alpha)),
+        notes=tuple(screening_notes(fit, scatter, effects, size, design[present], n_failed, alpha)),
+        error=scatter,
+        design=design[present],
     )
 
 
@@ -133,8 +185,7 @@ def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tup
     design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if design.ndim != 2 or design.shape != (y.size, len(names)):
         raise UsageError(
-            f"screening: design of shape {design.shape} does not go with {y.size} responses and "
-            f"{len(names)} factors"
+            f"screening: design of shape {design.shape} does not go with {y.size} responses and {len(names)} factors"
         )
     return design, y
 
@@ -149,11 +200,17 @@ def _changes(fit: LeastSquares) -> Array:
 
 
 def _effects(
-    fit: LeastSquares, changes: Array, names: Sequence[str], symbols: Sequence[str], size: Lenth
+    fit: LeastSquares,
+    error: ErrorTerm,
+    changes: Array,
+    names: Sequence[str],
+    symbols: Sequence[str],
+    size: Lenth,
 ) -> tuple[Effect, ...]:
-    error = None if fit.exact else fit.mean_square
-    tests = [f_test(float(ss), 1, error, fit.df) for ss in fit.partial_ss[1:]]
+    tests = [f_test(float(ss), 1, error.mean_square, error.df) for ss in fit.partial_ss[1:]]
     raw = [test[1] if test else None for test in tests]
+    if error.source == "lenth":
+        raw = [size.p_value(float(change)) for change in changes]
     holm, bh = adjusted_p(raw, "holm"), adjusted_p(raw, "fdr_bh")
     total = fit.total_ss
     return tuple(
@@ -184,82 +241,8 @@ def adjusted_p(p: Sequence[float | None], method: str) -> list[float | None]:
     return [float(value) for value in multipletests(known, method=method)[1]]
 
 
-def _stands_out(effect: Effect, size: Lenth) -> bool:
-    return size.me is not None and abs(effect.effect) > size.me
-
-
 def _significant(effects: Sequence[Effect], size: Lenth, alpha: float) -> tuple[str, ...]:
     """By p where there is one, else by Lenth's margin of error."""
     return tuple(
-        effect.factor
-        for effect in effects
-        if (effect.p < alpha if effect.p is not None else _stands_out(effect, size))
+        effect.factor for effect in effects if (effect.p < alpha if effect.p is not None else stands_out(effect, size))
     )
-
-
-def _notes(
-    fit: LeastSquares,
-    effects: Sequence[Effect],
-    size: Lenth,
-    design: Array,
-    n_failed: int,
-    alpha: float,
-) -> list[str]:
-    names = [effect.factor for effect in effects]
-    notes = _error_notes(fit, n_failed)
-    if size.me is None:
-        notes.append("Fewer than three effects: Lenth's method has nothing to take as noise.")
-    for effect in effects:
-        if effect.p is None or size.me is None or (effect.p < alpha) == _stands_out(effect, size):
-            continue
-        verdict = "is below" if effect.p < alpha else "is not below"
-        side = "exceeds" if _stands_out(effect, size) else "stays within"
-        notes.append(
-            f"The two methods disagree on {effect.factor}: p = {effect.p:.4f} {verdict} {alpha:g}, but its "
-            f"effect {effect.effect:+.4g} {side} Lenth's margin of error {size.me:.4g}."
-        )
-    return [*notes, describe_aliases(design, names), *_interaction_note(design, effects)]
-
-
-def _error_notes(fit: LeastSquares, n_failed: int) -> list[str]:
-    """What the residual is worth."""
-    notes = []
-    if n_failed:
-        notes.append(
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed: the design is no longer orthogonal, "
-            f"and effects and sums of squares are least-squares (type III) estimates with {fit.df} residual "
-            "df that do not add up to the total; Lenth's method is approximate."
-        )
-    if fit.flat:
-        notes.append("Every run gave the same response: no factor has an effect.")
-    elif fit.df == 0:
-        notes.append(
-            "Every column carries a factor, so there is no residual and no p-value; Lenth's method decides "
-            "alone."
-        )
-    elif fit.exact:
-        notes.append("The residual is exactly zero, so no F can be formed; Lenth's method decides alone.")
-    elif fit.df <= _WEAK_DF:
-        notes.append(
-            f"The error has only {fit.df} residual df (the unused columns), so the F tests are weak: read p "
-            "beside Lenth's method and the adjusted p-values."
-        )
-    return notes
-
-
-def _interaction_note(design: Array, effects: Sequence[Effect]) -> list[str]:
-    """The interaction of the two strongest factors is the likeliest to distort the other effects."""
-    ranked = sorted(range(len(effects)), key=lambda i: -abs(effects[i].effect))
-    if len(ranked) < 3:
-        return []
-    a, b = sorted(ranked[:2])
-    product = design[:, a] * design[:, b]
-    main = np.column_stack([np.ones(len(design)), design])
-    weights = np.linalg.lstsq(main, product, rcond=None)[0][1:]
-    touched = [effects[i].factor for i in range(len(effects)) if abs(weights[i]) > 1e-9]
-    if not touched:
-        return []
-    return [
-        f"An interaction {effects[a].factor}:{effects[b].factor} of the two strongest factors would show up "
-        f"in part as effects of {', '.join(touched)}."
-    ]

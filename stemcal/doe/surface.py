@@ -7,17 +7,16 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from stemcal.doe.anova import AnovaRow, LackOfFit, anova_table, lack_of_fit
+from stemcal.doe.anova import AnovaRow, anova_table, lack_of_fit
 from stemcal.doe.influence import RunDiagnostics, press, run_diagnostics, variance_inflation
 from stemcal.doe.regression import Array, LeastSquares, fit_least_squares, require_estimable, t_quantile
+from stemcal.doe.surface_notes import DETERMINISTIC, surface_notes
 from stemcal.doe.terms import term_columns, term_gradient, term_names
 from stemcal.errors import UsageError
 
-DETERMINISTIC = "lack of fit cannot be tested: the solver is deterministic"
-# Rules of thumb: a ratio of 4 makes a surface usable, a Cook's distance of 1 one run too strong.
-_ADEQUATE, _INFLUENTIAL = 4.0, 1.0
+__all__ = ["DETERMINISTIC", "Coefficient", "Surface", "fit_surface"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,11 @@ class Coefficient:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A fitted quadratic. Points are (m, k) arrays in coded units; answers are (m,) or (m, 2) arrays."""
+    """A fitted quadratic. Points are (m, k) arrays in coded units; answers are (m,) or (m, 2) arrays.
+
+    `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
+    such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
+    """
 
     names: tuple[str, ...]
     coefficients: tuple[Coefficient, ...]
@@ -54,6 +57,14 @@ class Surface:
     unscaled_covariance: Array
     mean_square: float | None
     df: int
+    response: Array
+    weights: Array
+    block_effects: dict[str, float]
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """The terms that were fitted, the mean among them."""
+        return tuple(coefficient.term for coefficient in self.coefficients)
 
     @property
     def design_radius(self) -> float:
@@ -113,12 +124,20 @@ class Surface:
             "lack_of_fit_testable": self.lack_of_fit_testable,
             "runs_failed": self.runs_failed,
             "runs_diagnostics": [run.as_dict() for run in self.runs_diagnostics],
+            **({"block_effects": self.block_effects} if self.block_effects else {}),
             "notes": list(self.notes),
         }
 
 
-def fit_surface(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> Surface:
-    """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares.
+def fit_surface(
+    coded: ArrayLike,
+    response: ArrayLike,
+    names: Sequence[str],
+    terms: Sequence[str] | None = None,
+    weights: ArrayLike | None = None,
+    blocks: Sequence[object] | None = None,
+) -> Surface:
+    """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
     Parameters
     ----------
@@ -127,6 +146,12 @@ def fit_surface(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> 
     response : array (n,)
         NaN for a failed run, which is left out.
     names : sequence of k strings
+    terms : sequence of strings, optional
+        The terms to fit, as `term_names` calls them; the mean is always there.
+    weights : array (n,), optional
+        Relative precision of each response: its variance is σ²/w.
+    blocks : sequence of n labels, optional
+        Which runs were made together; each block gets a level of its own.
 
     Raises
     ------
@@ -140,23 +165,73 @@ def fit_surface(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> 
             f"{len(names)} factors"
         )
     present = np.isfinite(y)
-    design, terms, n_failed = points[present], term_names(names), int(np.sum(~present))
-    matrix = term_columns(design)
-    require_estimable(matrix, terms, n_failed, "response surface")
-    fit = fit_least_squares(matrix, y[present])
-    return _surface(fit, design, (np.flatnonzero(present) + 1).tolist(), names, n_failed)
+    w = _checked_weights(weights, y.size)[present]
+    kept = _kept(names, terms)
+    apart, labels = _block_columns(blocks, present)
+    matrix = np.column_stack([term_columns(points[present])[:, kept], apart])
+    listed = [term_names(names)[i] for i in kept]
+    n_failed = int(np.sum(~present))
+    require_estimable(matrix, [*listed, *(f"block {label}" for label in labels[:-1])], n_failed, "response surface")
+    fit = fit_least_squares(matrix, y[present], w, apart.shape[1])
+    return _surface(fit, points[present], (np.flatnonzero(present) + 1).tolist(), names, kept, labels, n_failed)
+
+
+def _checked_weights(weights: ArrayLike | None, n: int) -> Array:
+    if weights is None:
+        return np.ones(n)
+    w = np.asarray(weights, dtype=float)
+    if w.shape != (n,) or not np.all(np.isfinite(w) & (w > 0.0)):
+        raise UsageError(f"response surface: weights must be {n} positive numbers; leave out a run by NaN")
+    return w
+
+
+def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
+    """Return the places of the chosen terms in the full quadratic."""
+    known = term_names(names)
+    if terms is None:
+        return list(range(len(known)))
+    if unknown := [term for term in terms if term not in known]:
+        raise UsageError(f"response surface: no term {unknown[0]!r}; the terms are {', '.join(known)}")
+    return [i for i, term in enumerate(known) if i == 0 or term in terms]
+
+
+def _block_columns(blocks: Sequence[object] | None, present: NDArray[np.bool_]) -> tuple[Array, list[str]]:
+    """Code B blocks by B − 1 columns whose effects, with the last block's, add up to zero."""
+    if blocks is None:
+        return np.empty((int(present.sum()), 0)), []
+    if len(blocks) != present.size:
+        raise UsageError(f"response surface: {len(blocks)} block labels for {present.size} runs; give one per run")
+    of_run = [str(block) for block, there in zip(blocks, present, strict=True) if there]
+    labels = list(dict.fromkeys(of_run))
+    if len(labels) < 2:
+        return np.empty((len(of_run), 0)), []
+    number = np.array([labels.index(label) for label in of_run])
+    coding = np.vstack([np.eye(len(labels) - 1), -np.ones(len(labels) - 1)])
+    return coding[number], labels
 
 
 def _surface(
-    fit: LeastSquares, design: Array, rows: Sequence[int], names: Sequence[str], n_failed: int
+    fit: LeastSquares,
+    design: Array,
+    rows: Sequence[int],
+    names: Sequence[str],
+    kept: Sequence[int],
+    labels: Sequence[str],
+    n_failed: int,
 ) -> Surface:
-    terms = term_names(names)
+    every = term_names(names)
+    terms = [every[i] for i in kept]
     split = lack_of_fit(design, fit)
     diagnostics = run_diagnostics(design, fit, rows, split)
     missed, precision = press(fit), _adequate_precision(fit)
+    coefficients = _coefficients(fit, terms)
+    inflation = [c.vif for c in coefficients if c.vif is not None]
+    beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
+    beta[kept] = fit.coefficients[: len(kept)]
+    covariance[np.ix_(kept, kept)] = fit.unscaled_covariance[: len(kept), : len(kept)]
     return Surface(
         names=tuple(names),
-        coefficients=_coefficients(fit, terms),
+        coefficients=coefficients,
         anova=anova_table(fit, terms, split),
         r2=_share_explained(fit.residual_ss, fit),
         adjusted_r2=_adjusted_r2(fit),
@@ -167,13 +242,23 @@ def _surface(
         lack_of_fit_testable=split.testable,
         runs_diagnostics=diagnostics,
         runs_failed=n_failed,
-        notes=tuple(_notes(fit, split, diagnostics, precision, n_failed)),
+        notes=tuple(surface_notes(fit, split, diagnostics, precision, inflation, n_failed)),
         design=design,
-        beta=fit.coefficients,
-        unscaled_covariance=fit.unscaled_covariance,
+        beta=beta,
+        unscaled_covariance=covariance,
         mean_square=fit.mean_square,
         df=fit.df,
+        response=fit.response,
+        weights=fit.weights,
+        block_effects=_block_effects(fit, labels),
     )
+
+
+def _block_effects(fit: LeastSquares, labels: Sequence[str]) -> dict[str, float]:
+    if not labels:
+        return {}
+    effects = [float(value) for value in fit.coefficients[-fit.blocks :]]
+    return dict(zip(labels, [*effects, -sum(effects)], strict=True))
 
 
 def _coefficients(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:
@@ -188,82 +273,26 @@ def _coefficients(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient,
 
 
 def _share_explained(missed: float, fit: LeastSquares) -> float | None:
-    """1 − missed/SS_total."""
-    return None if fit.flat else 1.0 - missed / fit.total_ss
+    """1 − missed/SS, with SS what the terms may explain: the corrected total less the blocks."""
+    return None if fit.flat or fit.null_ss == 0.0 else 1.0 - missed / fit.null_ss
 
 
 def _adjusted_r2(fit: LeastSquares) -> float | None:
-    """1 − s²/(SS_total/(n − 1))."""
-    if fit.mean_square is None or fit.flat:
+    """1 − s²/(SS/(n − B)), with SS as in R² and B = 1, or the number of blocks."""
+    if fit.mean_square is None or fit.flat or fit.null_ss == 0.0:
         return None
-    return 1.0 - fit.mean_square * (len(fit.response) - 1) / fit.total_ss
+    return 1.0 - fit.mean_square * (len(fit.response) - 1 - fit.blocks) / fit.null_ss
 
 
 def _adequate_precision(fit: LeastSquares) -> float | None:
-    """(max ŷ − min ŷ) / √(p·s²/n): signal over noise at the design points."""
+    """(max ŷ − min ŷ) / √(p·s²/n): signal over noise at the design points, block levels aside."""
     if fit.mean_square is None or fit.exact:
         return None
     n, p = fit.matrix.shape
-    return float(np.ptp(fit.response - fit.residuals) / np.sqrt(p * fit.mean_square / n))
+    fitted = fit.matrix[:, : p - fit.blocks] @ fit.coefficients[: p - fit.blocks]
+    return float(np.ptp(fitted) / np.sqrt(p * fit.mean_square / n))
 
 
 def _cv_percent(fit: LeastSquares) -> float | None:
     """100·s/ȳ."""
-    mean = float(fit.response.mean())
-    return None if fit.mean_square is None or mean == 0.0 else 100.0 * float(np.sqrt(fit.mean_square)) / mean
-
-
-def _notes(
-    fit: LeastSquares,
-    split: LackOfFit,
-    diagnostics: Sequence[RunDiagnostics],
-    precision: float | None,
-    n_failed: int,
-) -> list[str]:
-    notes = []
-    if n_failed:
-        notes.append(
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed; the surface is fitted to the others."
-        )
-    if fit.flat:
-        notes.append("Every run gave the same response: the surface is flat.")
-    elif fit.df == 0:
-        notes.append("As many coefficients as runs: the surface passes through every run and knows no error.")
-    elif fit.exact:
-        notes.append("The quadratic passes through every run exactly: no F can be formed.")
-    notes += _lack_of_fit_notes(split)
-    if precision is not None and precision < _ADEQUATE:
-        notes.append(f"Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
-    return notes + _influence_notes(split, diagnostics)
-
-
-def _lack_of_fit_notes(split: LackOfFit) -> list[str]:
-    if split.deterministic:
-        return [
-            f"All repeated points agree exactly, so {DETERMINISTIC}.",
-            f"The {split.pure_df} repeated runs add no information; they only raise the residual df to "
-            f"{split.df + split.pure_df}, so standard errors and p-values look better than they are.",
-        ]
-    if split.pure_df == 0:
-        return ["Lack of fit cannot be tested: no design point is repeated."]
-    if split.df == 0:
-        return [
-            "Lack of fit cannot be tested: the design has as many distinct points as the surface has terms."
-        ]
-    return []
-
-
-def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics]) -> list[str]:
-    notes = [
-        f"Run {run.run} ({run.response:g}) sways the surface: Cook's distance {run.cooks_distance:.2f}."
-        for run in diagnostics
-        if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL
-    ]
-    for run in diagnostics:
-        p, without = split.p, run.lack_of_fit_p_without
-        if p is not None and without is not None and (p < 0.05) != (without < 0.05):
-            notes.append(
-                f"Without run {run.run} ({run.response:g}) lack of fit has p = {without:.4f} in place of "
-                f"{p:.4f}: that verdict rests on one run."
-            )
-    return notes
+    return None if fit.mean_square is None or fit.mean == 0.0 else 100.0 * float(np.sqrt(fit.mean_square)) / fit.mean

@@ -3,25 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stemcal.doe.equivalence import Sample, compare_means
 from stemcal.doe.regression import Array, fit_least_squares, t_quantile
 from stemcal.errors import UsageError
 
 
 @dataclass(frozen=True)
 class ValidationRow:
-    """One diameter; simulated and error are None where the run failed."""
+    """One diameter; simulated and error are None where the run failed.
+
+    `simulation_error_percent` is 100·(simulated − measured)/measured, the other sign convention. `measured_low` and
+    `measured_high` end the 95 % interval of the measured mean, `p_different` is Welch's, `p_equivalent` that of the
+    equivalence test: all None where sd and n of two or more specimens are not given.
+    """
 
     diameter: float
     measured: float
     simulated: float | None
     error_percent: float | None
     role: str
+    simulation_error_percent: float | None = None
+    sd: float | None = None
+    n: int | None = None
+    measured_low: float | None = None
+    measured_high: float | None = None
+    p_different: float | None = None
+    p_equivalent: float | None = None
 
 
 @dataclass(frozen=True)
@@ -56,7 +69,9 @@ def compare_diameters(
     diameters: Sequence[float],
     measured: Sequence[float],
     simulated: Sequence[float | None],
-    calibration_diameter: float | None,
+    calibration_diameter: float | Sequence[float] | None,
+    scatter: Sequence[tuple[float | None, int | None]] | None = None,
+    margin_percent: float = 10.0,
 ) -> Validation:
     """Compare forces; error = 100·(measured − simulated)/measured.
 
@@ -66,13 +81,18 @@ def compare_diameters(
     measured, simulated : N
         None or NaN in `simulated` marks a failed run.
     calibration_diameter : mm
-        The diameter the parameters were fitted at: no independent check.
+        The diameter, or diameters, the parameters were fitted at: no independent check.
+    scatter : sequence of (sd, n), optional
+        Standard deviation and number of specimens of each measured force, None where unknown.
+    margin_percent : float
+        The difference, of the measured force, within which both count as equal.
     """
+    scatter = scatter or [(None, None)] * len(diameters)
     if not len(diameters) == len(measured) == len(simulated):
         raise UsageError("validation: diameters, measured and simulated forces differ in number")
     rows = tuple(
-        _row(float(d), float(m), s, calibration_diameter)
-        for d, m, s in zip(diameters, measured, simulated, strict=True)
+        _tested(_row(float(d), float(m), s, calibration_diameter), *spread, margin_percent)
+        for d, m, s, spread in zip(diameters, measured, simulated, scatter, strict=True)
     )
     done = [row for row in rows if row.error_percent is not None]
     sizes = [abs(row.error_percent or 0.0) for row in done]
@@ -89,21 +109,59 @@ def compare_diameters(
         error_slope_percent_per_mm=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=tuple(_notes(rows, slope, lab, model)),
+        notes=tuple(_notes(rows, slope, lab, model) + _test_notes(rows, margin_percent)),
     )
 
 
 def _row(
-    diameter: float, measured: float, simulated: float | None, calibration: float | None
+    diameter: float, measured: float, simulated: float | None, calibration: float | Sequence[float] | None
 ) -> ValidationRow:
     if measured <= 0.0:
         raise UsageError(f"validation: measured force {measured:g} N at {diameter:g} mm must be positive")
-    role = "calibration" if calibration is not None and np.isclose(diameter, calibration) else "validation"
+    fitted = calibration is not None and bool(np.any(np.isclose(diameter, calibration)))
+    role = "calibration" if fitted else "validation"
     if simulated is None or not np.isfinite(simulated):
         return ValidationRow(diameter, measured, None, None, role)
-    return ValidationRow(
-        diameter, measured, float(simulated), 100.0 * (measured - simulated) / measured, role
+    return ValidationRow(diameter, measured, float(simulated), 100.0 * (measured - simulated) / measured, role)
+
+
+def _tested(row: ValidationRow, sd: float | None, n: int | None, margin_percent: float) -> ValidationRow:
+    """Add what the scatter of the measured force says about the difference."""
+    simulated = row.simulated
+    if simulated is None:
+        return replace(row, sd=sd, n=n)
+    row = replace(row, sd=sd, n=n, simulation_error_percent=-(row.error_percent or 0.0))
+    if not sd or n is None or n < 2:
+        return row
+    found = compare_means(Sample(row.measured, sd, n), Sample(simulated), 0.01 * margin_percent * row.measured)
+    return replace(
+        row,
+        measured_low=found.low,
+        measured_high=found.high,
+        p_different=found.p,
+        p_equivalent=found.p_equivalent,
     )
+
+
+def _verdict(row: ValidationRow) -> str:
+    """Return what the two tests say together: equal, apart or open."""
+    if (row.p_equivalent or 0.0) < 0.05:
+        return "equal"
+    return "apart" if (row.p_different or 0.0) < 0.05 else "open"
+
+
+def _test_notes(rows: Sequence[ValidationRow], margin_percent: float) -> list[str]:
+    tested = [row for row in rows if row.p_different is not None and row.p_equivalent is not None]
+    if not tested:
+        return []
+    found: dict[str, list[str]] = {"equal": [], "apart": [], "open": []}
+    for row in tested:
+        found[_verdict(row)].append(f"{row.diameter:g} mm")
+    equal, apart, open_ = found.values()
+    notes = [f"Equal within ±{margin_percent:g} % (equivalence test): {', '.join(equal) or 'no diameter'}."]
+    notes += [f"Different (Welch) and not shown equal: {', '.join(apart)}."] if apart else []
+    notes += [f"Neither shown different nor equal, too few specimens to tell: {', '.join(open_)}."] if open_ else []
+    return notes
 
 
 def power_law_exponent(diameters: ArrayLike, forces: ArrayLike) -> Exponent | None:
@@ -152,11 +210,15 @@ def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
 def _notes(
     rows: Sequence[ValidationRow], slope: float | None, lab: Exponent | None, model: Exponent | None
 ) -> list[str]:
-    notes = [
-        f"{row.diameter:g} mm is the calibration diameter: its error is not an independent check."
-        for row in rows
-        if row.role == "calibration"
-    ]
+    fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
+    notes = []
+    if len(fitted) == 1:
+        notes.append(f"{fitted[0]} mm is the calibration diameter: its error is not an independent check.")
+    elif fitted:
+        notes.append(
+            f"The parameters were fitted at {', '.join(fitted)} mm: errors there are no independent check; those of "
+            "the diameters left out in turn, in the inversion, are."
+        )
     failed = [f"{row.diameter:g} mm" for row in rows if row.simulated is None]
     if failed:
         notes.append(f"No simulated force at {', '.join(failed)}: the run failed.")
@@ -198,6 +260,5 @@ def _better_curve(rows: Sequence[ValidationRow]) -> str | None:
     gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(force)))
     winner, loser = ("a power law", "a straight line") if gain > 0.0 else ("a straight line", "a power law")
     return (
-        f"Over the diameters {winner} describes the measured force better than {loser} "
-        f"(AICc lower by {abs(gain):.1f})."
+        f"Over the diameters {winner} describes the measured force better than {loser} (AICc lower by {abs(gain):.1f})."
     )

@@ -18,6 +18,9 @@ class InlineExecutor(Executor):
     1024
     """
 
+    workers = 1
+    ahead = 1
+
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Call `fn` now and return its finished future."""
         future: Future[T] = Future()

@@ -1,7 +1,8 @@
 """The executor of one machine: a fixed number of worker processes, each of them expendable.
 
 `ProcessPoolExecutor` gives up every pending run when one worker dies. Here a dead worker costs the run it was
-at, nothing else: the run is tried once more in a new process, then its future gets `WorkerDied`.
+at, nothing else: its future gets `WorkerDied`, the next run a new process. A run that takes longer than its time
+limit, counted from its own start, is ended with all that it has started, and its future gets `RunTimedOut`.
 """
 
 from __future__ import annotations
@@ -13,25 +14,25 @@ import pickle
 import queue
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from multiprocessing.connection import wait
 from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
-from stemcal.errors import StemcalError
+from stemcal.executors.failures import RunTimedOut, WorkerDied
+from stemcal.executors.family import end_family
 from stemcal.executors.worker import serve
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-ATTEMPTS = 2
+__all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
+
 PATIENCE_S = 2.0  # between asking a worker to end and ending it
-
-
-class WorkerDied(StemcalError):
-    """The process that computed a run ended, twice, without an answer."""
+LOADING_S = 60.0  # to import what a call needs; the limit of the call itself comes after
+_starting = threading.Lock()
 
 
 def available_cores() -> int:
@@ -48,14 +49,17 @@ class LocalExecutor(Executor):
     ----------
     workers : int, optional
         How many; default, one per core. Processes start when there is work for them, by ``spawn``.
+    time_limit : float, optional
+        How long a call may take, s, counted from the moment a worker begins it.
 
     Notes
     -----
     Leaving a ``with`` block by an exception (Ctrl-C) ends the workers at once and cancels what has not begun.
     """
 
-    def __init__(self, workers: int | None = None) -> None:
+    def __init__(self, workers: int | None = None, time_limit: float | None = None) -> None:
         self.workers = max(1, workers if workers is not None else available_cores())
+        self.time_limit = time_limit
         self._calls: queue.SimpleQueue[_Call | None] = queue.SimpleQueue()
         self._crews: list[_Crew] = []
         self._closed = False
@@ -63,12 +67,15 @@ class LocalExecutor(Executor):
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Queue a call; function, arguments and result must be picklable."""
-        future: Future[T] = Future()
-        blob = pickle.dumps((fn, args, kwargs))
+        return self.submit_pickled(pickle.dumps((fn, args, kwargs)), self.time_limit)
+
+    def submit_pickled(self, blob: bytes, time_limit: float | None) -> Future[Any]:
+        """Queue a pickled (function, args, kwargs) with a time limit of its own."""
+        future: Future[Any] = Future()
         with self._lock:
             if self._closed:
                 raise RuntimeError("cannot submit to an executor that is shut down")
-            self._calls.put(_Call(future, blob))
+            self._calls.put(_Call(future, blob, time_limit))
             if len(self._crews) < self.workers:
                 crew = _Crew(self._calls, f"worker {len(self._crews) + 1}")
                 self._crews.append(crew)
@@ -114,10 +121,11 @@ class LocalExecutor(Executor):
 
 
 class _Call(NamedTuple):
-    """A future and the pickled call that will fill it."""
+    """A future, the pickled call that will fill it, and how many seconds that may take."""
 
     future: Future[Any]
     blob: bytes
+    limit: float | None
 
 
 class _Crew(threading.Thread):
@@ -149,7 +157,7 @@ class _Crew(threading.Thread):
 
     def _fulfil(self, call: _Call) -> None:
         try:
-            result, error = self._attempt(call.blob)
+            result, error = self._attempt(call)
         except Exception as failure:  # the thread must live: others wait in the queue
             result, error = None, failure
         if error is None:
@@ -157,22 +165,24 @@ class _Crew(threading.Thread):
         else:
             call.future.set_exception(error)
 
-    def _attempt(self, blob: bytes) -> tuple[Any, BaseException | None]:
-        """Let the worker compute a call; a worker that dies over it is replaced, once."""
-        causes: list[str] = []
-        while len(causes) < ATTEMPTS and not self.stopping.is_set():
-            try:
-                if self.worker is None:
-                    self.worker = _Worker(self.name)
-                if self.stopping.is_set():  # `stop` may have come while the worker started
-                    self.worker.kill()
-                return self.worker.compute(blob)
-            except _Gone as gone:
-                self.worker = None
-                causes.append(str(gone))
-        if self.stopping.is_set():
-            return None, WorkerDied("stopped before it was done")
-        return None, WorkerDied(f"the worker process ended {len(causes)} times: {'; '.join(causes)}")
+    def _attempt(self, call: _Call) -> tuple[Any, BaseException | None]:
+        """Let the worker compute a call; one that dies over it is replaced for the next."""
+        try:
+            if self.worker is None and not self.stopping.is_set():
+                self.worker = _Worker(self.name)
+            if self.worker is None or self.stopping.is_set():  # `stop` may have come while the worker started
+                raise _Gone("stopped")
+            return self.worker.compute(call.blob, call.limit)
+        except _Gone as gone:
+            if self.worker is not None:
+                self.worker.end()
+            self.worker = None
+            if self.stopping.is_set():
+                return None, WorkerDied("stopped before it was done")
+            return None, WorkerDied(f"the worker process ended: {gone}")
+        except RunTimedOut as late:
+            self.worker = None
+            return None, late
 
 
 class _Gone(Exception):
@@ -187,22 +197,34 @@ class _Worker:
         self.pipe, far_end = context.Pipe()
         self.process: SpawnProcess = context.Process(target=serve, args=(far_end,), name=name, daemon=True)
         try:
-            self.process.start()
+            with _free_to_have_children():
+                self.process.start()
         finally:
             far_end.close()
         self._receive()  # it is ready
 
-    def compute(self, blob: bytes) -> tuple[Any, BaseException | None]:
-        """Return (result, None) or (None, exception); raise `_Gone` if the process dies."""
+    def compute(self, blob: bytes, limit: float | None) -> tuple[Any, BaseException | None]:
+        """Return (result, None) or (None, exception).
+
+        Raises
+        ------
+        _Gone
+            The process has died.
+        RunTimedOut
+            It took longer than `limit` and was ended.
+        """
         try:
             self.pipe.send_bytes(blob)
         except OSError:
             raise self._gone() from None
-        result, error = pickle.loads(self._receive())
+        self._receive(None if limit is None else limit + LOADING_S)  # it has begun
+        result, error = pickle.loads(self._receive(limit))
         return result, error
 
-    def _receive(self) -> bytes:
-        wait([self.pipe, self.process.sentinel])
+    def _receive(self, limit: float | None = None) -> bytes:
+        if not wait([self.pipe, self.process.sentinel], limit):
+            self.end()
+            raise RunTimedOut(limit or 0.0)
         try:
             if self.pipe.poll():  # an answer may lie there although its sender has ended
                 return self.pipe.recv_bytes()
@@ -211,16 +233,23 @@ class _Worker:
         raise self._gone()
 
     def _gone(self) -> _Gone:
+        """See a process off that has closed its end, and say how it ended."""
         self.process.join(PATIENCE_S)
-        self.kill()
-        self.process.join()
-        self.pipe.close()
+        self.end()
         return _Gone(_ending(self.process.exitcode))
 
     def kill(self) -> None:
-        """End the process without ceremony."""
+        """End the process, and what it has started, without ceremony."""
         with contextlib.suppress(OSError, ValueError):
-            self.process.kill()
+            if self.process.pid is not None and self.process.exitcode is None:
+                end_family(self.process.pid)
+                self.process.kill()
+
+    def end(self) -> None:
+        """End the process and wait until it is gone."""
+        self.kill()
+        self.process.join()
+        self.pipe.close()
 
     def dismiss(self) -> None:
         """Close the pipe, so that the process ends by itself; if it does not, end it."""
@@ -243,6 +272,22 @@ def _ending(code: int | None) -> str:
         with contextlib.suppress(ValueError):
             return f"signal {signal.Signals(-code).name}"
     return f"exit code {code}"
+
+
+@contextlib.contextmanager
+def _free_to_have_children() -> Iterator[None]:
+    """Start a process although this one may be a daemon itself, as Dask's workers are.
+
+    `multiprocessing` forbids it lest orphans be left; our workers end with their parent.
+    """
+    config = multiprocessing.current_process()._config  # type: ignore[attr-defined]
+    with _starting:
+        daemon = config.pop("daemon", None)
+        try:
+            yield
+        finally:
+            if daemon is not None:
+                config["daemon"] = daemon
 
 
 def _block_ctrl_c() -> None:

@@ -13,6 +13,7 @@ import pickle
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -25,6 +26,7 @@ _ONE_THREAD = (
 )
 
 READY = b"ready"
+BEGUN = b"begun"
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
@@ -38,18 +40,31 @@ def serve(pipe: Connection) -> None:
     try:
         pipe.send_bytes(READY)
         while True:
-            pipe.send_bytes(_answer(pipe.recv_bytes()))
+            _take(pipe.recv_bytes(), pipe)
     except (EOFError, OSError):
         return  # the parent has closed the pipe: no more work
 
 
-def _answer(call: bytes) -> bytes:
-    """Return the pickled pair (result, None) or (None, exception)."""
+def _take(blob: bytes, pipe: Connection) -> None:
+    """Say `BEGUN` once the call and what it needs is loaded; answer the pickled (result, None) or (None, exception)."""
     try:
-        function, args, kwargs = pickle.loads(call)
+        function, args, kwargs = pickle.loads(blob)
+        problem = None
+    except Exception as error:
+        problem = error
+    pipe.send_bytes(BEGUN)
+    pipe.send_bytes(_failed(problem) if problem is not None else _answer(function, args, kwargs))
+
+
+def _answer(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> bytes:
+    try:
         return pickle.dumps((function(*args, **kwargs), None))
     except BaseException as error:  # SystemExit from a user's function is an answer too
-        return pickle.dumps((None, _portable(error)))
+        return _failed(error)
+
+
+def _failed(error: BaseException) -> bytes:
+    return pickle.dumps((None, _portable(error)))
 
 
 def _portable(error: BaseException) -> BaseException:

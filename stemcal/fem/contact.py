@@ -45,13 +45,14 @@ class Tool:
 class Contact:
     """Penalty contact with Coulomb friction, μ = μ_d + (μ_s − μ_d) exp(−decay·|v|).
 
-    `penalty` is the contact stiffness as a share of m/Δt² of each node, `damping` its share of critical damping.
+    `penalty` is the contact stiffness as a share of m/Δt², with each node's mass m and the stable time step Δt of the
+    start; `damping` is its share of critical damping.
     """
 
     static_friction: float = 0.0
     dynamic_friction: float = 0.0
     decay: float = 0.0
-    penalty: float = 0.2
+    penalty: float = 0.25
     damping: float = 0.5
 
     def numbers(self) -> FrictionNumbers:

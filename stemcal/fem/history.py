@@ -33,7 +33,7 @@ class History:
     x : array (N, 3)
         Where the nodes ended.
     state : array (B, rows, lanes)
-        State of the elements, as in `kernels.element`.
+        State of the elements, as in `kernels.block`.
     standing : array (E,)
         Which elements are left.
     """
@@ -66,7 +66,7 @@ class History:
 
     def row(self, name: str) -> Array:
         """Return one row of the elements' state as (E,), in the order of the mesh."""
-        from stemcal.fem.kernels import element
+        from stemcal.fem.kernels import block
 
-        rows = self.state[:, getattr(element, name), :]
+        rows = self.state[:, getattr(block, name), :]
         return rows.reshape(-1)[: len(self.standing)].copy()

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stemcal.fem.kernels.element import MaterialNumbers
 
 RateLaw = Literal["paper", "cowper_symonds"]
@@ -34,6 +37,8 @@ class Material:
         Effective plastic strain at which an element is eroded.
     rate_law : str
         ``cowper_symonds`` scales yield by 1 + (ε̇/C)^(1/P), ``paper`` by 1 + (ε̇/C)^P.
+    failure_length : float or None
+        Element length at which the failure strain is meant, mm; None applies it to every element as it is.
     """
 
     density: float
@@ -46,6 +51,17 @@ class Material:
     strain_rate_p: float = 1.0
     failure_strain: float = inf
     rate_law: RateLaw = "cowper_symonds"
+    failure_length: float | None = None
+
+    def failure_strains(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the failure strain of elements of given lengths (mm).
+
+        With a failure length l₀ it is failure_strain · l₀/l, so that a row of failing elements takes the same energy
+        per area of crack whatever their size (crack band, Bažant and Oh, Matériaux et Constructions 16, 1983).
+        """
+        if self.failure_length is None:
+            return np.full_like(lengths, self.failure_strain)
+        return np.asarray(self.failure_strain * self.failure_length / lengths)
 
     @property
     def bulk_modulus(self) -> float:
@@ -56,6 +72,11 @@ class Material:
     def shear_modulus(self) -> float:
         """G = E / 2(1 + ν), MPa."""
         return self.elastic_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def lame_modulus(self) -> float:
+        """λ = K − ⅔ G, MPa."""
+        return self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
 
     @property
     def p_wave_modulus(self) -> float:
@@ -78,7 +99,6 @@ class Material:
             beta=float(self.hardening_parameter),
             rate_c=float(self.strain_rate_c),
             rate_exponent=RATE_EXPONENTS[self.rate_law](float(self.strain_rate_p)),
-            failure_strain=float(self.failure_strain),
             density=density,
             sound_speed=sqrt(self.p_wave_modulus / density),
             viscosity_linear=viscosity.linear,

@@ -27,11 +27,14 @@ class Integration:
         Share of the stable time step that is used.
     outputs : int
         Rows of the history.
+    threads : int
+        Cores for this one model; worth it from some ten thousand elements on. The result does not depend on it.
     """
 
     mass_scaling: float = 1.0
-    safety: float = 0.8
+    safety: float = 0.9
     outputs: int = 200
+    threads: int = 1
 
 
 ElementKind = Literal["one_point", "full"]

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import edge_arrays, tool_arrays
-from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
-from stemcal.fem.kernels.element import (
+from stemcal.fem.kernels.block import (
     ALIVE,
+    FAILURE_STRAIN,
     HOURGLASS_STIFFNESS,
     LANES,
     RATE_FACTOR,
@@ -20,8 +20,9 @@ from stemcal.fem.kernels.element import (
     STATE_ROWS,
     VISCOUS_LENGTH,
     VOLUME,
-    MaterialNumbers,
 )
+from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
+from stemcal.fem.kernels.element import MaterialNumbers
 from stemcal.fem.kernels.full import POINT_RATE_FACTOR, POINT_ROWS
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
 from stemcal.fem.kernels.search import Candidates, Topology
@@ -68,7 +69,8 @@ def start(model: Model) -> State:
     body = _body(model, material)
     size = float(np.cbrt(np.median(model.mesh.volumes())))
     first, _, volume = stable_step(
-        topology.hexes, body.x, body.state, body.element_mass, model.material.p_wave_modulus,
+        topology.hexes, body.x, body.state, body.element_mass, model.material.lame_modulus,
+        model.material.shear_modulus,
         material.hourglass_memory,
     )  # fmt: skip
     if not volume > 0.0:
@@ -94,9 +96,10 @@ def start(model: Model) -> State:
         settings=Settings(
             safety=model.integration.safety,
             smallest_step=_COLLAPSE * model.integration.safety * first,
-            penalty_step=model.integration.safety * first,
+            penalty_step=first,
             margin=_MARGIN * size,
-            p_wave_modulus=model.material.p_wave_modulus,
+            lame=model.material.lame_modulus,
+            shear=model.material.shear_modulus,
         ),
     )
 
@@ -155,6 +158,7 @@ def _element_state(model: Model, material: MaterialNumbers) -> Array:
     state[:, RATE_FACTOR] = 1.0
     state[:, VOLUME] = _padded(volumes, 1.0)
     state[:, VISCOUS_LENGTH] = _padded(np.cbrt(volumes), 1.0)
+    state[:, FAILURE_STRAIN] = _padded(model.material.failure_strains(np.cbrt(volumes)), 1.0)
     state[:, HOURGLASS_STIFFNESS] = _padded(hourglass_stiffness(model, material), 0.0)
     return state
 

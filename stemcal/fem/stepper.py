@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -10,23 +11,29 @@ from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
-from stemcal.fem.kernels.element import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
+from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
 from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED, march
 from stemcal.fem.kernels.nodes import kinetic_energy
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, start
+from stemcal.fem.threads import March, ThreadedMarch
 
 Array = NDArray[np.float64]
-Watch = Callable[[float, Array], None]
+Watch = Callable[[float, Array], bool | None]
+Inspect = Callable[[float, State], None]
 
 
-def simulate(model: Model, duration: float, watch: Watch | None = None) -> History:
+def simulate(model: Model, duration: float, watch: Watch | None = None, inspect: Inspect | None = None) -> History:
     """Integrate the model from rest (or its given velocity) over `duration` seconds.
 
     Parameters
     ----------
     watch : callable, optional
-        Called after every output with the time and the mean tool forces (T, 3) of the interval.
+        Called after every output with the time and the mean tool forces (T, 3) of the interval; the simulation ends
+        there if it returns True.
+    inspect : callable, optional
+        Called at the start and after every output with the time and the whole state, to look at, not to change:
+        `frames.FrameWriter` is one.
 
     Raises
     ------
@@ -34,14 +41,34 @@ def simulate(model: Model, duration: float, watch: Watch | None = None) -> Histo
         If an element inverts, the time step collapses, or a number stops being finite.
     """
     state = start(model)
+    outputs = np.linspace(0.0, duration, model.integration.outputs + 1)[1:]
     rows = [_row(state, np.zeros_like(state.ledger.impulse), np.inf)]
-    for until in np.linspace(0.0, duration, model.integration.outputs + 1)[1:]:
-        before, impulse = state.clock.time[0], state.ledger.impulse.copy()
-        _check(march(until, *state.parts()), state)
-        rows.append(_row(state, impulse, before))
-        if watch is not None:
-            watch(float(state.clock.time[0]), rows[-1]["force"])
+    if inspect is not None:
+        inspect(0.0, state)
+    with _march_of(model, state) as advance:
+        for row in _rows(state, advance, outputs):
+            rows.append(row)
+            if inspect is not None:
+                inspect(row["time"], state)
+            if watch is not None and watch(row["time"], row["force"]):
+                break
     return _history(state, rows)
+
+
+def _march_of(model: Model, state: State) -> AbstractContextManager[March]:
+    """Return what advances the state: the compiled loop, or for several threads one that shares out each step."""
+    if model.integration.threads == 1 or model.element == "full":
+        return nullcontext(lambda until, state: int(march(until, *state.parts())))
+    return ThreadedMarch(state, model.integration.threads)
+
+
+def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:
+    """Advance the state from output to output and give a row of the history at each."""
+    for until in outputs:
+        before, impulse = state.clock.time[0], state.ledger.impulse.copy()
+        _check(advance(until, state), state)
+        if state.clock.time[0] > before:  # the step before may have gone past this output as well
+            yield _row(state, impulse, before)
 
 
 def _check(outcome: int, state: State) -> None:

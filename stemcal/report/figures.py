@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "contours",
+    "energies",
     "force_travel",
     "half_normal",
     "observed_predicted",
@@ -41,7 +42,9 @@ def pareto(screen: Stage) -> Figure:
         margin = (screen.get("lenth") or {}).get("me")
         if margin is not None:
             axes.axvline(margin, color=INK, linestyle="--", linewidth=1)
-            axes.annotate("Lenth ME", (margin, -0.45), (3, 0), textcoords="offset points", size=8)
+            axes.annotate(
+                "Lenth ME ", (margin, -0.45), (-3, 0), textcoords="offset points", size=8, ha="right", va="center"
+            )
         axes.set_xlabel("|effect| on the maximum force, N")
     return figure
 
@@ -159,8 +162,11 @@ def _with_unit(rsm: Stage, name: str) -> str:
     return _plain(name if unit in ("1", "") else f"{name}, {unit}")
 
 
-def validation(validate: Stage) -> Figure:
-    """Return measured and simulated force over diameter; the calibration diameter is ringed."""
+def validation(validate: Stage, spread: Mapping[float, float] | None = None) -> Figure:
+    """Return measured and simulated force over diameter; the calibration diameter is ringed.
+
+    `spread` has the standard deviations of the measured forces (N) by diameter.
+    """
     rows = validate["rows"]
     figure = new_figure()
     with styled():
@@ -174,6 +180,11 @@ def validation(validate: Stage) -> Figure:
             color=ORANGE,
             label="simulated",
         )
+        barred = [r for r in rows if r["diameter"] in (spread or {})]
+        if spread and barred:
+            at, means = [r["diameter"] for r in barred], [r["measured"] for r in barred]
+            lengths = [spread[r["diameter"]] for r in barred]
+            axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
         for row in rows:
             if row["role"] == "calibration":
                 axes.plot(row["diameter"], row["measured"], "o", color=INK, fillstyle="none", markersize=13)
@@ -201,6 +212,29 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = ())
         axes.set_ylim(bottom=0)
         if highlighted:
             axes.legend(loc="upper left")
+    return figure
+
+
+def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
+    """Return the energies of a run over blade travel: work done, and where it went."""
+    styles = {
+        "external": ("work of the blade", INK, "-"),
+        "internal": ("internal", BLUE, "-"),
+        "eroded": ("in eroded elements", ORANGE, "-"),
+        "contact": ("friction and contact", GREEN, "-"),
+        "hourglass": ("hourglass", "#cc79a7", "--"),
+        "kinetic": ("kinetic", FAINT, "--"),
+    }
+    figure = new_figure()
+    with styled():
+        axes = figure.add_subplot()
+        for name, (label, colour, line) in styles.items():
+            axes.plot(rows["travel"], rows[name], color=colour, linestyle=line, label=label)
+        axes.set_xlabel("blade travel, mm")
+        axes.set_ylabel("energy, mJ")
+        axes.margins(x=0)
+        axes.set_ylim(bottom=0)
+        axes.legend(loc="upper left")
     return figure
 
 

@@ -7,31 +7,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
-from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
-from stemcal.report import figures, words
+from stemcal.report import words
+from stemcal.report.gallery import Plot, gallery
 from stemcal.report.numbers import interval, short, significant
-from stemcal.report.records import curves_of, provenance_rows, read_records, run_warnings
+from stemcal.report.records import provenance_rows, read_records, run_warnings
 from stemcal.report.sheets import Sheet, run_sheet, sheets_of
 from stemcal.report.style import inline
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from stemcal.study.model import Study
     from stemcal.study.store import StudyFolder
 
 Stage = Mapping[str, Any]
 Stages = dict[str, Stage]
-STAGES = ("screen", "rsm", "invert", "validate")
+STAGES = ("screen", "climb", "rsm", "invert", "refine", "validate")
+OPTIONAL = ("climb", "refine")
 TITLES = {
     "screen": "Screening",
     "rsm": "Response surface",
     "invert": "Calibration",
+    "climb": "Climb",
+    "refine": "Refinement",
     "validate": "Validation",
 }
 
@@ -72,6 +72,7 @@ def render(study: Study, folder: StudyFolder) -> str:
     if not stages:
         raise UsageError("\n".join(stale) or f"{folder.path}: no stage is done yet; run `stemcal run SPEC` first")
     records = read_records(stages.values(), folder)
+    plots = gallery(study, stages, records)
     environment = Environment(
         loader=PackageLoader("stemcal.report", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -80,14 +81,14 @@ def render(study: Study, folder: StudyFolder) -> str:
         title=study.title or study.name,
         question=question(study),
         warnings=[*study.warnings, *stale, *failures(stages), *run_warnings(records)],
-        missing=[TITLES[name] for name in STAGES if name not in stages],
+        missing=[TITLES[name] for name in STAGES if name not in (*stages, *OPTIONAL)],
         outcome=words.outcome(stages),
         certainty=[*words.certainty(stages), *from_table(study, stages)],
         headline=headline(stages.get("invert"), study),
         factors=factor_sheet(study),
-        sections=[section(name, stages) for name in stages],
-        runs=[run_sheet(TITLES[name], stages[name]) for name in ("screen", "rsm") if name in stages],
-        curves=curve_picture(curves_of(records)),
+        sections=[section(name, stages, plots) for name in stages],
+        runs=[run_sheet(f"Runs: {TITLES[name].lower()}", stages[name]) for name in ("screen", "rsm") if name in stages],
+        pictures=pictures_of("runs", plots),
         provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
     )
 
@@ -160,68 +161,15 @@ def failures(stages: Stages) -> list[str]:
     return sentences
 
 
-def section(name: str, stages: Stages) -> Section:
+def section(name: str, stages: Stages, plots: list[Plot]) -> Section:
     """Return a stage's tables, figures and notes."""
     stage = stages[name]
-    pictures = tuple(
-        Picture(inline(figure, f"{name}{number}", caption), caption)
-        for number, (figure, caption) in enumerate(_PICTURES[name](stages))
+    return Section(name, TITLES[name], tuple(sheets_of(stage)), pictures_of(name, plots), tuple(stage.get("notes", ())))
+
+
+def pictures_of(section: str, plots: list[Plot]) -> tuple[Picture, ...]:
+    """Return the drawn figures of a section."""
+    return tuple(
+        Picture(inline(plot.draw(), f"{section}{number}", plot.caption), plot.caption)
+        for number, plot in enumerate(plot for plot in plots if plot.section == section and plot.on_page)
     )
-    return Section(name, TITLES[name], tuple(sheets_of(stage)), pictures, tuple(stage.get("notes", ())))
-
-
-def _screen_pictures(stages: Stages) -> list[tuple[Figure, str]]:
-    screen = stages["screen"]
-    return [
-        (
-            figures.pareto(screen),
-            "Effects by size, blue raises and orange lowers the force; dashed: Lenth's margin of error.",
-        ),
-        (figures.half_normal(screen), "Half-normal plot: effects far above the line are more than chance."),
-    ]
-
-
-def _surface_pictures(stages: Stages) -> list[tuple[Figure, str]]:
-    rsm, invert = stages["rsm"], stages.get("invert")
-    held = "the others at the solution" if invert else "the others at the centre"
-    contour = partial(figures.contours, rsm, invert=invert)
-    return [
-        (figures.observed_predicted(rsm), "Simulated force against the surface's prediction."),
-        (figures.residuals(rsm), "What the surface leaves unexplained, run by run."),
-        *(
-            (
-                contour(pair),
-                f"Force over {pair[0]} and {pair[1]}, {held}. {_CONTOUR_KEY if invert else ''}".strip(),
-            )
-            for pair in combinations(rsm["names"], 2)
-        ),
-    ]
-
-
-_CONTOUR_KEY = "Orange: where the measured force is met; star: the solution; white dots: runs."
-
-
-def _validation_pictures(stages: Stages) -> list[tuple[Figure, str]]:
-    caption = "Measured and simulated maximum force; the ringed diameter is the calibration's."
-    return [(figures.validation(stages["validate"]), caption)]
-
-
-def _no_pictures(_stages: Stages) -> list[tuple[Figure, str]]:
-    return []
-
-
-_PICTURES = {
-    "screen": _screen_pictures,
-    "rsm": _surface_pictures,
-    "invert": _no_pictures,
-    "validate": _validation_pictures,
-}
-
-
-def curve_picture(curves: Mapping[str, tuple[list[float], list[float]]]) -> Picture | None:
-    """Return force over travel of all runs, the validation's in colour; None if no run kept its curve."""
-    if not curves:
-        return None
-    validation = [label for label in curves if label.endswith(" mm")]
-    caption = "Force over blade travel: validation runs in colour, all others in grey."
-    return Picture(inline(figures.force_travel(curves, validation), "curves", caption), caption)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from stemcal.report.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet
 from stemcal.report.numbers import MISSING, fixed, interval, percent, probability, short, significant
 from stemcal.report.terms import equation, symbols_of, written
 
@@ -26,7 +27,8 @@ class Sheet:
 
 def sheets_of(stage: Stage) -> list[Sheet]:
     """Return the tables of a stage."""
-    return [make(stage) for make in _SHEETS[stage["stage"]]]
+    sheets = [make(stage) for make in _SHEETS[stage["stage"]]]
+    return [*sheets, *further_sheets(stage)]
 
 
 def screening_sheet(stage: Stage) -> Sheet:
@@ -196,7 +198,10 @@ def _force_or_reason(run: Mapping[str, Any]) -> str:
 
 _SHEETS = {
     "screen": (screening_sheet,),
+    "climb": (climb_sheet,),
     "rsm": (anova_sheet, coefficient_sheet, fit_sheet),
     "invert": (calibration_sheet,),
+    "refine": (refine_sheet,),
     "validate": (validation_sheet,),
+    "audit": (audit_sheet,),
 }

@@ -45,7 +45,7 @@ FONTS = (
 
 
 @cache
-def _installed_fonts() -> list[str]:
+def installed_fonts() -> list[str]:
     """Return those of our fonts that this machine has; matplotlib looks each glyph up along the list."""
     from matplotlib import font_manager
 
@@ -56,7 +56,7 @@ def _installed_fonts() -> list[str]:
 def _settings() -> Any:
     """Return settings of matplotlib; its own type for them lists every key it knows."""
     return {
-        "font.family": _installed_fonts(),
+        "font.family": installed_fonts(),
         "font.size": 9,
         "axes.titlesize": 9,
         "axes.unicode_minus": True,
@@ -100,6 +100,15 @@ def save(figure: Figure, path: Path) -> None:
     kind = path.suffix.lower().removeprefix(".")
     with styled():
         figure.savefig(path, format=kind, dpi=200, facecolor="white", metadata=_anonymous(kind))
+
+
+def save_both(figure: Figure, path: Path) -> list[Path]:
+    """Write a figure as ``path.svg`` and ``path.png``; returns both."""
+    paths = [path.with_name(f"{path.name}.{kind}") for kind in ("svg", "png")]
+    for target in paths:
+        save(figure, target)
+        figure.set_layout_engine("none")  # the first drawing has placed everything
+    return paths
 
 
 def svg(figure: Figure) -> str:

@@ -59,7 +59,33 @@ def _surface_outcome(stage: Stage) -> str:
 
 def _calibration_outcome(stage: Stage) -> str:
     values = [f"{name} = {significant(value)}" for name, value in stage["solution"].items()]
+    if "joint" in stage:
+        return (
+            f"Fitted to {counted(len(stage['joint']['rows']), 'diameter')} together, the surfaces miss the measured "
+            f"forces by at most {fixed(stage['joint']['max_abs_error_percent'], 1)} %, at {listed(values)}."
+        )
     return f"The surface meets the measured {short(stage['target'])} N at {listed(values)}."
+
+
+def _climb_outcome(stage: Stage) -> str:
+    verdict = "passed" if stage["passed"] else "did not reach"
+    return (
+        f"Stepping {listed(stage['names'])} together, {counted(len(stage['rows']), 'run')}, {verdict} the target; step "
+        f"{stage['best_step']} came nearest, {fixed(abs(stage['error_percent']), 1)} % from it."
+    )
+
+
+def _refinement_outcome(stage: Stage) -> str:
+    verdict = "within" if stage["converged"] else "not within"
+    return (
+        f"Simulating at the solution and correcting it, {counted(len(stage['rows']), 'run')}, ended "
+        f"{fixed(abs(stage['error_percent']), 2)} % from the target, {verdict} the tolerance of "
+        f"{short(stage['tolerance_percent'])} %."
+    )
+
+
+def _no_certainty(_stage: Stage) -> list[str]:
+    return []
 
 
 def _validation_outcome(stage: Stage) -> str:
@@ -104,6 +130,10 @@ def _calibration_certainty(stage: Stage) -> list[str]:
         f"A simulation with the calibrated parameters should give {interval(stage['prediction_interval'])} N "
         f"(95 % prediction interval)."
     ]
+    if "joint" in stage:
+        left_out = stage["joint"]["max_abs_left_out_error_percent"]
+        known = stage["certainty"]["sentences"] + stage["certainty_alone"]["sentences"]
+        return [*known, f"A diameter predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."]
     if len(stage["solution"]) > 1:
         ranges = [f"{name} {interval(bounds)}" for name, bounds in stage["ranges"].items()]
         sentences.append(
@@ -128,11 +158,15 @@ _OUTCOME = {
     "screen": _screening_outcome,
     "rsm": _surface_outcome,
     "invert": _calibration_outcome,
+    "climb": _climb_outcome,
+    "refine": _refinement_outcome,
     "validate": _validation_outcome,
 }
 _CERTAINTY = {
     "screen": _screening_certainty,
     "rsm": _surface_certainty,
     "invert": _calibration_certainty,
+    "climb": _no_certainty,
+    "refine": _no_certainty,
     "validate": _validation_certainty,
 }

@@ -24,7 +24,24 @@ def _table(study: Study) -> Solver:
     return TableSolver(study)
 
 
-SOLVERS: dict[str, Callable[[Study], Solver]] = {"embedded": _embedded, "table": _table}
+def _command(study: Study) -> Solver:
+    from stemcal.solvers.command import Command
+
+    return Command(study)
+
+
+def _lsdyna(study: Study) -> Solver:
+    from stemcal.solvers.lsdyna import LsDyna
+
+    return LsDyna(study)
+
+
+SOLVERS: dict[str, Callable[[Study], Solver]] = {
+    "embedded": _embedded,
+    "table": _table,
+    "command": _command,
+    "lsdyna": _lsdyna,
+}
 
 
 def make_solver(study: Study) -> Solver:

@@ -4,14 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stemcal import cutting
-from stemcal.cutting import Blade, CuttingResult, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
+from stemcal.cutting import (
+    Blade,
+    CuttingResult,
+    Discretisation,
+    Loading,
+    ShearTest,
+    Stem,
+    Supports,
+    Symmetry,
+    in_phases,
+    mean_over_phases,
+    perturbed,
+)
+from stemcal.cutting.shape import LARGEST
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
+from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import warm
@@ -37,16 +53,22 @@ class Embedded:
         warm()
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return the whole shear test as plain values, and the revision of the code that runs it."""
-        return {"solver": "embedded", "revision": cutting.REVISION, "test": asdict(_test_of(self.study, request))}
+        """Return the shear tests as plain values, and the revision of the code that runs them."""
+        return {
+            "solver": "embedded",
+            "revision": cutting.REVISION,
+            "tests": [_determining(test) for test in self._tests(request)],
+        }
 
     def solve(self, request: Request) -> Answer:
-        """Run the virtual shear test that a request asks for."""
+        """Run the virtual shear tests that a request asks for; their mean is the answer."""
         try:
-            result = cutting.shear(_test_of(self.study, request))
+            result = mean_over_phases([cutting.shear(test) for test in self._tests(request)])
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         details = _details(result)
+        if request.stage == "validate":
+            details |= pictured(result)
         if result.energy_drift_percent > _WORST_DRIFT:
             message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
             return Answer("failed", reason="energy_drift", message=message, details=details)
@@ -58,13 +80,10 @@ class Embedded:
 
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
-        test = _test_of(self.study, request)
-        how, material = test.discretisation, test.material
-        mesh = cutting.stem_mesh(test.stem, how)
-        smallest = float(np.cbrt(mesh.volumes().min()))
-        speed = np.sqrt(material.p_wave_modulus / (how.integration.mass_scaling * material.density))
-        steps = test.loading.duration * speed / (how.integration.safety * smallest)
-        return float(steps * len(mesh.hexes) / _RATE)
+        return sum(_seconds(test) for test in self._tests(request))
+
+    def _tests(self, request: Request) -> tuple[ShearTest, ...]:
+        return shear_tests(self.study, request.levels, request.diameter, request.row)
 
 
 def simulate(
@@ -73,6 +92,7 @@ def simulate(
     diameter: float | None = None,
     symmetry: Symmetry | None = None,
     watch: Callable[[float, float], None] | None = None,
+    frames: Path | None = None,
 ) -> CuttingResult:
     """Run one virtual shear test of a study.
 
@@ -86,12 +106,28 @@ def simulate(
         ``none``, ``half`` or ``quarter`` in place of the spec's.
     watch : callable, optional
         Called as the test goes on with travel (mm) and force (N).
+    frames : path, optional
+        Folder for about 50 frames to be looked at in ParaView.
     """
-    test = shear_test(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
     warm()
+    tests = shear_tests(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
     if symmetry is not None:
-        test = replace(test, discretisation=replace(test.discretisation, symmetry=symmetry))
-    return cutting.shear(test, watch)
+        tests = tuple(replace(t, discretisation=replace(t.discretisation, symmetry=symmetry)) for t in tests)
+    inspect = None if frames is None else FrameWriter(frames, max(1, tests[0].discretisation.integration.outputs // 50))
+    first = cutting.shear(tests[0], watch, inspect)
+    return mean_over_phases([first, *(cutting.shear(test, watch) for test in tests[1:])])
+
+
+def shear_tests(
+    study: Study, levels: Mapping[str, float], diameter: float, replicate: int = 0
+) -> tuple[ShearTest, ...]:
+    """Return the shear tests whose mean answers: one, or one for each mesh phase the study asks for."""
+    test = shear_test(study, levels, diameter)
+    solver = study.solver
+    assert isinstance(solver, EmbeddedSolver)
+    if solver.perturb is not None:
+        return (perturbed(test, solver.perturb, replicate),)
+    return in_phases(test, solver.phases)
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
@@ -101,7 +137,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         raise TypeError(f"the study's solver is of kind {solver.kind}, not embedded")
     blade, contact = study.blade, study.contact
     return ShearTest(
-        material=Material(**study.parameters(levels), rate_law=solver.rate_law),
+        material=Material(**study.parameters(levels), rate_law=solver.rate_law, failure_length=solver.failure_length),
         stem=Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
         blade=Blade(blade.thickness, blade.width, blade.edge_angle, blade.edge_radius, blade.bevel),
         supports=Supports(study.supports.clearance, study.supports.fillet_radius),
@@ -121,21 +157,56 @@ def _discretisation(solver: EmbeddedSolver) -> Discretisation:
         edge_over=solver.edge_over,
         element=solver.element,
         hourglass=Hourglass(solver.hourglass.form, solver.hourglass.coefficient),
-        integration=Integration(solver.mass_scaling, solver.time_step_safety, solver.outputs),
+        integration=Integration(solver.mass_scaling, solver.time_step_safety, solver.outputs, solver.threads),
         filter_window=solver.filter_window,
+        coarsening=solver.coarsening,
+        stop_after_peak=solver.stop_after_peak,
     )
 
 
-def _test_of(study: Study, request: Request) -> ShearTest:
-    return shear_test(study, request.levels, request.diameter)
+def _determining(test: ShearTest) -> dict[str, Any]:
+    """Return what determines the answer of a test: all of it but the number of threads."""
+    plain = asdict(test)
+    del plain["discretisation"]["integration"]["threads"]
+    return plain
+
+
+def _seconds(test: ShearTest) -> float:
+    """Return the steps that the smallest element asks for, times the elements, over a usual rate."""
+    how, material = test.discretisation, test.material
+    mesh = cutting.stem_mesh(test.stem, how)
+    smallest = float(np.cbrt(mesh.volumes().min()))
+    speed = np.sqrt(material.p_wave_modulus / (how.integration.mass_scaling * material.density))
+    steps = test.loading.duration * speed / (how.integration.safety * smallest)
+    return float(steps * len(mesh.hexes) / _RATE)
+
+
+def pictured(result: CuttingResult) -> dict[str, Any]:
+    """Return what pictures of a run are made from: energies over travel (mJ), thinned, and the shape it ended in."""
+    history, keep = result.history, _kept(result)
+    energies = {
+        name: [round(float(v), 6) for v in getattr(history, name)[keep]]
+        for name in ("travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external")
+    }
+    small = result.shape is not None and len(result.shape.nodes) <= LARGEST
+    return {"energies": energies, **({"shape": result.shape.packed()} if result.shape and small else {})}
+
+
+def _kept(result: CuttingResult) -> NDArray[np.int64]:
+    """Return the rows of the history that a record keeps."""
+    rows = np.linspace(0, len(result.history.time) - 1, _CURVE_POINTS).round()
+    return np.unique(rows.astype(np.int64))
 
 
 def _details(result: CuttingResult) -> dict[str, Any]:
     """Return the result's numbers and its curve, thinned, as JSON values."""
-    scalars = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
-    keep = np.unique(np.linspace(0, len(result.history.time) - 1, _CURVE_POINTS).round().astype(int))
+    numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
+    scalars: dict[str, Any] = dict(numbers)
+    keep = _kept(result)
     curve = {
         "travel": [round(float(v), 6) for v in result.history.travel[keep]],
         "force": [round(float(v), 4) for v in result.history.force_filtered[keep]],
     }
+    if result.phase_peaks:
+        scalars["phase_peaks"] = list(result.phase_peaks)
     return {**scalars, "warnings": list(result.warnings), "curve": curve}

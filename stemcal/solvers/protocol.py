@@ -50,8 +50,9 @@ class Solver(Protocol):
 
     Notes
     -----
-    A solver may offer two things more: ``cost_estimate(request) -> float``, the seconds a run takes on one
-    core, for plans; and ``inline = True`` if an answer takes less time than starting a worker process.
+    A solver may offer three things more: ``cost_estimate(request) -> float``, the seconds a run takes on one
+    core, for plans; ``inline = True`` if an answer takes less time than starting a worker process; and
+    ``placed(path) -> Solver``, itself with a folder of the study for the files of its runs.
     """
 
     def prepare(self) -> None:

@@ -1,32 +1,34 @@
 """From requests to answers: look in the records, compute what is missing, keep each answer as it comes.
 
 An answer counts once its record lies in the study folder. A run that failed for physical reasons stays
-failed; one that failed by accident (its process died, the solver raised) is tried again by the next command.
+failed; one that failed by accident (its process died, the solver raised) is begun again as often as the spec
+says, and once more by the next command.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-import time
-from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections import Counter
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from stemcal.errors import SimulationFailed
 from stemcal.executors.inline import InlineExecutor
-from stemcal.executors.local import WorkerDied
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.computing import Batch, Computed
+from stemcal.stages.policy import judged, require_quorum, stands, stopped_by
 from stemcal.study.durable import digest
-from stemcal.study.store import StudyFolder, now, provenance
+from stemcal.study.model import RunsOptions
+from stemcal.study.store import StudyFolder
 
 logger = logging.getLogger(__name__)
 
 KEY_LENGTH = 32
-ACCIDENTS = frozenset({"worker_died", "exception"})
-_HEARTBEAT_S = 0.5  # how long Ctrl-C may have to wait on Windows
+MOST_WARNINGS = 10
+WORK = "work"  # where solvers that need files have their run folders
 
 
 @dataclass(frozen=True)
@@ -59,27 +61,41 @@ def answer_all(
     folder: StudyFolder,
     executor: Executor,
     watch: Watch = ignore,
+    policy: RunsOptions | None = None,
+    again: Collection[str] = (),
 ) -> list[Answer]:
     """Answer every request; the folder must be locked.
 
-    Requests with equal identities are computed once, those with a record not at all. Interrupted, it leaves
-    the records of all that was done.
+    Requests with equal identities are computed once, those with a record not at all, unless their key is in
+    `again`. Interrupted, it leaves the records of all that was done.
+
+    Raises
+    ------
+    RunsFailed
+        If the policy asks for more successes, or not to go on after a failure.
     """
+    policy = policy or RunsOptions()
     keys = [record_key(solver, request) for request in requests]
-    known = _recorded(keys, folder)
-    stage = requests[0].stage if requests else ""
-    tally = _Tally(stage, keys, sum(key in known for key in keys), watch)
-    tally.report(known)
+    known = _recorded([key for key in keys if key not in again], folder, policy)
     missing: dict[str, Request] = {}
     for key, request in zip(keys, requests, strict=True):
         if key not in known:
             missing.setdefault(key, request)
+    stage = requests[0].stage if requests else ""
+    if getattr(solver, "inline", False):
+        executor = InlineExecutor()
+    folder.sign(stage=stage, workers=getattr(executor, "workers", 1))
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
-    with closing(_computed(missing, solver, folder, executor)) as outcomes:
-        for key, answer in outcomes:
-            known[key] = answer
-            tally.report(known, answer)
-    return [known[key] for key in keys]
+    tally = _Tally(stage, keys, known, watch)
+    with closing(_recording(missing, solver, folder, executor, policy)) as answers:
+        for key, answer in answers:
+            known[key] = judged(answer, policy)
+            tally.add(key, known[key], missing[key])
+            if not (known[key].ok or policy.keep_going):
+                raise stopped_by(missing[key], known[key])
+    found = [known[key] for key in keys]
+    require_quorum(requests, found, policy)
+    return found
 
 
 def forces(answers: Sequence[Answer]) -> list[float]:
@@ -87,106 +103,72 @@ def forces(answers: Sequence[Answer]) -> list[float]:
     return [answer.force if answer.ok and answer.force is not None else math.nan for answer in answers]
 
 
-def _recorded(keys: Sequence[str], folder: StudyFolder) -> dict[str, Answer]:
-    """Return what earlier commands have left, accidents excepted."""
-    records = {key: folder.load(key) for key in dict.fromkeys(keys)}
-    return {
-        key: _answer(record)
-        for key, record in records.items()
-        if record is not None and record["reason"] not in ACCIDENTS
-    }
+def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> dict[str, Answer]:
+    """Return what earlier commands have left for good."""
+    found = {}
+    for key in dict.fromkeys(keys):
+        record = folder.load(key)
+        if record is not None and stands(record, policy):
+            found[key] = judged(answer_of(record), policy)
+    return found
 
 
-def _answer(record: Mapping[str, Any]) -> Answer:
+def answer_of(record: Mapping[str, Any]) -> Answer:
+    """Return the answer that a record holds."""
     return Answer(**{name: record[name] for name in ("status", "force", "reason", "message", "details")})
 
 
-@dataclass(frozen=True)
 class _Tally:
-    stage: str
-    keys: Sequence[str]
-    cached: int
-    watch: Watch
+    """Counts the rows that are answered and tells the watcher."""
 
-    def report(self, known: Mapping[str, Answer], last: Answer | None = None) -> None:
-        answers = [known[key] for key in self.keys if key in known]
-        failed = sum(not answer.ok for answer in answers)
-        force = last.force if last is not None else None
-        self.watch(Progress(self.stage, len(answers), len(self.keys), self.cached, failed, force))
+    def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
+        self.stage, self.rows, self.watch = stage, Counter(keys), watch
+        self.total, self.told = len(keys), 0
+        self.done = self.cached = sum(self.rows[key] for key in known)
+        self.failed = sum(self.rows[key] for key, answer in known.items() if not answer.ok)
+        self._report(None)
 
+    def add(self, key: str, answer: Answer, request: Request) -> None:
+        """Count one more answer."""
+        self.done += self.rows[key]
+        if not answer.ok:
+            self.failed += self.rows[key]
+            self._warn(answer, request)
+        self._report(answer.force)
 
-# ---- computing
+    def _warn(self, answer: Answer, request: Request) -> None:
+        """Tell of the first failures one by one."""
+        self.told += 1
+        if self.told <= MOST_WARNINGS:
+            logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
+        elif self.told == MOST_WARNINGS + 1:
+            logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
 
-
-@dataclass(frozen=True)
-class Computed:
-    """An answer with the circumstances it was computed under."""
-
-    answer: Answer
-    circumstances: dict[str, Any]
-
-
-def compute(solver: Solver, request: Request) -> Computed:
-    """Answer one request. Runs in a worker."""
-    started, clock = now(), time.perf_counter()
-    answer = sound(solver.solve(request))
-    wall = time.perf_counter() - clock
-    return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
+    def _report(self, force: float | None) -> None:
+        self.watch(Progress(self.stage, self.done, self.total, self.cached, self.failed, force))
 
 
-def sound(answer: Answer) -> Answer:
-    """Return the answer, or a failed one in its place if its force is no number.
-
-    >>> sound(Answer("ok", force=float("nan"))).reason
-    'nan'
-    """
-    if answer.status != "ok":
-        return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
-    if answer.force is None or not math.isfinite(answer.force):
-        return Answer("failed", None, "nan", f"the solver gave the force {answer.force}", answer.details)
-    return answer
-
-
-def _computed(
-    missing: Mapping[str, Request], solver: Solver, folder: StudyFolder, executor: Executor
+def _recording(
+    missing: Mapping[str, Request], solver: Solver, folder: StudyFolder, executor: Executor, policy: RunsOptions
 ) -> Generator[tuple[str, Answer], None, None]:
     """Compute the missing answers; each is recorded before it is yielded."""
     if not missing:
         return
     solver.prepare()
-    if getattr(solver, "inline", False):
-        executor = InlineExecutor()
-    pending: dict[Future[Computed], str] = {}
+    if hasattr(solver, "placed"):
+        solver = solver.placed(folder.path.absolute() / WORK)
+
+    batch = Batch(missing, solver, executor, policy.tries)
     try:
-        for key, request in missing.items():
-            future = executor.submit(compute, solver, request)
-            pending[future] = key
-        while pending:
-            done, _ = wait(pending, timeout=_HEARTBEAT_S, return_when=FIRST_COMPLETED)
-            for future in done:
-                key = pending[future]
-                answer = _record(key, missing[key], future, solver, folder)
-                del pending[future]
-                yield key, answer
+        for key, computed in batch.arriving():
+            yield key, _record(key, missing[key], computed, solver, folder)
     finally:
-        _save_the_rest(pending, missing, solver, folder)
+        for key, computed in batch.rest():
+            _record(key, missing[key], computed, solver, folder)
 
 
-def _save_the_rest(
-    pending: Mapping[Future[Computed], str],
-    missing: Mapping[str, Request],
-    solver: Solver,
-    folder: StudyFolder,
-) -> None:
-    """After an interruption keep what is done, take back what has not begun."""
-    for future, key in pending.items():
-        if not future.cancel() and future.done() and future.exception() is None:
-            _record(key, missing[key], future, solver, folder)
-
-
-def _record(key: str, request: Request, future: Future[Computed], solver: Solver, folder: StudyFolder) -> Answer:
+def _record(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
     """Save one outcome durably and return its answer."""
-    computed = _outcome(future, request)
     answer = computed.answer
     folder.save(
         {
@@ -199,19 +181,4 @@ def _record(key: str, request: Request, future: Future[Computed], solver: Solver
     )
     if not answer.ok:
         folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)
-        logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
     return answer
-
-
-def _outcome(future: Future[Computed], request: Request) -> Computed:
-    """Return what a finished future holds; an exception is a failed run, not the end of the study."""
-    try:
-        return future.result()
-    except SimulationFailed as error:
-        answer = Answer("failed", reason=error.reason, message=str(error))
-    except WorkerDied as error:
-        answer = Answer("failed", reason="worker_died", message=str(error))
-    except Exception as error:
-        logger.debug("%s run %d", request.stage, request.row + 1, exc_info=error)
-        answer = Answer("failed", reason="exception", message=f"{type(error).__name__}: {error}")
-    return Computed(answer, {**provenance(), "finished": now()})

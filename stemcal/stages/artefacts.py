@@ -12,13 +12,13 @@ from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.answering import record_key
 from stemcal.stages.layout import Design, design_radius
 from stemcal.stages.lineage import inputs_of, tell_changes
+from stemcal.stages.policy import is_censored, reason_lines
 from stemcal.study.durable import plain
 from stemcal.study.model import Study
 from stemcal.study.store import StudyFolder
 
 SCHEMA_VERSION = 1
 Stage = dict[str, Any]
-_MOST_REASONS = 10
 
 
 def head(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> Stage:
@@ -51,6 +51,7 @@ def run_entry(request: Request, answer: Answer, solver: Solver) -> Stage:
     return {
         "force": answer.force,
         "status": answer.status,
+        "censored": is_censored(answer),
         "reason": answer.reason,
         "message": answer.message,
         "key": record_key(solver, request),
@@ -93,13 +94,7 @@ def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Ite
     try:
         yield
     except RunsFailed as error:
-        lines = [
-            f"  run {request.row + 1}: {answer.reason}: {answer.message}".rstrip(": ")
-            for request, answer in zip(requests, answers, strict=True)
-            if not answer.ok
-        ]
-        more = [f"  and {len(lines) - _MOST_REASONS} more"] if len(lines) > _MOST_REASONS else []
-        raise RunsFailed("\n".join([str(error), *lines[:_MOST_REASONS], *more])) from None
+        raise RunsFailed("\n".join([str(error), *reason_lines(requests, answers)])) from None
 
 
 # ---- tables
@@ -137,8 +132,24 @@ def _invert_tables(stage: Stage) -> dict[str, Table]:
     return {"invert": (["factor", "solution", "coded", "low", "high"], rows)}
 
 
+def _climb_tables(stage: Stage) -> dict[str, Table]:
+    columns = ["step", *stage["names"], "force", "error_percent", "status", "reason"]
+    return {"climb": (columns, [{**row["levels"], **row} for row in stage["rows"]])}
+
+
+def _refine_tables(stage: Stage) -> dict[str, Table]:
+    varied = list(stage["solution"])
+    columns = ["iteration", "how", *varied, "predicted", "force", "error_percent", "status", "reason"]
+    return {"refine": (columns, [{**row["levels"], **row} for row in stage["rows"]])}
+
+
+def _audit_tables(stage: Stage) -> dict[str, Table]:
+    return {"audit": (["number", "place", "kind", "printed", "computed", "sentence"], stage["findings"])}
+
+
 def _validate_tables(stage: Stage) -> dict[str, Table]:
     columns = ["diameter", "measured", "simulated", "error_percent", "role", "status", "reason"]
+    columns += ["sd", "n", "measured_low", "measured_high", "p_different", "p_equivalent"]
     return {"validate": (columns, stage["rows"])}
 
 
@@ -154,5 +165,8 @@ TABLES = {
     "screen": _screen_tables,
     "rsm": _rsm_tables,
     "invert": _invert_tables,
+    "climb": _climb_tables,
+    "refine": _refine_tables,
     "validate": _validate_tables,
+    "audit": _audit_tables,
 }

@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.solvers.sheet import read_cells
 from stemcal.study.model import Study
+
+if TYPE_CHECKING:
+    from stemcal.doe.validation import Validation
 
 MOST_SENTENCES = 5
 _COLUMNS = {
@@ -36,7 +39,7 @@ def audit_screening(study: Study, stage: Mapping[str, Any]) -> dict[str, Any] | 
     if study.published is None or study.published.screening is None:
         return None
     computed = {effect["factor"]: effect for effect in stage["effects"]}
-    return _audit({"screening": list(_cells(study, study.published.screening, computed))})
+    return audit_cells({"screening": list(_cells(study, study.published.screening, computed))})
 
 
 def audit_surface(study: Study, stage: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -46,33 +49,38 @@ def audit_surface(study: Study, stage: Mapping[str, Any]) -> dict[str, Any] | No
         return None
     tables: dict[str, list[Cell]] = {}
     if published.anova is not None:
-        rows = {_term(study, row["source"]): row for row in stage["anova"]}
+        rows = {term_of(study, row["source"]): row for row in stage["anova"]}
         tables["anova"] = list(_cells(study, published.anova, rows))
     if published.coefficients is not None:
-        terms = {_term(study, row["term"]): row for row in stage["coefficients"]}
+        terms = {term_of(study, row["term"]): row for row in stage["coefficients"]}
         tables["coefficients"] = list(_cells(study, published.coefficients, terms))
-    return _audit(tables)
+    return audit_cells(tables)
 
 
 def audit_validation(study: Study) -> dict[str, Any] | None:
     """Compare the printed errors with those of the printed forces; None if the spec names none."""
     if study.published is None or study.published.validation is None:
         return None
+    result, printed = printed_validation(study, study.published.validation)
+    cells = [
+        (f"error at {row.diameter:g} mm", text, row.error_percent)
+        for text, row in zip(printed, result.rows, strict=True)
+    ]
+    return audit_cells({"validation": cells})
+
+
+def printed_validation(study: Study, path: Path) -> tuple[Validation, list[str]]:
+    """Return the errors that the printed forces give, and the errors as printed."""
     from stemcal.doe.validation import compare_diameters
 
-    path = study.published.validation
-    header, rows = _table(path)
+    header, rows = table(path)
     columns = [_column(header, path, *names) for names in _VALIDATION]
     printed = [tuple(cells[column] for column in columns) for cells in rows]
     diameters, measured, simulated = (
         [_number(path, cells[i]) for cells in printed] for i in range(len(_VALIDATION) - 1)
     )
     result = compare_diameters(diameters, measured, simulated, study.targets.calibrate_at)
-    cells = [
-        (f"error at {row.diameter:g} mm", texts[-1], row.error_percent)
-        for texts, row in zip(printed, result.rows, strict=True)
-    ]
-    return _audit({"validation": cells})
+    return result, [texts[-1] for texts in printed]
 
 
 _VALIDATION = (
@@ -93,7 +101,7 @@ def sentences(audit: Mapping[str, Any] | None) -> list[str]:
     return [*shown, f"{more} more printed numbers differ."] if more > 0 else shown
 
 
-def _audit(tables: Mapping[str, Sequence[Cell]]) -> dict[str, Any]:
+def audit_cells(tables: Mapping[str, Sequence[Cell]]) -> dict[str, Any]:
     """Count the cells that agree, altogether and by table, and list those that do not."""
     from stemcal.doe.printed import compare_cells
 
@@ -109,22 +117,28 @@ def _audit(tables: Mapping[str, Sequence[Cell]]) -> dict[str, Any]:
 
 def _cells(study: Study, path: Path, computed: Mapping[str, Mapping[str, Any]]) -> Iterator[Cell]:
     """Pair every printed number with the computed one: the first column names the row."""
-    header, rows = _table(path)
+    header, rows = table(path)
     fields = [_COLUMNS.get(heading.lower()) for heading in header]
     for cells in rows:
-        term = _term(study, cells[0])
+        term = term_of(study, cells[0])
         row = computed.get(term, {})
         for heading, name, text in zip(header[1:], fields[1:], cells[1:], strict=False):
             if name is not None and text.strip():
                 yield f"{term} {heading}" if len(header) > 2 else term, text, row.get(name)
 
 
-def _table(path: Path) -> tuple[list[str], list[list[str]]]:
+def table(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Return heading and rows of a printed table, as texts."""
     (_, header), *rows = read_cells(path)[0]
     return [heading.strip() for heading in header], [cells for _, cells in rows]
 
 
-def _term(study: Study, printed: str) -> str:
+def printed_terms(study: Study, path: Path) -> dict[str, float]:
+    """Return a printed table of coefficients: term → value."""
+    return {term_of(study, cells[0]): _number(path, cells[1]) for cells in table(path)[1]}
+
+
+def term_of(study: Study, printed: str) -> str:
     """Return a term by factor names, interactions in the order of the spec.
 
     Factors may be printed by name or symbol, squares as ``X4^2`` or ``X4²``, the mean as ``Intercept``.

@@ -12,6 +12,7 @@ from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     from stemcal.doe.coding import Coding
+    from stemcal.doe.designs import SurfaceOptions
     from stemcal.doe.regression import Array
 
 _LEVEL_TOLERANCE = 1e-6
@@ -38,41 +39,43 @@ class Design:
 
 
 def screening_design(study: Study, solver: Solver) -> Design:
-    """Return the two-level design over all factors, or the rows the solver has."""
+    """Return the screening design over all factors, or the rows the solver has."""
     from stemcal.doe.coding import Coding
-    from stemcal.doe.designs import plackett_burman
+    from stemcal.doe.designs import screening_runs
 
     factors = study.factors
     coding = Coding.from_ranges(study.names, [f.low for f in factors], [f.high for f in factors])
     given = solver.given_design("screen")
     if given is None:
-        coded = plackett_burman(len(factors), study.screen.design)
-        return Design("screen", study.screen.design, coding, coded, _levels(study, coding, coded))
+        chosen = study.screen
+        coded = screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
+        return Design("screen", kind, coding, coded, _levels(study, coding, coded))
     coded = _given_coded(coding, given)
     _require_two_levels(coding, coded, given)
     return Design("screen", "given", coding, coded.round(), _given_levels(study, given))
 
 
 def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
-    """Return the central composite design over the named factors, or the rows the solver has."""
-    from stemcal.doe.designs import central_composite
+    """Return the design of the spec over the named factors, or the rows the solver has."""
+    from stemcal.doe.designs import surface_runs
 
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
-        coded = central_composite(len(names), study.rsm.centre_points, study.rsm.alpha)
-        return Design("rsm", "central-composite", coding, coded, _levels(study, coding, coded))
+        coded = surface_runs(len(names), surface_options(study))
+        return Design("rsm", study.rsm.design, coding, coded, _levels(study, coding, coded))
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
 
 
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:
-    """Return the coding of the spec; factors without one have their axial points at low and high."""
+    """Return the coding of the spec; factors without one have the outermost runs at low and high."""
     from stemcal.doe.coding import Coding
-    from stemcal.doe.designs import axial_distance
+    from stemcal.doe.designs import surface_reach
 
     factors = [study.factor(name) for name in names]
-    alpha = axial_distance(len(names), study.rsm.alpha)
-    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=alpha)
+    reach = surface_reach(len(names), surface_options(study))
+    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
     given = study.rsm.coding
     return Coding(
         tuple(names),
@@ -82,15 +85,18 @@ def surface_coding(study: Study, names: Sequence[str]) -> Coding:
 
 
 def design_radius(study: Study, k: int) -> float:
-    """Return how far from the centre the surface may be trusted, in coded units.
+    """Return how far from the centre the surface may be trusted, in coded units."""
+    from stemcal.doe.designs import surface_radius
 
-    α of a rotatable design; else the larger of α and √k, where the factorial points lie: on the face the box
-    alone bounds the region.
-    """
-    from stemcal.doe.designs import axial_distance
+    return surface_radius(k, surface_options(study))
 
-    alpha = axial_distance(k, study.rsm.alpha)
-    return float(alpha if study.rsm.alpha == "rotatable" else max(alpha, k**0.5))
+
+def surface_options(study: Study) -> SurfaceOptions:
+    """Return what the spec chooses about the design of the surface."""
+    from stemcal.doe.designs import SurfaceOptions
+
+    rsm = study.rsm
+    return SurfaceOptions(rsm.design, rsm.centre_points, rsm.alpha, rsm.core, rsm.runs, rsm.seed, rsm.extra_runs)
 
 
 def surface_factors(study: Study, solver: Solver, screening: Mapping[str, Any] | None) -> tuple[list[str], list[str]]:

@@ -23,17 +23,24 @@ _SHORT = 16
 _PROBED = frozenset({"stage", "row", "levels", "diameter"})  # of the probe, not of the solver
 _OPTIONS = {
     "screen": ("screen",),
+    "climb": ("climb", "rsm", "targets"),
     "rsm": ("rsm",),
     "invert": ("invert", "targets"),
+    "refine": ("refine", "targets"),
     "validate": ("targets",),
+    "audit": ("targets", "published", "loading"),
 }
 
 
 def stage_before(study: Study, stage: str) -> str | None:
     """Return the stage whose file a stage reads; a surface of named factors needs no screening."""
+    if stage == "rsm" and study.climb is not None:
+        return "climb"
     if stage == "rsm" and study.rsm.factors != "significant":
         return None
-    return {"rsm": "screen", "invert": "rsm", "validate": "invert"}.get(stage)
+    solution = "invert" if study.refine is None else "refine"
+    before = {"climb": "screen", "rsm": "screen", "invert": "rsm", "refine": "invert", "validate": solution}
+    return {**before, "audit": "validate"}.get(stage)
 
 
 def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, str]:
@@ -41,10 +48,14 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     dump = study.model_dump(mode="json")
     parts: dict[str, Any] = {"factors": dump["factors"], "calibrate_at": dump["targets"]["calibrate_at"]}
     parts |= {name: dump[name] for name in _OPTIONS[stage]}
-    if stage == "invert":
+    if stage == "rsm" and study.joint_targets:
+        parts["diameters"] = [target.diameter for target in study.joint_targets]
+    if stage == "audit":
+        parts["published"] = dump["published"]
+    elif stage == "invert":
         parts["published"] = (dump["published"] or {}).get("solution")
     else:
-        parts |= _solver_parts(study, solver, stage)
+        parts |= _solver_parts(study, solver, stage) | {"runs.censored": dump["runs"]["censored"]}
     if (before := stage_before(study, stage)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {name: digest(part)[:_SHORT] for name, part in parts.items()}
@@ -55,13 +66,22 @@ def _solver_parts(study: Study, solver: Solver, stage: str) -> dict[str, Any]:
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     parts: dict[str, Any] = {}
     for name, part in solver.identity(probe).items():
-        if name in _PROBED:
-            continue
-        if isinstance(part, Mapping):
-            parts |= {f"solver {name}.{inner}": value for inner, value in part.items()}
-        else:
-            parts[f"solver {name}"] = part
+        if name not in _PROBED:
+            parts |= _leaves(f"solver {name}", part)
     return parts
+
+
+def _leaves(name: str, part: Any) -> dict[str, Any]:
+    """Return the values of a nested mapping by the path to them, so that a change can be named.
+
+    >>> _leaves("solver test", {"mesh": {"size": 1.0}, "speed": 2.0})
+    {'solver test.mesh.size': 1.0, 'solver test.speed': 2.0}
+    """
+    if isinstance(part, Mapping) and part:
+        return {path: leaf for inner, value in part.items() for path, leaf in _leaves(f"{name}.{inner}", value).items()}
+    if isinstance(part, list | tuple) and len(part) == 1:
+        return _leaves(name, part[0])
+    return {name: part}
 
 
 def read_fresh(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, Any]:
@@ -70,13 +90,21 @@ def read_fresh(study: Study, solver: Solver, folder: StudyFolder, stage: str) ->
     if before is not None:
         read_fresh(study, solver, folder, before)
     content = folder.read_stage(stage)
-    changed = differences(content.get("inputs"), inputs_of(study, solver, folder, stage))
-    if changed:
+    if changed := changes_since(study, solver, folder, stage):
         raise UsageError(
             f"{folder.path / stage}.json was made from something else ({', '.join(changed)} changed since); "
             f"run `stemcal {stage} SPEC` again"
         )
     return content
+
+
+def changes_since(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> list[str]:
+    """Name what has changed since a stage file was written."""
+    try:
+        now = inputs_of(study, solver, folder, stage)
+    except UsageError:
+        return [f"{stage_before(study, stage)}.json"]
+    return differences(folder.read_stage(stage).get("inputs"), now)
 
 
 def differences(old: object, new: Mapping[str, str]) -> list[str]:
@@ -91,7 +119,7 @@ def differences(old: object, new: Mapping[str, str]) -> list[str]:
 
 
 def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> None:
-    """Log what has changed since a stage file was written, before it is replaced."""
+    """Say what has changed since a stage file was written, before anything is computed for it."""
     if not folder.has_stage(stage):
         return
     try:
@@ -99,5 +127,5 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
     except UsageError:
         return
     if changed := differences(old, inputs):
-        logger.info("%s is made anew: %s changed", stage, ", ".join(changed))
+        logger.warning("%s is made anew: %s changed", stage, ", ".join(changed))
         folder.log("inputs_changed", stage=stage, changed=changed)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.answering import ACCIDENTS, record_key
-from stemcal.stages.layout import screening_design, surface_design, surface_factors
+from stemcal.stages.answering import record_key
+from stemcal.stages.foresight import foretell, quality
+from stemcal.stages.layout import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.lineage import read_fresh, stage_before
+from stemcal.stages.policy import stands
 from stemcal.study.model import Study
 from stemcal.study.store import StudyFolder
 
@@ -24,14 +27,13 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
     Returns
     -------
     dict
-        ``stages`` is a list of ``{stage, rows, distinct_runs, recorded, to_run, seconds}``; ``seconds`` is
-        the time on one core, None where the solver gives no estimate.
+        ``stages`` is a list of ``{stage, rows, distinct_runs, recorded, to_run, seconds, quality}``;
+        ``seconds`` is the time on one core, None where the solver gives no estimate, ``quality`` the power
+        and leverage of the design, None where there is none.
     """
     solver = solver or make_solver(study)
-    notes: list[str] = []
-    stages = [
-        _count(stage, requests(study, solver, folder, notes), solver, folder) for stage, requests in _REQUESTS.items()
-    ]
+    wanted = asked(study, solver, folder)
+    stages = [_count(part, study, solver, folder) for part in wanted]
     seconds = [stage["seconds"] for stage in stages]
     return {
         "schema_version": 1,
@@ -40,28 +42,51 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
         "stages": stages,
         "to_run": sum(stage["to_run"] for stage in stages),
         "seconds": None if None in seconds else sum(seconds),
-        "notes": notes,
+        "notes": [part.remark for part in wanted if part.remark]
+        + [note for part in wanted if part.design is not None for note in foretell(part.design)],
     }
 
 
-def _count(stage: str, requests: Sequence[Request], solver: Solver, folder: StudyFolder | None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Asked:
+    """What a stage asks of the solver; not `settled` as long as a stage before it has to decide."""
+
+    stage: str
+    requests: Sequence[Request]
+    settled: bool
+    remark: str = ""
+    design: Design | None = None
+
+
+def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
+    """Return what each stage asks of the solver, as far as it is known now."""
+    screening = screening_design(study, solver)
+    return [
+        Asked("screen", screening.requests(study.targets.calibrate_at), settled=True, design=screening),
+        _surface(study, solver, folder),
+        _validate(study, solver, folder),
+    ]
+
+
+def _count(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> dict[str, Any]:
     distinct: dict[str, Request] = {}
-    for request in requests:
+    for request in part.requests:
         distinct.setdefault(record_key(solver, request), request)
-    missing = [request for key, request in distinct.items() if not _recorded(key, folder)]
+    missing = [request for key, request in distinct.items() if not _recorded(key, study, folder)]
     return {
-        "stage": stage,
-        "rows": len(requests),
+        "stage": part.stage,
+        "rows": len(part.requests),
         "distinct_runs": len(distinct),
         "recorded": len(distinct) - len(missing),
         "to_run": len(missing),
         "seconds": _seconds(missing, solver),
+        "quality": None if part.design is None else quality(part.design),
     }
 
 
-def _recorded(key: str, folder: StudyFolder | None) -> bool:
+def _recorded(key: str, study: Study, folder: StudyFolder | None) -> bool:
     record = folder.peek(key) if folder is not None else None
-    return record is not None and record["reason"] not in ACCIDENTS
+    return record is not None and stands(record, study.runs)
 
 
 def _seconds(requests: Sequence[Request], solver: Solver) -> float | None:
@@ -71,16 +96,14 @@ def _seconds(requests: Sequence[Request], solver: Solver) -> float | None:
     return float(sum(estimate(request) for request in requests))
 
 
-def _screen(study: Study, solver: Solver, _folder: StudyFolder | None, _notes: list[str]) -> list[Request]:
-    return screening_design(study, solver).requests(study.targets.calibrate_at)
-
-
-def _surface(study: Study, solver: Solver, folder: StudyFolder | None, notes: list[str]) -> list[Request]:
-    names = _surface_names(study, solver, folder)
-    if names is None:
-        names = [factor.name for factor in study.factors[:USUAL_FACTORS]]
-        notes.append(f"The screening decides which factors the surface has; {len(names)} are assumed for the plan.")
-    return surface_design(study, solver, names).requests(study.targets.calibrate_at)
+def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    known = _surface_names(study, solver, folder)
+    names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
+    design = surface_design(study, solver, names)
+    diameters = [study.targets.calibrate_at, *(target.diameter for target in study.joint_targets)]
+    requests = [request for diameter in dict.fromkeys(diameters) for request in design.requests(diameter)]
+    remark = f"The screening decides which factors the surface has; {len(names)} are assumed for the plan."
+    return Asked("rsm", requests, known is not None, "" if known else remark, design)
 
 
 def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
@@ -100,13 +123,12 @@ def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> 
     return surface_factors(study, solver, screening)[0]
 
 
-def _validate(study: Study, solver: Solver, folder: StudyFolder | None, _notes: list[str]) -> list[Request]:
+def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     """Return a run per diameter, at the solution if there is one, else at mid-levels."""
-    levels = study.midlevels()
+    levels = None
     if folder is not None:
         with suppress(UsageError):
-            levels = read_fresh(study, solver, folder, "invert")["parameters"]
-    return [Request("validate", row, levels, t.diameter) for row, t in enumerate(study.targets.forces)]
-
-
-_REQUESTS = {"screen": _screen, "rsm": _surface, "validate": _validate}
+            levels = read_fresh(study, solver, folder, stage_before(study, "validate") or "invert")["parameters"]
+    middle = study.midlevels() if levels is None else levels
+    requests = [Request("validate", row, middle, target.diameter) for row, target in enumerate(study.targets.forces)]
+    return Asked("validate", requests, settled=levels is not None)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from stemcal.stages.certainty import certainty, misfit_over
 from stemcal.study.model import Study
 
 if TYPE_CHECKING:
@@ -16,14 +17,19 @@ if TYPE_CHECKING:
 def solve(study: Study, stage: Mapping[str, Any]) -> dict[str, Any]:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     from stemcal.doe.inversion import solve_target
+    from stemcal.doe.region import Region
 
     coding, surface = coding_of(stage), surface_of(stage)
-    low, high = _box(study, coding)
+    low, high = box_of(study, coding)
     target = study.calibration_target
     result = solve_target(surface, target.force, low, high, stage["radius"], study.invert.rule)
     found = result.as_dict(coding)
+    region = Region(low, high, stage["radius"])
+    sure = certainty(study, coding, misfit_over([target], [surface]), region, f"{target.diameter:g} mm alone")
     return {
         **found,
+        "certainty": sure,
+        "notes": found["notes"] + sure["sentences"],
         "diameter": target.diameter,
         "target_sd": target.sd,
         "target_n": target.n,
@@ -41,7 +47,7 @@ def assess_published(study: Study, stage: Mapping[str, Any]) -> tuple[dict[str, 
     given = study.published.solution
     missing = [name for name in coding.names if name not in given]
     natural = [given.get(name, centre) for name, centre in zip(coding.names, coding.centre, strict=True)]
-    point = assess_point(surface, coding.to_coded(natural), *_box(study, coding), stage["radius"])
+    point = assess_point(surface, coding.to_coded(natural), *box_of(study, coding), stage["radius"])
     target = study.calibration_target.force
     remarks = [
         f"At the published solution the surface predicts {point.predicted:.2f} N, "
@@ -54,14 +60,23 @@ def assess_published(study: Study, stage: Mapping[str, Any]) -> tuple[dict[str, 
     return {**point.as_dict(coding), "difference": point.predicted - target}, remarks
 
 
-def surface_of(stage: Mapping[str, Any]) -> Surface:
-    """Fit the surface of a stage file again, from the runs it lists."""
+def surface_of(stage: Mapping[str, Any], further: Sequence[tuple[Array, float]] = ()) -> Surface:
+    """Fit the surface of a stage file again, from the runs it lists and `further` ones (coded point, force)."""
+    return surface_through(stage, stage["design"]["runs"], further)
+
+
+def surface_through(
+    stage: Mapping[str, Any], forces: Sequence[Mapping[str, Any]], further: Sequence[tuple[Array, float]] = ()
+) -> Surface:
+    """Fit a surface to the design of a stage file with the forces of these runs, in the design's order."""
     from stemcal.doe.surface import fit_surface
 
     names, runs = stage["names"], stage["design"]["runs"]
     coded = [[run["coded"][name] for name in names] for run in runs]
-    response = [float("nan") if run["force"] is None else run["force"] for run in runs]
-    return fit_surface(coded, response, names)
+    coded += [point.tolist() for point, _ in further]
+    response = [float("nan") if run["force"] is None else run["force"] for run in forces]
+    terms = [row["term"] for row in stage["coefficients"]]
+    return fit_surface(coded, response + [force for _, force in further], names, terms)
 
 
 def coding_of(stage: Mapping[str, Any]) -> Coding:
@@ -76,7 +91,7 @@ def coding_of(stage: Mapping[str, Any]) -> Coding:
     )
 
 
-def _box(study: Study, coding: Coding) -> tuple[Array, Array]:
+def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:
     """Return the factors' low and high ends, coded."""
     factors = [study.factor(name) for name in coding.names]
     return coding.to_coded([f.low for f in factors]), coding.to_coded([f.high for f in factors])

@@ -10,6 +10,7 @@ from stemcal.study.model import (
     Contact,
     EmbeddedSolver,
     Factor,
+    InvertOptions,
     Material,
     Published,
     RsmOptions,
@@ -19,6 +20,7 @@ from stemcal.study.model import (
     TableSolver,
     Targets,
 )
+from stemcal.study.outside import CommandSolver, LsDynaSolver
 from stemcal.study.strict_yaml import NodePath
 
 __all__ = ["Draft", "Finding"]
@@ -47,16 +49,24 @@ class Draft:
     supports: Supports | None = None
     contact: Contact | None = None
     material: Material | None = None
-    solver: EmbeddedSolver | TableSolver | None = None
+    solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
     rsm: RsmOptions | None = None
+    invert: InvertOptions | None = None
     published: Published | None = None
 
     @property
     def embedded(self) -> EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
         return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+
+    @property
+    def stem_solver(self) -> str:
+        """The name of the solver if its factors are parameters of the stem's material, else an empty text."""
+        if self.embedded is not None:
+            return "embedded"
+        return "LS-DYNA" if isinstance(self.solver, LsDynaSolver) else ""
 
     @property
     def diameters(self) -> dict[NodePath, float]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from stemcal.study import units
 from stemcal.study.draft import Draft, Finding
 from stemcal.study.model import Factor
+from stemcal.study.outside import LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.strict_yaml import NodePath
 from stemcal.study.suggest import did_you_mean
@@ -40,13 +41,13 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
 
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
-    """The embedded solver knows the factor and its unit measures the right thing."""
-    if draft.embedded is None:
+    """The solver knows the factor and its unit measures the right thing."""
+    if not draft.stem_solver:
         return
     for index, factor in draft.factors.items():
         parameter = PARAMETERS.get(factor.name)
         if parameter is None:
-            message = f"the embedded solver has no parameter {factor.name!r}"
+            message = f"the {draft.stem_solver} solver has no parameter {factor.name!r}"
             yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, PARAMETERS))
             continue
         try:
@@ -63,7 +64,7 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
     """Low and high are values a material can have."""
     for index, factor in draft.factors.items():
         parameter = PARAMETERS.get(factor.name)
-        if draft.embedded is None or parameter is None or not _unit_fits(factor):
+        if not draft.stem_solver or parameter is None or not _unit_fits(factor):
             continue
         for level in ("low", "high"):
             given = getattr(factor, level)
@@ -95,8 +96,9 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
-    """The embedded solver has a value for each of its nine parameters."""
-    if draft.embedded is None or draft.material is None or not draft.names:
+    """The solver has a value for each of its nine parameters; the user's own deck has them."""
+    own_deck = isinstance(draft.solver, LsDynaSolver) and (draft.solver.deck or draft.solver.decks)
+    if not draft.stem_solver or draft.material is None or not draft.names or own_deck:
         return
     given = draft.material.given()
     for name, parameter in PARAMETERS.items():
@@ -104,13 +106,13 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
             continue
         low, high = parameter.plausible
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-        message = f"the embedded solver needs {name} ({low:g} to {high:g}{unit})"
+        message = f"the {draft.stem_solver} solver needs {name} ({low:g} to {high:g}{unit})"
         yield Finding(("material",), message, "add it to material, or to factors to calibrate it")
 
 
 def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
-    if draft.embedded is None or draft.material is None:
+    if not draft.stem_solver or draft.material is None:
         return
     tangent = _extreme(draft, "tangent_modulus", "high")
     elastic = _extreme(draft, "elastic_modulus", "low")

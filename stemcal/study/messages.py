@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stemcal.study.draft import Finding
-from stemcal.study.schema import keys_of, section_with
+from stemcal.study.schema import RESULT_KINDS, SOLVER_KINDS, keys_of, section_with
 from stemcal.study.strict_yaml import NodePath
 from stemcal.study.suggest import listed, nearest
 
@@ -93,14 +93,18 @@ def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
 
 def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     given = error["input"].get("kind") if isinstance(error["input"], dict) else None
-    choices = ["embedded", "table"]
-    near = nearest(given, choices) if isinstance(given, str) else None
-    remedy = f"did you mean {near}?" if near else "write kind: embedded or kind: table"
-    return Finding((*path, "kind"), f"{_show(given)} is no kind of solver", remedy)
+    kinds = _kinds_at(path)
+    near = nearest(given, kinds) if isinstance(given, str) else None
+    remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds)}"
+    return Finding((*path, "kind"), f"{_show(given)} is no kind of {path[-1]}", remedy)
 
 
 def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    return Finding(path, "'kind' is missing", "add kind: embedded or kind: table")
+    return Finding(path, "'kind' is missing", f"add kind: {listed(_kinds_at(path))}")
+
+
+def _kinds_at(path: NodePath) -> tuple[str, ...]:
+    return SOLVER_KINDS if path == ("solver",) else RESULT_KINDS
 
 
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
 from stemcal.study import units
 from stemcal.study.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
+from stemcal.study.outside import CommandSolver, LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
 
 __all__ = [
     "Blade",
+    "ClimbOptions",
     "CodingEntry",
     "Contact",
     "EmbeddedSolver",
@@ -28,7 +30,9 @@ __all__ = [
     "Loading",
     "Material",
     "Published",
+    "RefineOptions",
     "RsmOptions",
+    "RunsOptions",
     "ScreenOptions",
     "Specimen",
     "Study",
@@ -122,11 +126,12 @@ class Contact(_Frozen):
     static_friction: Annotated[Number, Field(ge=0, le=2)] = 0.15
     dynamic_friction: Annotated[Number, Field(ge=0, le=2)] = 0.10
     decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
-    penalty: Annotated[Number, Field(gt=0, le=1)] = 0.3
+    penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
     damping: Annotated[Number, Field(ge=0, le=1)] = 0.5
 
 
 Stress = Annotated[float, Quantity("stress")]
+PrintedText = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=40)]
 
 
 class Material(_Frozen):
@@ -166,9 +171,15 @@ class EmbeddedSolver(_Frozen):
     element: Literal["one_point", "full"] = "one_point"
     hourglass: Hourglass = Hourglass()
     mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
-    time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.8
+    time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.9
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
     filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
+    coarsening: Annotated[Number, Field(ge=1, le=10)] = 1.0
+    phases: Annotated[Whole, Field(ge=1, le=100)] = 1
+    perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
+    stop_after_peak: Annotated[bool, Field(strict=True)] = False
+    failure_length: Size | None = None
+    threads: Annotated[Whole, Field(ge=1, le=256)] = 1
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
@@ -198,12 +209,21 @@ class Targets(_Frozen):
 
     calibrate_at: Size
     forces: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)]
+    equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
 
 
 class ScreenOptions(_Frozen):
-    """The screening design and the significance level that keeps a factor."""
+    """The screening design, what its effects are tested against, and the significance level that keeps a factor.
 
-    design: Literal["plackett-burman", "plackett-burman-pydoe"] = "plackett-burman"
+    `runs` overrides the usual size of the design; `fold_over` repeats every run with all signs turned.
+    """
+
+    design: Literal[
+        "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening"
+    ] = "plackett-burman"
+    runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
+    fold_over: Annotated[bool, Field(strict=True)] = False
+    error: Literal["residual", "pooled", "replicates", "lenth"] = "residual"
     alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
 
 
@@ -220,16 +240,27 @@ def _significant_or_names(given: Any) -> Any:
     raise complain("should be 'significant' or a list of factor names", "write factors: significant")
 
 
+AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
+
+
 def _axial_distance(given: Any) -> Any:
     number = isinstance(given, int | float) and not isinstance(given, bool)
-    if given in ("rotatable", "face") or (number and 0 < given <= 100):
+    if given in get_args(AlphaRule) or (number and 0 < given <= 100):
         return given
     shown = f"{given:g}" if number else repr(given)[:60]
-    raise complain(f"{shown} is no axial distance", "write rotatable, face or a number above 0")
+    raise complain(f"{shown} is no axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
 
 
 class RsmOptions(_Frozen):
-    """The central composite design behind the response surface."""
+    """The design behind the response surface, and the terms that are fitted.
+
+    `core` chooses the corners of a composite with five factors or more, `runs` and `seed` belong to the
+    space-filling designs, `extra_runs` are added where they teach most (D-optimal).
+    """
+
+    design: Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol"] = (
+        "central-composite"
+    )
 
     factors: Annotated[
         Literal["significant"] | tuple[str, ...],
@@ -238,17 +269,61 @@ class RsmOptions(_Frozen):
     ] = "significant"
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
     alpha: Annotated[
-        Literal["rotatable", "face"] | float,
+        AlphaRule | float,
         BeforeValidator(_axial_distance),
-        WithJsonSchema({"anyOf": [{"enum": ["rotatable", "face"]}, {"type": "number", "minimum": 0}]}),
+        WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
     ] = "rotatable"
+    core: Literal["full", "fractional"] = "full"
+    runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
+    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
+    extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
+    reduce: Literal["none", "backward", "forward", "aicc"] = "none"
+    reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
     coding: dict[str, CodingEntry] = {}
 
 
 class InvertOptions(_Frozen):
-    """Which of the points that give the target is called the solution."""
+    """Which of the points that give the target is called the solution; with `diameters`, the joint fit over them.
+
+    `posterior` adds samples of what the measured forces leave possible (needs emcee).
+    """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
+    diameters: Literal["all"] | Annotated[tuple[Size, ...], Field(min_length=1)] | None = None
+    posterior: Annotated[bool, Field(strict=True)] = False
+
+
+class ClimbOptions(_Frozen):
+    """The walk towards the target between screening and surface: `steps` from the middle to the edge of the ranges.
+
+    The surface's design is centred on the best step and reaches over the share `shrink` of each range.
+    """
+
+    steps: Annotated[Whole, Field(ge=1, le=50)] = 5
+    shrink: Annotated[Number, Field(gt=0, le=1)] = 0.5
+
+
+class RefineOptions(_Frozen):
+    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent."""
+
+    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
+    budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
+
+
+class RunsOptions(_Frozen):
+    """What becomes of runs that fail, and how long one may take.
+
+    `tries` counts accidents (its process died, the solver raised an exception); what fails for a physical reason
+    would fail again. `time_limit` is counted from the start of a run. A stage needs the share `quorum` of its rows
+    to succeed; without `keep_going` the first failed run stops it. A force that still rises when the stroke
+    ends is a lower bound: `censored` says whether that is a warning or a failure.
+    """
+
+    tries: Annotated[Whole, Field(ge=1, le=20)] = 2
+    time_limit: Time | None = None
+    quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
+    keep_going: Annotated[bool, Field(strict=True)] = True
+    censored: Literal["warn", "fail"] = "warn"
 
 
 class Published(_Frozen):
@@ -259,6 +334,9 @@ class Published(_Frozen):
     anova: SpecFile | None = None
     solution: dict[str, Number] = {}
     validation: SpecFile | None = None
+    levels: SpecFile | None = None
+    design: SpecFile | None = None
+    claims: dict[str, PrintedText] = {}
 
 
 class StudyForm(_Frozen):
@@ -274,11 +352,16 @@ class StudyForm(_Frozen):
     loading: Loading = Loading()
     contact: Contact = Contact()
     material: Material = Material()
-    solver: Annotated[EmbeddedSolver | TableSolver, Field(discriminator="kind")] = EmbeddedSolver()
+    solver: Annotated[EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver, Field(discriminator="kind")] = (
+        EmbeddedSolver()
+    )
     targets: Targets
     screen: ScreenOptions = ScreenOptions()
+    climb: ClimbOptions | None = None
     rsm: RsmOptions = RsmOptions()
     invert: InvertOptions = InvertOptions()
+    refine: RefineOptions | None = None
+    runs: RunsOptions = RunsOptions()
     published: Published | None = None
 
 
@@ -314,3 +397,12 @@ class Study(StudyForm):
     def calibration_target(self) -> Target:
         """The target at the diameter the parameters are calibrated at."""
         return min(self.targets.forces, key=lambda target: abs(target.diameter - self.targets.calibrate_at))
+
+    @property
+    def joint_targets(self) -> tuple[Target, ...]:
+        """The targets that the parameters are fitted to together; empty if `invert.diameters` is not given."""
+        wanted = self.invert.diameters
+        if wanted is None:
+            return ()
+        forces = self.targets.forces
+        return tuple(t for t in forces if wanted == "all" or any(abs(t.diameter - d) < 1e-6 for d in wanted))

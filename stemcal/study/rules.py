@@ -11,13 +11,24 @@ from collections.abc import Callable, Iterator
 from stemcal.study.draft import Draft, Finding
 from stemcal.study.factor_rules import FACTOR_RULES
 from stemcal.study.model import RsmOptions
+from stemcal.study.outside_rules import OUTSIDE_RULES
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.suggest import did_you_mean, listed
 
 __all__ = ["broken_rules"]
 
 MOST_CCD_FACTORS = 8
+SPACE_FILLING = ("latin-hypercube", "sobol")
 _CLOSE = 1e-9
+CLAIMS = (
+    "r2",
+    "adjusted_r2",
+    "predicted_r2",
+    "adequate_precision",
+    "cv_percent",
+    "max_abs_error_percent",
+    "mean_abs_error_percent",
+)
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
@@ -93,6 +104,13 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
         yield Finding(("contact", "dynamic_friction"), message, "swap them")
 
 
+def one_mesh_scatter(draft: Draft) -> Iterator[Finding]:
+    """Phases sample the mesh's place evenly, a perturbation draws it: not both."""
+    if draft.embedded and draft.embedded.perturb is not None and draft.embedded.phases > 1:
+        message = "stands beside phases, which shift the mesh themselves"
+        yield Finding(("solver", "perturb"), message, "leave out one of them")
+
+
 def symmetry_holds(draft: Draft) -> Iterator[Finding]:
     """A blade ground on one side has no mirror plane along the stem."""
     if draft.embedded and draft.blade and draft.blade.bevel == "one" and draft.embedded.symmetry == "quarter":
@@ -117,6 +135,26 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
     if len(chosen) > MOST_CCD_FACTORS:
         message = f"{len(chosen)} factors make {2 ** min(len(chosen), 60)} corner runs"
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
+
+
+def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
+    """The design of the surface exists for its factors and has runs enough for a quadratic."""
+    if draft.rsm is None or isinstance(draft.rsm.factors, str):
+        return
+    k, rsm = len(draft.rsm.factors), draft.rsm
+    if rsm.design == "box-behnken" and not 3 <= k <= 7:
+        yield Finding(("rsm", "design"), f"box-behnken exists for 3 to 7 factors, not {k}", "write central-composite")
+    least = (k + 1) * (k + 2) // 2
+    if rsm.design in SPACE_FILLING and rsm.runs is not None and rsm.runs < least:
+        message = f"{rsm.runs} runs cannot carry the {least} coefficients of {k} factors"
+        yield Finding(("rsm", "runs"), message, f"take {2 * least}")
+
+
+def runs_are_used(draft: Draft) -> Iterator[Finding]:
+    """`rsm.runs` is for designs whose size is free."""
+    if draft.rsm and draft.rsm.runs is not None and draft.rsm.design not in SPACE_FILLING:
+        message = f"the size of {draft.rsm.design} follows from the factors"
+        yield Finding(("rsm", "runs"), message, "leave it out or write design: " + " or ".join(SPACE_FILLING))
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:
@@ -153,6 +191,31 @@ def published_factors_exist(draft: Draft) -> Iterator[Finding]:
             yield Finding(("published", "solution", name), message, remedy, at_key=True)
 
 
+def joint_diameters_measured(draft: Draft) -> Iterator[Finding]:
+    """`invert.diameters` names measured diameters, and the solver can answer at each."""
+    if draft.invert is None or draft.invert.diameters is None or draft.targets is None:
+        return
+    if draft.solver and draft.solver.kind == "table":
+        message = "the tables hold forces of one diameter only"
+        yield Finding(("invert", "diameters"), message, "remove it, or use the embedded solver")
+    if draft.invert.diameters == "all":
+        return
+    measured = [target.diameter for target in draft.targets.forces]
+    for index, diameter in enumerate(draft.invert.diameters):
+        if not any(math.isclose(diameter, other, rel_tol=_CLOSE) for other in measured):
+            listing = ", ".join(f"{other:g}" for other in measured[:20])
+            message = f"no force is given for {diameter:g} mm, only for {listing} mm"
+            yield Finding(("invert", "diameters", index), message, "add its force to targets, or remove it here")
+
+
+def claims_known(draft: Draft) -> Iterator[Finding]:
+    """A printed claim is about a number that the audit computes."""
+    for name in draft.published.claims if draft.published else ():
+        if name not in CLAIMS:
+            message = f"{name[:60]!r} is no claim the audit knows"
+            yield Finding(("published", "claims", name), message, did_you_mean(name, CLAIMS), at_key=True)
+
+
 def table_answers_something(draft: Draft) -> Iterator[Finding]:
     """A table solver has at least one table."""
     solver = draft.solver
@@ -170,8 +233,14 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     elements_fit_stem,
     friction_falls,
     symmetry_holds,
+    one_mesh_scatter,
     surface_factors_exist,
+    surface_design_takes_factors,
+    runs_are_used,
     coding_fits,
     published_factors_exist,
+    claims_known,
+    joint_diameters_measured,
     table_answers_something,
+    *OUTSIDE_RULES,
 )

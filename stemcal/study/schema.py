@@ -8,7 +8,10 @@ from typing import Any
 from stemcal.study.model import StudyForm
 from stemcal.study.strict_yaml import NodePath
 
-__all__ = ["json_schema", "keys_of", "section_with"]
+__all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_with"]
+
+SOLVER_KINDS = ("embedded", "table", "command", "lsdyna")
+RESULT_KINDS = ("json", "csv", "regex")
 
 
 def json_schema() -> dict[str, Any]:
@@ -35,7 +38,7 @@ def keys_of(path: NodePath) -> tuple[str, ...]:
 def section_with(key: str) -> str | None:
     """Return the section that has `key`, if exactly one has it."""
     sections = [name for name in _schema()["properties"] if key in keys_of((name,))]
-    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in ("embedded", "table")) else []
+    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in SOLVER_KINDS) else []
     return sections[0] if len(sections) == 1 else None
 
 

@@ -19,6 +19,7 @@ from stemcal.study.messages import finding_of
 from stemcal.study.model import Factor, Study, StudyForm
 from stemcal.study.plausible import doubts
 from stemcal.study.rules import broken_rules
+from stemcal.study.schema import RESULT_KINDS, SOLVER_KINDS
 from stemcal.study.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
 from stemcal.study.suggest import listed, nearest
 
@@ -133,10 +134,15 @@ def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
         if entry["type"] == "too_short" and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
         shown = (*section, *entry["loc"])
-        is_tagged = section == ("solver",) and len(shown) > 1 and shown[1] in ("embedded", "table")
-        path = ("solver", *shown[2:]) if is_tagged else shown
+        is_tagged = section == ("solver",) and len(shown) > 1 and shown[1] in SOLVER_KINDS
+        path = ("solver", *_without_kind(shown[2:])) if is_tagged else shown
         found.append(finding_of(entry, path, shown))
     return found
+
+
+def _without_kind(path: NodePath) -> NodePath:
+    """Return a path below a solver without the kind of its result, which pydantic puts in and YAML has not."""
+    return (path[0], *path[2:]) if len(path) > 1 and path[0] == "result" and path[1] in RESULT_KINDS else path
 
 
 def _draft(data: Any, sections: dict[str, Any]) -> Draft:

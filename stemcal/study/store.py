@@ -28,6 +28,8 @@ from stemcal.study.durable import as_json, digest, remove_leftovers, write_durab
 logger = logging.getLogger(__name__)
 
 RECORD_VERSION = 1
+MAX_RECORD_BYTES = 64 * 2**20
+_LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 _KEY = re.compile(r"[0-9a-f]{32}")
 
 
@@ -46,7 +48,8 @@ class StudyFolder:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self._lock = FileLock(self.path / ".lock", timeout=0)
+        self._lock = FileLock(self.path / ".lock", timeout=_LOCK_PATIENCE_S, poll_interval=0.02)
+        self._holds: dict[str, Any] = {}
 
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
@@ -70,7 +73,8 @@ class StudyFolder:
         except Timeout:
             raise FolderLocked(f"{self.path}: {self._holder()}; wait for it or choose another --out") from None
         if self._lock.lock_counter == 1:
-            self._sign()
+            self._holds = {"pid": os.getpid(), "host": socket.gethostname(), "since": now()}
+            self.sign()
             remove_leftovers(self.path, self.runs)
 
     def unlock(self) -> None:
@@ -84,17 +88,38 @@ class StudyFolder:
     def _holder_file(self) -> Path:
         return self.path / ".lock.holder"
 
-    def _sign(self) -> None:
-        holder = {"pid": os.getpid(), "host": socket.gethostname(), "since": now()}
-        with suppress(OSError):  # the name is a courtesy, the lock itself is held
-            self._holder_file.write_text(as_json(holder), encoding="utf-8")
+    def sign(self, **facts: Any) -> None:
+        """Tell others who works here, and at what. A courtesy: the lock itself is held."""
+        self._holds |= facts
+        with suppress(OSError):
+            self._holder_file.write_text(as_json(self._holds), encoding="utf-8")
+
+    def holder(self) -> dict[str, Any] | None:
+        """Return what the process that works here tells of itself, None if there is none."""
+        probe = FileLock(self.path / ".lock", timeout=0)
+        try:
+            if not Path(probe.lock_file).exists():
+                return None
+            probe.acquire()
+        except Timeout:
+            return self._signature()
+        except OSError:  # not ours to lock: a signature is all there is to see
+            return self._signature() or None
+        probe.release()
+        return None
+
+    def _signature(self) -> dict[str, Any]:
+        try:
+            found = json.loads(self._holder_file.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) else {}
 
     def _holder(self) -> str:
-        try:
-            holder = json.loads(self._holder_file.read_text(encoding="utf-8"))
-            return f"process {holder['pid']} on {holder['host']} works here since {holder['since']}"
-        except (OSError, ValueError, KeyError, TypeError):
+        holder = self._signature()
+        if not {"pid", "host", "since"} <= set(holder):
             return "another process works here"
+        return f"process {holder['pid']} on {holder['host']} works here since {holder['since']}"
 
     # ---- records of runs
 
@@ -129,10 +154,11 @@ class StudyFolder:
     def peek(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal, None if there is none or it is damaged; changes nothing."""
         try:
-            blob = self.record_path(key).read_bytes()
+            with self.record_path(key).open("rb") as file:
+                blob = file.read(MAX_RECORD_BYTES + 1)
         except FileNotFoundError:
             return None
-        record = _unsealed(blob)
+        record = _unsealed(blob) if len(blob) <= MAX_RECORD_BYTES else None
         return record if record is not None and record.get("key") == key else None
 
     def _set_aside(self, path: Path) -> None:

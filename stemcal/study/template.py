@@ -124,7 +124,7 @@ contact:
   static_friction: 0.15
   dynamic_friction: 0.10
   decay: 0 s/mm
-  penalty: 0.3
+  penalty: 0.25
   damping: 0.5
 
 # What answers "these levels, which force?". rate_law: how speed raises the yield stress,
@@ -132,6 +132,9 @@ contact:
 #   cowper_symonds  1 + (rate / C)^(1/P)    the usual law
 # symmetry: none | half | quarter (the model's mirror planes; quarter needs bevel: both).
 # mass_scaling allows larger time steps; `stemcal simulate` shows whether kinetic energy stays small.
+# Further: element: one_point | full (the slow reference), phases: n (mean over n places of the mesh), perturb: seed
+# (a random place), coarsening: 3 (longer elements away from the cut), failure_length: 1 mm (failure strain follows the
+# element length), stop_after_peak: true, threads: n (for one large model).
 solver:
   kind: embedded
   rate_law: paper
@@ -143,7 +146,7 @@ solver:
     form: stiffness                # stiffness | viscous
     coefficient: 0.01
   mass_scaling: 1e4
-  time_step_safety: 0.8
+  time_step_safety: 0.9
   outputs: 500                     # points of the force history
   filter_window: 10 ms             # low-pass filter of the force; 0 s = none
 
@@ -158,25 +161,63 @@ targets:
     - {diameter: 10 mm, force: 300 N, n: 6}
     - {diameter: 11 mm, force: 378.2 N, n: 6}
 
-# Stage 1, which factors matter? design: plackett-burman | plackett-burman-pydoe.
+# Stage 1, which factors matter? design: plackett-burman | plackett-burman-pydoe | fractional-factorial |
+# full-factorial | definitive-screening. runs: another size than the usual one, such as 20.
+# fold_over: true repeats every run with all signs turned, which frees main effects of interactions.
+# error: what effects are tested against: residual (columns without a factor) | pooled | replicates | lenth.
 # alpha: a factor with p below it goes on to stage 2.
 screen:
   design: plackett-burman
+  # runs: 20
+  fold_over: false
+  error: residual
   alpha: 0.05
 
-# Stage 2, the response surface: a central composite design over the factors that matter (or a list of names).
-# alpha: how far the axial points lie out: rotatable | face | a number, in half steps.
+# Stage 2, the response surface over the factors that matter (or a list of names). design: central-composite |
+# box-behnken (3 to 7 factors) | full-factorial (three levels) | latin-hypercube | sobol (with runs and seed).
+# alpha: how far the axial points lie out: rotatable | face | spherical | orthogonal | practical | a number, in
+# half steps. core: full | fractional (fewer corners, from five factors on).
+# extra_runs: further runs where they teach most. reduce: none | backward | forward | aicc leaves terms out.
 # coding: what coded 0 and +1 mean, in the factor's unit; used for factors that enter, others get theirs
 # from low and high.
 rsm:
   factors: significant
+  design: central-composite
   centre_points: 6
   alpha: rotatable
+  core: full
+  extra_runs: 0
+  reduce: none
   # coding:
   #   yield_stress: {center: 15, half_step: 3}
 
 # Stage 3: many parameter sets give the target force. rule says which of them is called the solution:
 # least_coded_distance (nearest to the centre) | least_prediction_variance | others_at_centre
+# diameters: all (or a list of them) fits the parameters to several diameters at once; the design of stage 2 is
+# then run at each. posterior: true adds samples of what the measured forces leave possible.
 invert:
   rule: least_coded_distance
+
+# Stage 4, the closed loop: simulate at the solution, learn from it, step, until the simulated force is within
+# tolerance_percent of the measured one or budget runs are spent. Without this section it is left out.
+refine:
+  tolerance_percent: 1
+  budget: 10
+
+# Between stages 1 and 2 the active factors can be stepped together towards the target first; the design is then
+# centred on the best step and reaches over the share `shrink` of each range.
+# climb:
+#   steps: 5
+#   shrink: 0.5
+
+# Runs may fail. tries: how often a run is begun if its process dies or the solver breaks off.
+# time_limit: how long one may take, counted from its start (without it: as long as it needs).
+# quorum: the share of a stage's runs that must succeed. keep_going: false stops at the first failure.
+# censored: a force still rising when the stroke ends is only a lower bound: warn | fail.
+runs:
+  tries: 2
+  # time_limit: 2 h
+  quorum: 0.5
+  keep_going: true
+  censored: warn
 """

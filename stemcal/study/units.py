@@ -68,6 +68,7 @@ _UNITS = (
     Unit("ms", "time", 1, 1000),
     Unit("us", "time", 1, 1e6),
     Unit("min", "time", 60),
+    Unit("h", "time", 3600),
     Unit("N", "force", 1),
     Unit("mN", "force", 1, 1000),
     Unit("kN", "force", 1000),

@@ -15,7 +15,11 @@ ROOT = Path(__file__).parents[2]
 REPLAY = ROOT / "configs" / "paper-replay.yaml"
 SMOKE = ROOT / "configs" / "smoke.yaml"
 BAD_SPEC = ROOT / "tests" / "cases" / "bad" / "many-at-once.yaml"
-COMMANDS = ("run", "screen", "rsm", "invert", "validate", "report", "simulate", "plan", "check", "init")
+COMMANDS = (
+    *("run", "screen", "rsm", "invert", "validate", "report", "simulate", "plan", "check", "init"),
+    *("status", "runs", "retry", "verify"),
+    *("measure", "export", "plot", "demo", "doctor", "schema", "explain"),
+)
 STAGES = ("screen", "rsm", "invert", "validate")
 
 

@@ -129,7 +129,7 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path) -> None:
 
 
 def test_unknown_executors_leave_no_folder(tmp_path: Path) -> None:
-    for name, words in (("dask://host:8786", "not yet available"), ("slurm", "unknown")):
+    for name, words in (("dask://host", "write it as dask://HOST:PORT"), ("slurm", "unknown")):
         done = process(tmp_path, "run", REPLAY, "--executor", name)
         assert done.returncode == 2
         assert words in done.stderr

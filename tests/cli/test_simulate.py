@@ -39,7 +39,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
 
     made: list[tuple[Any, ...]] = []
 
-    def simulate(_study: Any, levels: Any, diameter: Any, symmetry: Any) -> SimpleNamespace:
+    def simulate(_study: Any, levels: Any, diameter: Any, symmetry: Any, **_: Any) -> SimpleNamespace:
         made.append((dict(levels), diameter, symmetry))
         return known_result()
 

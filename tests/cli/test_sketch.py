@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from stemcal.cli.sketch import sketch
+from stemcal.cli.sketch import sketch, sparkline
 
 
 def test_a_ramp_fills_half_of_the_picture() -> None:
@@ -16,6 +16,32 @@ def test_plain_is_ascii_and_no_wider() -> None:
     drawn = sketch(x, [value * (1 - value) for value in x], plain=True)
     assert drawn.isascii()
     assert max(map(len, drawn.splitlines())) <= 80
+
+
+def test_sparkline_rises_to_a_full_block() -> None:
+    drawn = sparkline([float(i) for i in range(400)])
+    assert len(drawn) == 40
+    assert (drawn[0], drawn[-1]) == (" ", "█")
+    assert list(drawn) == sorted(drawn, key=" ▁▂▃▄▅▆▇█".index)
+    assert sparkline([0.0, 0.0]) == "  "
+
+
+def test_live_force_is_shown_only_to_someone() -> None:
+    from stemcal.cli.simulate import live
+
+    class Status:
+        text = ""
+
+        def update(self, text: str) -> None:
+            self.text = text
+
+    status = Status()
+    watch = live(status)
+    assert watch is not None
+    watch(0.1, 50.0)
+    watch(0.2, 100.0)
+    assert status.text.startswith("0.20 mm, 100 N")
+    assert live(None) is None
 
 
 def test_nothing_to_draw() -> None:

@@ -107,7 +107,7 @@ def test_one_factor_has_a_composite_too():
     assert central_composite(1, 2, 2.0).ravel().tolist() == [-1.0, 1.0, -2.0, 2.0, 0.0, 0.0]
 
 
-@pytest.mark.parametrize("alpha", ["orthogonal", 0.0, -1.0, float("nan")])
+@pytest.mark.parametrize("alpha", ["nearest", 0.0, -1.0, float("nan")])
 def test_senseless_alpha_is_refused(alpha):
     with pytest.raises(UsageError, match=r"rsm\.alpha"):
         axial_distance(3, alpha)

@@ -154,9 +154,7 @@ def test_a_solution_beyond_the_design_is_flagged(ccd, box):
 def surface_of(k, beta, noise=0.0):
     design = central_composite(k, 4)
     y = term_columns(design) @ np.asarray(beta)
-    return fit_surface(
-        design, y + np.random.default_rng(k).normal(0.0, noise, len(y)), [f"f{i}" for i in range(k)]
-    )
+    return fit_surface(design, y + np.random.default_rng(k).normal(0.0, noise, len(y)), [f"f{i}" for i in range(k)])
 
 
 def test_one_factor_has_two_roots():
@@ -234,9 +232,7 @@ def test_nothing_found_by_chance_beats_the_search(trial):
     points = points[region.contains(points)]
     target = float(np.quantile(surface.predict(points), generator.uniform(0.05, 0.95)))
     calibration = solve_target(surface, target, region.low, region.high, radius)
-    below, above = (
-        points[side] for side in np.array([surface.predict(points) < target] * 2) ^ [[False], [True]]
-    )
+    below, above = (points[side] for side in np.array([surface.predict(points) < target] * 2) ^ [[False], [True]])
     n = min(len(below), len(above))
     start, end = below[:n].copy(), above[:n].copy()
     for _ in range(50):  # bisection, one pair of points per row

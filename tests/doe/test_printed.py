@@ -55,13 +55,9 @@ def test_a_number_agrees_with_its_own_rounding_and_not_with_the_next(value, digi
 
 def test_the_sign_error_of_equation_1(ccd: Surface, printed_rows):
     rows = printed_rows("eq1_coefficients_printed.csv")
-    cells = [
-        (row["term"], row["coefficient"], c.value) for row, c in zip(rows, ccd.coefficients, strict=True)
-    ]
+    cells = [(row["term"], row["coefficient"], c.value) for row, c in zip(rows, ccd.coefficients, strict=True)]
     found = compare_cells(cells)
-    assert [d.sentence for d in found] == [
-        "X7^2: the paper prints −2.88, its data give +2.883: the sign differs"
-    ]
+    assert [d.sentence for d in found] == ["X7^2: the paper prints −2.88, its data give +2.883: the sign differs"]
     assert found[0].kind == "sign"
     assert found[0].as_dict()["label"] == "X7^2"
 

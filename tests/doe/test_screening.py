@@ -65,9 +65,7 @@ def test_p_and_lenth_select_different_factors(pb):
 def test_adjusted_p_by_hand(pb):
     p = sorted((effect.p, i) for i, effect in enumerate(pb.effects))
     holm = np.maximum.accumulate([min(1.0, (9 - rank) * value) for rank, (value, _) in enumerate(p)])
-    bh = np.minimum.accumulate([value * 9 / (rank + 1) for rank, (value, _) in reversed(list(enumerate(p)))])[
-        ::-1
-    ]
+    bh = np.minimum.accumulate([value * 9 / (rank + 1) for rank, (value, _) in reversed(list(enumerate(p)))])[::-1]
     for rank, (_, i) in enumerate(p):
         assert pb.effects[i].p_holm == pytest.approx(holm[rank], rel=1e-12)
         assert pb.effects[i].p_bh == pytest.approx(bh[rank], rel=1e-12)
@@ -88,7 +86,7 @@ def test_dictionary_has_the_contracts_names_and_is_json(pb):
     names = {"effects", "residual", "total_sum_of_squares", "significant", "lenth", "notes"}
     assert names <= set(out)
     columns = {"factor", "symbol", "effect", "contribution_percent", "sum_of_squares", "f", "p", "stars"}
-    assert columns | {"lenth_t", "p_holm", "p_bh"} == set(out["effects"][0])
+    assert columns | {"lenth_t", "p_holm", "p_bh", "verdict"} == set(out["effects"][0])
     assert set(out["lenth"]) == {"pse", "me", "sme"}
     assert out["residual"]["df"] == 2
     assert json.loads(json.dumps(out, allow_nan=False)) == out

@@ -39,9 +39,7 @@ def test_full_precision(ccd, expected):
     errors = [c.standard_error for c in ccd.coefficients]
     assert errors == pytest.approx([answer["bse"][t] for t in TERMS], rel=1e-9)
     rows = ccd.anova[1:10]
-    assert [r.sum_of_squares for r in rows] == pytest.approx(
-        [answer["type3"]["sum_sq"][t] for t in TERMS[1:]]
-    )
+    assert [r.sum_of_squares for r in rows] == pytest.approx([answer["type3"]["sum_sq"][t] for t in TERMS[1:]])
     assert [r.p for r in rows] == pytest.approx([answer["type3"]["PR(>F)"][t] for t in TERMS[1:]], rel=1e-9)
     by_source = {row.source: row for row in ccd.anova}
     assert by_source["Model"].f == pytest.approx(answer["model_F"], rel=1e-10)
@@ -98,9 +96,7 @@ def test_intervals_agree_with_statsmodels(ccd, ccd_runs):
     theirs = frame.conf_int(alpha=0.1)
     assert low == pytest.approx(theirs[:, 0], rel=1e-10)
     assert high == pytest.approx(theirs[:, 1], rel=1e-10)
-    assert ccd.prediction_interval(points, 0.9) == pytest.approx(
-        frame.conf_int(obs=True, alpha=0.1), rel=1e-10
-    )
+    assert ccd.prediction_interval(points, 0.9) == pytest.approx(frame.conf_int(obs=True, alpha=0.1), rel=1e-10)
     assert ccd.standard_error(points) == pytest.approx(frame.se_mean, rel=1e-10)
 
 

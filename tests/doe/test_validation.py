@@ -98,3 +98,10 @@ def test_senseless_input_is_refused():
         compare_diameters([7], [1.0, 2.0], [1.0], 7)
     with pytest.raises(UsageError, match="must be positive"):
         compare_diameters([7], [0.0], [1.0], 7)
+
+
+def test_a_joint_fit_leaves_no_diameter_independent() -> None:
+    result = compare_diameters([7.0, 8.0], [100.0, 130.0], [101.0, 131.0], [7.0, 8.0])
+    assert [row.role for row in result.rows] == ["calibration", "calibration"]
+    assert result.max_abs_error_percent_independent is None
+    assert "fitted at 7, 8 mm" in result.notes[0]

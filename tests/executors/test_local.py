@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import pytest
 from fakes import ENVIRONMENT
 
 from stemcal.executors.inline import InlineExecutor
-from stemcal.executors.local import LocalExecutor, WorkerDied, available_cores
+from stemcal.executors.local import LocalExecutor, RunTimedOut, WorkerDied, available_cores
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a worker ends when its kernel returns")
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
@@ -125,13 +126,51 @@ def test_a_dying_worker_costs_only_its_run(executor: LocalExecutor, how: str) ->
     others = [executor.submit(square, x) for x in range(10)]
     assert [future.result() for future in others] == [x * x for x in range(10)]
     ending = {"exit": "exit code 3", "kill": "SIGKILL", "segfault": "SIGSEGV" if os.name != "nt" else "code"}
-    with pytest.raises(WorkerDied, match=f"ended 2 times: .*{ending[how]}"):
+    with pytest.raises(WorkerDied, match=f"process ended: .*{ending[how]}"):
         deadly.result()
 
 
-@pytest.mark.parametrize("how", ["exit", pytest.param("kill", marks=POSIX), "segfault"])
-def test_one_death_is_forgiven(executor: LocalExecutor, how: str, tmp_path: Path) -> None:
-    assert executor.submit(die, how, tmp_path / "mark").result() == "alive"
+# ---- time limit
+
+
+def hang(mark: Path, way: str) -> None:
+    """Hang for a minute: asleep, deaf to SIGTERM with the lock held, or waiting for a deaf grandchild of a shell."""
+    if way == "family":
+        script = "trap '' TERM; sleep 60 & echo $! > \"$0.grandchild\"; sleep 60"
+        child = subprocess.Popen(["sh", "-c", script, str(mark)], start_new_session=True)
+        mark.write_text(str(child.pid), encoding="utf-8")
+        child.wait()
+    elif way == "deaf":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        compute_with_gil(60)
+    time.sleep(60.0)
+
+
+@pytest.mark.parametrize("way", ["sleep", pytest.param("deaf", marks=LINUX), pytest.param("family", marks=POSIX)])
+def test_a_hung_run_is_ended_with_its_family(way: str, tmp_path: Path) -> None:
+    mark = tmp_path / "child"
+    with LocalExecutor(1, time_limit=1.0) as executor:
+        executor.submit(square, 1).result()  # the worker has started
+        begun = time.monotonic()
+        hung, after = executor.submit(hang, mark, way), executor.submit(square, 3)
+        with pytest.raises(RunTimedOut, match=r"time limit of 1 s") as caught:
+            hung.result()
+        assert 0.9 < time.monotonic() - begun < 5.0
+        assert caught.value.limit == 1.0
+        assert after.result() == 9
+    for path in (mark, tmp_path / "child.grandchild") if way == "family" else ():
+        assert eventually(lambda pid=int(path.read_text(encoding="utf-8")): not alive(pid), 5.0)
+
+
+def test_the_clock_of_a_run_starts_with_the_run() -> None:
+    """Six runs of 0.4 s one after the other, each allowed 1 s: waiting in the queue is not counted."""
+    with LocalExecutor(1, time_limit=1.0) as executor:
+        assert len({future.result() for future in [executor.submit(whoami, 0.4) for _ in range(6)]}) == 1
+
+
+def test_a_limit_for_one_call() -> None:
+    with LocalExecutor(1) as executor:
+        assert isinstance(executor.submit_pickled(pickle.dumps((whoami, (9.0,), {})), 0.3).exception(), RunTimedOut)
 
 
 def test_an_exception_in_the_block_stops_the_workers() -> None:

@@ -89,13 +89,37 @@ def survive(tmp_path: Path, kills: int, seed: int) -> int:
     return hits
 
 
-def test_six_kills(tmp_path: Path) -> None:
-    assert survive(tmp_path, kills=6, seed=20) == 6
+def test_two_kills_of_a_study_with_workers(tmp_path: Path) -> None:
+    assert survive(tmp_path, kills=2, seed=20) == 2
 
 
 @pytest.mark.slow
 def test_sixty_kills(tmp_path: Path) -> None:
     assert survive(tmp_path, kills=60, seed=21) == 60
+
+
+def many_kills(kills: int, seed: int) -> str:
+    done = subprocess.run(
+        [sys.executable, str(SCRIPT.with_name("kill_many.py")), str(kills), str(seed)],
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_fifty_kills_by_fork() -> None:
+    said = many_kills(50, seed=1)
+    assert said.startswith("50 kills") and ": 0 lost, 0 done again" in said
+
+
+@pytest.mark.slow
+def test_a_thousand_kills_by_fork() -> None:
+    said = many_kills(1000, seed=2)
+    print(said)
+    assert said.startswith("1000 kills") and ": 0 lost, 0 done again" in said
 
 
 def test_a_damaged_record_is_computed_again(tmp_path: Path) -> None:

@@ -194,7 +194,9 @@ def test_tool_refuses_other_than_convex_counter_clockwise(corners: tuple[tuple[f
 def test_edge_samples_lie_symmetric_and_reach_past_the_body() -> None:
     """Four to an element of 0.5 mm over a body from −2 to 2 mm: spacing 0.125 mm, mirrored in y = 0."""
     tool = Tool(((0.0, 0.1), (1.0, 3.0), (-1.0, 3.0)), 0.1, edge=0.25)
-    arrays = edge_arrays((Tool(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), 0.1), tool), np.array([[0, -2, 0], [0, 2.0, 0]]), 0.5)
+    arrays = edge_arrays(
+        (Tool(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), 0.1), tool), np.array([[0, -2, 0], [0, 2.0, 0]]), 0.5
+    )
     assert (arrays.tool, arrays.x, arrays.per_face) == (1, 0.25, 4.0)
     np.testing.assert_allclose(np.diff(arrays.y), 0.125)
     np.testing.assert_allclose(arrays.y, -arrays.y[::-1])

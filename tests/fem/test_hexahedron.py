@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stemcal.fem.kernels.block import HOURGLASS_STIFFNESS
 from stemcal.fem.kernels.hexahedron import (
     contract,
     corners,
@@ -19,9 +20,10 @@ from stemcal.fem.kernels.hexahedron import (
 )
 from stemcal.fem.kernels.timestep import stable_step
 from stemcal.fem.material import Hourglass, Material
-from stemcal.fem.mesh import Mesh
-from stemcal.fem.model import Model
+from stemcal.fem.mesh import Mesh, brick
+from stemcal.fem.model import ElementKind, Integration, Model
 from stemcal.fem.state import start
+from stemcal.fem.stepper import simulate
 
 CUBE = 0.5 * oracle.CORNERS + 0.5
 # Corners of a unit cube moved by up to 0.2 in each direction: strongly distorted, never inside out.
@@ -138,30 +140,67 @@ def largest_frequency(x: np.ndarray, element: str, m: object, stiffness: float) 
     return float(np.sqrt(values[-1]))
 
 
-UNSTABLE = "the estimate takes ‖BBᵀ‖ where Flanagan and Belytschko's bound has the trace: free elements blow up"
+def model(x: np.ndarray, poisson: float, element: ElementKind = "one_point", hourglass: float = 0.05) -> Model:
+    return Model(Mesh(x, np.arange(8, dtype=np.int32)[None]), Material(1e-9, 100.0, poisson), element=element,
+                 hourglass=Hourglass("stiffness", hourglass))  # fmt: skip
 
 
-@pytest.mark.xfail(strict=True, reason=UNSTABLE)
+def estimate(model: Model) -> tuple[float, int, float]:
+    """Return the kernel's stable step, the element that sets it and its volume."""
+    state = start(model)
+    body, m = state.body, model.material
+    lame = m.bulk_modulus - 2.0 / 3.0 * m.shear_modulus
+    found = stable_step(state.topology.hexes, body.x, body.state, body.element_mass, lame, m.shear_modulus, 1.0)
+    return float(found[0]), int(found[1]), float(found[2])
+
+
 @pytest.mark.parametrize("element", ["one_point", "full"])
-@given(seed=seeds, poisson=st.sampled_from([0.0, 0.3, 0.45]), aspect=st.sampled_from([0.3, 1.0, 3.0]))
+@given(
+    seed=seeds,
+    poisson=st.sampled_from([0.0, 0.3, 0.45]),
+    aspect=st.sampled_from([0.3, 1.0, 3.0]),
+    hourglass=st.sampled_from([0.003, 0.03, 0.1]),
+)
 @settings(max_examples=60, deadline=None)
-def test_the_default_time_step_is_stable(element: str, seed: int, poisson: float, aspect: float) -> None:
-    """Δt ≤ 2/ω_max of each element is enough (Hughes 1987, ch. 9); 0.8 of the estimate must keep it for any shape."""
+def test_the_time_step_is_stable(
+    element: ElementKind, seed: int, poisson: float, aspect: float, hourglass: float
+) -> None:
+    """Δt ≤ 2/ω_max of the fastest free element is enough for any mesh of them (Hughes 1987, sec. 9.2; Irons).
+
+    ω_max from the eigenvalues of the element's 24×24 stiffness, built with B matrices. The estimate itself may be 3 %
+    above (it looks at strain and hourglass modes apart), far within the default safety of 0.8.
+    """
     x = shape(seed) * np.array([1.0, 1.0, aspect])
-    model = Model(Mesh(x, np.arange(8, dtype=np.int32)[None]), Material(1e-9, 100.0, poisson), element=element,
-                  hourglass=Hourglass("stiffness", 0.05))  # fmt: skip
-    state = start(model)
-    step, _, _ = stable_step(state.topology.hexes, x, state.body.state, state.body.element_mass,
-                             model.material.p_wave_modulus, 1.0)  # fmt: skip
-    stiffness = state.body.state[0, 31, 0]
-    assert float(0.8 * step * largest_frequency(x, element, state.material, stiffness)) <= 2.0
+    body = model(x, poisson, element, hourglass)
+    state = start(body)
+    fastest = largest_frequency(x, element, state.material, float(state.body.state[0, HOURGLASS_STIFFNESS, 0]))
+    assert estimate(body)[0] * fastest <= 2.0 * 1.03
 
 
-def test_time_step_of_a_cube_is_the_time_a_wave_takes_through_it() -> None:
-    """Flanagan and Belytschko: 2/ω = h/c for a cube with ν = 0."""
-    model = Model(Mesh(3.0 * CUBE, np.arange(8, dtype=np.int32)[None]), Material(1e-9, 100.0, 0.0))
-    state = start(model)
-    step, element, volume = stable_step(state.topology.hexes, state.body.x, state.body.state, state.body.element_mass,
-                                        100.0, 1.0)  # fmt: skip
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
+def test_time_step_of_a_cube(poisson: float) -> None:
+    """The volume mode of a free cube is its fastest, ω² = 4 (3λ + 2μ)/ρh²; with ν = 0, 2/ω is h/c."""
+    step, element, volume = estimate(model(3.0 * CUBE, poisson))
+    lame, mu = 100.0 * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 50.0 / (1.0 + poisson)
     assert (element, volume) == (0, pytest.approx(27.0))
-    assert step == pytest.approx(3.0 / np.sqrt(100.0 / 1e-9), rel=1e-12)
+    assert step == pytest.approx(3.0 * np.sqrt(1e-9 / (3.0 * lame + 2.0 * mu)), rel=1e-12)
+    if poisson == 0.0:
+        assert step == pytest.approx(3.0 / np.sqrt(100.0 / 1e-9), rel=1e-12)
+
+
+@pytest.mark.parametrize("element", ["one_point", "full"])
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
+@pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1, 1), (1, 1, 8), (4, 4, 1), (3, 3, 3)])
+def test_free_fragments_do_not_blow_up(counts: tuple[int, int, int], poisson: float, element: ElementKind) -> None:
+    """2000 steps of free bodies from random velocities: the energy stays (kinetic energy is seen half a step aside).
+
+    Erosion leaves such pieces; with the wave's time through the element as the step, single ones would grow by a
+    factor of two in every step.
+    """
+    mesh = brick(tuple(float(n) for n in counts), counts)
+    velocity = 1e-3 * np.random.default_rng(0).uniform(-1.0, 1.0, mesh.nodes.shape)
+    body = Model(mesh, Material(1e-9, 100.0, poisson), element=element, velocity=velocity,
+                 integration=Integration(outputs=50))  # fmt: skip
+    history = simulate(body, 2000.0 * 0.8 * estimate(model(CUBE, poisson))[0])
+    energy = history.kinetic + history.internal + history.hourglass
+    assert energy.max() < 3.0 * energy[0]

@@ -7,9 +7,9 @@ from math import pi, sin
 import numpy as np
 import pytest
 
+from stemcal.fem.kernels.block import ALIVE
 from stemcal.fem.kernels.search import FACES, erode
-from stemcal.fem.kernels.element import ALIVE
-from stemcal.fem.material import Material
+from stemcal.fem.material import BulkViscosity, Hourglass, Material
 from stemcal.fem.mesh import brick, hollow_cylinder
 from stemcal.fem.model import Model
 from stemcal.fem.state import start
@@ -82,14 +82,21 @@ def test_erosion_takes_an_element_out_of_the_topology() -> None:
 
 def test_material_constants() -> None:
     """E = 9KG/(3K+G), ν = (3K−2G)/(6K+2G); Eₚ = E E_t/(E − E_t); c = √((K + 4G/3)/ρ) with the scaled density."""
-    from stemcal.fem.material import BulkViscosity, Hourglass
-
     material = Material(1e-9, 900.0, 0.35, 12.0, 90.0)
     K, G = material.bulk_modulus, material.shear_modulus
-    assert 9 * K * G / (3 * K + G) == pytest.approx(900.0)
-    assert (3 * K - 2 * G) / (6 * K + 2 * G) == pytest.approx(0.35)
+    np.testing.assert_allclose(9 * K * G / (3 * K + G), 900.0)
+    np.testing.assert_allclose((3 * K - 2 * G) / (6 * K + 2 * G), 0.35)
     assert material.plastic_modulus == pytest.approx(100.0)
     assert material.p_wave_modulus == pytest.approx(900.0 * 0.65 / (1.35 * 0.3))
     numbers = material.numbers(100.0, Hourglass(), BulkViscosity())
     assert numbers.density == pytest.approx(1e-7)
     assert numbers.sound_speed == pytest.approx(np.sqrt((K + 4 * G / 3) / 1e-7))
+
+
+def test_failure_strain_by_the_crack_band() -> None:
+    """Bažant and Oh (1983): fs l = fs₀ l₀, so that σ fs l, the energy per area of crack, is that of the length l₀."""
+    lengths = np.array([0.5, 1.0, 2.0])
+    plain = Material(1e-9, 900.0, 0.35, failure_strain=0.03)
+    np.testing.assert_allclose(plain.failure_strains(lengths), 0.03)
+    banded = Material(1e-9, 900.0, 0.35, failure_strain=0.03, failure_length=1.0)
+    np.testing.assert_allclose(banded.failure_strains(lengths) * lengths, 0.03)

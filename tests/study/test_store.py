@@ -8,6 +8,7 @@ import os
 import random
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +109,12 @@ def test_junk_is_damage(folder: StudyFolder, junk: bytes) -> None:
     assert folder.load(KEY) is None
 
 
+def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder.save(record())
+    monkeypatch.setattr("stemcal.study.store.MAX_RECORD_BYTES", 100)
+    assert folder.peek(KEY) is None
+
+
 # ---- JSON
 
 
@@ -173,6 +180,25 @@ def test_a_second_process_is_refused_and_a_killed_one_leaves_no_lock(tmp_path: P
         other.communicate()
     with StudyFolder(tmp_path):
         pass
+
+
+def test_who_looks_does_not_disturb(tmp_path: Path) -> None:
+    """`holder` takes the lock for a moment; whoever wants to work waits that long."""
+    looker = StudyFolder(tmp_path / "study")
+    assert looker.holder() is None and not looker.path.exists()
+    with StudyFolder(looker.path) as folder:
+        folder.sign(stage="screen", workers=2)
+        held = looker.holder()
+        assert held is not None and (held["pid"], held["stage"], held["workers"]) == (os.getpid(), "screen", 2)
+    assert looker.holder() is None
+    for _ in range(20):
+        stop = threading.Event()
+        busy = threading.Thread(target=lambda stop=stop: [looker.holder() for _ in iter(stop.is_set, True)])
+        busy.start()
+        with StudyFolder(looker.path):
+            pass
+        stop.set()
+        busy.join()
 
 
 def test_the_holder_may_lock_again(tmp_path: Path) -> None:

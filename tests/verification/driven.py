@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.element import LANES, STRESS, add_internal_forces
+from stemcal.fem.kernels.block import STRESS
+from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.full import POINT_STRESS, add_full_internal_forces
 from stemcal.fem.kernels.march import REACHED, march
 from stemcal.fem.material import BulkViscosity, Hourglass
@@ -89,8 +90,3 @@ def record(model: Model, times: Array, look: Callable[[State], object]) -> tuple
         reached.append(float(state.clock.time[0]))
         seen.append(look(state))
     return np.array(reached), np.array(seen)
-
-
-__all__ = [
-    "ELEMENTS", "LANES", "NO_VISCOSITY", "advance", "boundary", "distorted", "record", "row", "stresses", "stretched",
-]  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 from driven import NO_VISCOSITY, advance, row, stresses
 
 from stemcal.fem.history import History
-from stemcal.fem.kernels.element import ALIVE, HOURGLASS_FORCE, PLASTIC_STRAIN
+from stemcal.fem.kernels.block import ALIVE, FAILURE_STRAIN, HOURGLASS_FORCE, PLASTIC_STRAIN
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
@@ -72,7 +72,7 @@ def pulled(mesh: Mesh, element: str, elongation: float, outputs: int) -> History
     velocity[:, 0] = np.where(end, 10.0, 0.0)
     material = Material(1e-9, 1000.0, 0.0, 10.0, 0.0, failure_strain=0.03)
     model = Model(mesh, material, element=element, held=held, velocity=velocity, hourglass=Hourglass("stiffness", 0.01),
-                  integration=Integration(outputs=outputs))  # type: ignore[arg-type]  # fmt: skip
+                  integration=Integration(outputs=outputs, safety=0.8))  # type: ignore[arg-type]  # fmt: skip
     return simulate(model, elongation / 10.0)
 
 
@@ -124,3 +124,12 @@ def test_a_node_without_elements_stops_and_takes_its_energy_along() -> None:
     assert history.kinetic[-1] == 0.0
     assert history.internal[-1] == 0.0
     assert history.eroded[-1] == pytest.approx(history.kinetic[0], rel=0.02)
+
+
+@pytest.mark.parametrize(("length", "expected"), [(0.5, 0.04), (1.0, 0.02), (2.0, 0.01)])
+def test_failure_strain_follows_the_element_length(length: float, expected: float) -> None:
+    """Bažant and Oh (1983): ε_f l is constant, so ε_f = 0.02 · 1 mm / l."""
+    material = Material(1e-9, 1000.0, 0.3, 10.0, failure_strain=0.02, failure_length=1.0)
+    np.testing.assert_allclose(material.failure_strains(np.array([length])), [expected], rtol=1e-14)
+    model = Model(mesh=brick((length,) * 3, (1, 1, 1)), material=material)
+    assert start(model).body.state[0, FAILURE_STRAIN, 0] == pytest.approx(expected, rel=1e-12)

@@ -11,7 +11,7 @@ from driven import ELEMENTS, NO_VISCOSITY, advance, distorted, row, stresses
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stemcal.fem.kernels.element import HOURGLASS_ENERGY, HOURGLASS_FORCE
+from stemcal.fem.kernels.block import HOURGLASS_ENERGY, HOURGLASS_FORCE
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Model
@@ -75,7 +75,7 @@ def test_stiffness_force_on_a_cube(mode: int, coefficient: float) -> None:
 
 @pytest.mark.parametrize("mode", range(4))
 def test_viscous_force_on_a_cube(mode: int) -> None:
-    """LS-DYNA theory manual, hourglass type 1: f_I = −a Γ_I Σ Γ_J v_J with a = Q ρ V^⅔ c / 4; for v = ȧΓ it is 8 a ȧ."""
+    """LS-DYNA theory manual, hourglass type 1: f_I = −a Γ_I Σ Γ_J v_J, a = Q ρ V^⅔ c / 4; for v = ȧΓ it is 8 a ȧ."""
     h, rate, coefficient = 2.0, 1e-3, 0.1
     mesh = brick((h, h, h), (1, 1, 1))
     sound = np.sqrt(100.0 * 0.7 / (1.3 * 0.4) / 1e-9)

@@ -102,8 +102,8 @@ def sheared(kind: str, gamma: float, steps: int) -> np.ndarray:
 def test_simple_shear_of_the_jaumann_rate(kind: str, gamma: float) -> None:
     """Dienes, Acta Mechanica 32, 217-232 (1979): τ = G sin γ, σ_xx = −σ_yy = G (1 − cos γ).
 
-    The step's strain is added unturned, so the errors are ½Δγ G sin γ and ½Δγ G (1 − cos γ), of first order; what two runs extrapolate to is
-    good to 1e-4 G. A Green-Naghdi rate would be off by 7 % at γ = 1 and 40 % at γ = 2, no rate at all by more.
+    The step's strain is added unturned, so the errors are ½Δγ G sin γ and ½Δγ G (1 − cos γ), of first order; what
+    two runs extrapolate to is good to 1e-4 G. A Green-Naghdi rate would be off by 7 % at γ = 1 and 40 % at γ = 2.
     """
     coarse, fine = sheared(kind, gamma, 100), sheared(kind, gamma, 200)
     tau, sigma = sin(gamma), 1.0 - cos(gamma)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from driven import record
 
-from stemcal.fem.kernels.element import STRESS
+from stemcal.fem.kernels.block import STRESS
 from stemcal.fem.material import BulkViscosity, Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
@@ -42,7 +42,7 @@ def bar(end: str, element: str = "one_point", push: float = 1.0, mass_scaling: f
     velocity[mesh.nodes[:, 0] < 0.5, 0] = push * V / np.sqrt(mass_scaling)
     model = Model(mesh, Material(RHO, E, 0.0), element=element, held=held, velocity=velocity,
                   viscosity=BulkViscosity(0.06, 0.0),
-                  integration=Integration(mass_scaling=mass_scaling))  # type: ignore[arg-type]  # fmt: skip
+                  integration=Integration(mass_scaling=mass_scaling, safety=0.8))  # type: ignore[arg-type]  # fmt: skip
     transit = LENGTH / C * np.sqrt(mass_scaling)
 
     def look(state: State) -> np.ndarray:

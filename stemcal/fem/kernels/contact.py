@@ -263,7 +263,8 @@ def push_faces_out(
                 shape[0] * v[a, 1] + shape[1] * v[b, 1] + shape[2] * v[c, 1] + shape[3] * v[d, 1],
                 shape[0] * v[a, 2] + shape[1] * v[b, 2] + shape[2] * v[c, 2] + shape[3] * v[d, 2] - tools.speed[t],
             )
-            slot = 2 * j + (1 if fx[0] > edge.x else 0)
+            # a face whose middle lies under the edge stays on one side, whatever the round-off
+            slot = 2 * j + (1 if fx[0] - edge.x > HAIR * edge.depth else 0)
             old = edge.traction[slot]
             # the face lies against a tool whose outward normal is the face's inward one
             force, spring = contact_force(

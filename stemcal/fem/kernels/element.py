@@ -1,9 +1,4 @@
-"""One explicit step of one block of hexahedra: gather, the physics lane by lane, scatter.
-
-A block is `LANES` elements. Everything the physics touches lies in one flat scratch array, value `row` of element
-`lane` at ``scratch[row * LANES + lane]`` with both numbers known when compiling: in this form, and with every function
-inlined, LLVM turns the loop over the lanes into vector instructions.
-"""
+"""One explicit step of the one-point hexahedron: the physics of one element, and the loops over blocks of them."""
 
 from __future__ import annotations
 
@@ -12,6 +7,39 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.fem.kernels.block import (
+    ALIVE,
+    BACK_STRESS,
+    COORDINATES,
+    FAILURE_STRAIN,
+    FORCES,
+    HOURGLASS_ENERGY,
+    HOURGLASS_FORCE,
+    HOURGLASS_STIFFNESS,
+    INTERNAL_ENERGY,
+    LANES,
+    PLASTIC_STRAIN,
+    RATE_FACTOR,
+    STATE,
+    STRESS,
+    VELOCITIES,
+    VISCOUS_LENGTH,
+    VOLUME,
+    YIELD_RATE,
+    add,
+    fetch,
+    keep,
+    load,
+    load3,
+    load6,
+    load8,
+    scatter,
+    stands,
+    store,
+    store3,
+    store6,
+    store8,
+)
 from stemcal.fem.kernels.compile import inlined, kernel
 from stemcal.fem.kernels.hexahedron import (
     at_midstep,
@@ -34,31 +62,8 @@ from stemcal.fem.kernels.plasticity import (
     rate_factor,
 )
 
+Array = NDArray[np.float64]
 Floats = Any
-LANES = 16
-
-# Rows of an element's state, kept between steps.
-STRESS = 0
-BACK_STRESS = 6
-PLASTIC_STRAIN = 12
-HOURGLASS_FORCE = 13
-INTERNAL_ENERGY = 25
-HOURGLASS_ENERGY = 26
-ALIVE = 27
-RATE_FACTOR = 28
-YIELD_RATE = 29
-VOLUME = 30
-# Rows that stay as they were at the start.
-HOURGLASS_STIFFNESS = 31
-VISCOUS_LENGTH = 32
-STATE_ROWS = 33
-
-# Rows of a block's scratch: corner coordinates, velocities, forces (x, y, z by eight), then the state.
-COORDINATES = 0
-VELOCITIES = 24
-FORCES = 48
-STATE = 72
-SCRATCH_ROWS = STATE + STATE_ROWS
 
 
 class MaterialNumbers(NamedTuple):
@@ -71,100 +76,11 @@ class MaterialNumbers(NamedTuple):
     beta: float
     rate_c: float
     rate_exponent: float
-    failure_strain: float
     density: float
     sound_speed: float
     viscosity_linear: float
     viscosity_quadratic: float
     hourglass_memory: float
-
-
-@inlined
-def load(scratch: NDArray[np.float64], row: int, lane: int) -> Floats:
-    """Return one row of one lane."""
-    return scratch[row * LANES + lane]
-
-
-@inlined
-def store(scratch: NDArray[np.float64], row: int, lane: int, value: float) -> None:
-    """Store one row of one lane."""
-    scratch[row * LANES + lane] = value
-
-
-@inlined
-def add(scratch: NDArray[np.float64], row: int, lane: int, value: float) -> None:
-    """Add to one row of one lane."""
-    scratch[row * LANES + lane] += value
-
-
-@inlined
-def load8(scratch: NDArray[np.float64], row: int, lane: int) -> Floats:
-    """Return eight successive rows of one lane."""
-    return (
-        scratch[row * LANES + lane],
-        scratch[(row + 1) * LANES + lane],
-        scratch[(row + 2) * LANES + lane],
-        scratch[(row + 3) * LANES + lane],
-        scratch[(row + 4) * LANES + lane],
-        scratch[(row + 5) * LANES + lane],
-        scratch[(row + 6) * LANES + lane],
-        scratch[(row + 7) * LANES + lane],
-    )
-
-
-@inlined
-def load6(scratch: NDArray[np.float64], row: int, lane: int) -> Floats:
-    """Return a symmetric tensor of one lane."""
-    return (
-        scratch[row * LANES + lane],
-        scratch[(row + 1) * LANES + lane],
-        scratch[(row + 2) * LANES + lane],
-        scratch[(row + 3) * LANES + lane],
-        scratch[(row + 4) * LANES + lane],
-        scratch[(row + 5) * LANES + lane],
-    )
-
-
-@inlined
-def load3(scratch: NDArray[np.float64], row: int, lane: int) -> Floats:
-    """Return a vector of one lane."""
-    return (
-        scratch[row * LANES + lane],
-        scratch[(row + 1) * LANES + lane],
-        scratch[(row + 2) * LANES + lane],
-    )
-
-
-@inlined
-def store8(scratch: NDArray[np.float64], row: int, lane: int, f: Floats, factor: float) -> None:
-    """Store eight successive rows of one lane, times `factor`."""
-    scratch[row * LANES + lane] = factor * f[0]
-    scratch[(row + 1) * LANES + lane] = factor * f[1]
-    scratch[(row + 2) * LANES + lane] = factor * f[2]
-    scratch[(row + 3) * LANES + lane] = factor * f[3]
-    scratch[(row + 4) * LANES + lane] = factor * f[4]
-    scratch[(row + 5) * LANES + lane] = factor * f[5]
-    scratch[(row + 6) * LANES + lane] = factor * f[6]
-    scratch[(row + 7) * LANES + lane] = factor * f[7]
-
-
-@inlined
-def store6(scratch: NDArray[np.float64], row: int, lane: int, f: Floats, factor: float) -> None:
-    """Store a symmetric tensor of one lane, times `factor`."""
-    scratch[row * LANES + lane] = factor * f[0]
-    scratch[(row + 1) * LANES + lane] = factor * f[1]
-    scratch[(row + 2) * LANES + lane] = factor * f[2]
-    scratch[(row + 3) * LANES + lane] = factor * f[3]
-    scratch[(row + 4) * LANES + lane] = factor * f[4]
-    scratch[(row + 5) * LANES + lane] = factor * f[5]
-
-
-@inlined
-def store3(scratch: NDArray[np.float64], row: int, lane: int, f: Floats, factor: float) -> None:
-    """Store a vector of one lane, times `factor`."""
-    scratch[row * LANES + lane] = factor * f[0]
-    scratch[(row + 1) * LANES + lane] = factor * f[1]
-    scratch[(row + 2) * LANES + lane] = factor * f[2]
 
 
 @inlined
@@ -186,7 +102,7 @@ def stress_row(i: int, stress: Floats, pressure: float, taken: Floats, per_volum
 
 
 @inlined
-def element(scratch: NDArray[np.float64], lane: int, dt: float, material: Floats) -> None:
+def element(scratch: Array, lane: int, dt: float, material: Floats) -> None:
     """Advance one element by one step: from corner positions and velocities to corner forces and new state."""
     x = modes(load8(scratch, COORDINATES, lane))
     y = modes(load8(scratch, COORDINATES + 8, lane))
@@ -208,7 +124,7 @@ def element(scratch: NDArray[np.float64], lane: int, dt: float, material: Floats
     trial = elastic_trial(old, de, material.bulk, material.shear)
     factor, strain = load(scratch, STATE + RATE_FACTOR, lane), load(scratch, STATE + PLASTIC_STRAIN, lane)
     stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
-    alive = load(scratch, STATE + ALIVE, lane) if strain < material.failure_strain else 0.0
+    alive = load(scratch, STATE + ALIVE, lane) if strain < load(scratch, STATE + FAILURE_STRAIN, lane) else 0.0
     pressure = bulk_viscosity(de, dt, load(scratch, STATE + VISCOUS_LENGTH, lane), material)
 
     # the resistance of the four hourglass modes
@@ -237,47 +153,67 @@ def element(scratch: NDArray[np.float64], lane: int, dt: float, material: Floats
     store3(scratch, Q + 6, lane, q6, alive)
     store3(scratch, Q + 9, lane, q7, alive)
     work = 0.5 * (double_dot(old, de) + double_dot(stress, de)) - pressure * (de[0] + de[1] + de[2])
-    add(scratch, STATE + INTERNAL_ENERGY, lane, alive * volume * work)
-    add(scratch, STATE + HOURGLASS_ENERGY, lane, alive * dt * (p4 + p5 + p6 + p7))
+    add(scratch, STATE + INTERNAL_ENERGY, lane, volume * work if alive > 0.0 else 0.0)
+    add(scratch, STATE + HOURGLASS_ENERGY, lane, dt * (p4 + p5 + p6 + p7) if alive > 0.0 else 0.0)
     store(scratch, STATE + PLASTIC_STRAIN, lane, strain)
     store(scratch, STATE + ALIVE, lane, alive)
     store(scratch, STATE + YIELD_RATE, lane, equivalent_rate(de, dt) if q > static_yield else 0.0)
     store(scratch, STATE + VOLUME, lane, volume)
 
 
+@inlined
+def run_block(scratch: Array, corners: Any, x: Array, v: Array, state: Array, dt: float, material: Floats) -> None:
+    """Advance the elements of one block; their corner forces stay in the scratch."""
+    fetch(scratch, corners, x, v, state)
+    for lane in range(LANES):  # the loop that must vectorise
+        element(scratch, lane, dt, material)
+    keep(scratch, state)
+    for lane in range(LANES):
+        state[RATE_FACTOR, lane] = rate_factor(state[YIELD_RATE, lane], material.rate_c, material.rate_exponent)
+
+
 @kernel
 def add_internal_forces(
-    scratch: NDArray[np.float64],
-    blocks: NDArray[np.int32],
-    x: NDArray[np.float64],
-    v: NDArray[np.float64],
-    state: NDArray[np.float64],
-    f: NDArray[np.float64],
+    scratch: Array, blocks: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
+) -> None:
+    """Subtract the internal forces of all elements from the nodal forces and advance the elements' state."""
+    for b in range(blocks.shape[0]):
+        if stands(state[b]):
+            run_block(scratch, blocks[b], x, v, state[b], dt, material)
+            scatter(scratch, blocks[b], f)
+
+
+@kernel
+def store_internal_forces(
+    scratch: Array,
+    blocks: Any,
+    x: Array,
+    v: Array,
+    state: Array,
+    forces: Array,
     dt: float,
     material: Floats,
 ) -> None:
-    """Subtract the internal forces of every element from the nodal forces and advance the elements' state."""
+    """Advance some blocks and store their corner forces, (blocks, 3, 8, lanes): one thread's share of a step."""
     for b in range(blocks.shape[0]):
-        for a in range(8):
-            for lane in range(LANES):
-                n = blocks[b, a, lane]
-                for i in range(3):
-                    scratch[(COORDINATES + 8 * i + a) * LANES + lane] = x[n, i]
-                    scratch[(VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i]
-        for row in range(STATE_ROWS):
-            for lane in range(LANES):
-                scratch[(STATE + row) * LANES + lane] = state[b, row, lane]
-        for lane in range(LANES):
-            element(scratch, lane, dt, material)
-        for row in range(STATE_ROWS):
-            for lane in range(LANES):
-                state[b, row, lane] = scratch[(STATE + row) * LANES + lane]
-        for a in range(8):
-            for lane in range(LANES):
-                n = blocks[b, a, lane]
-                for i in range(3):
-                    f[n, i] -= scratch[(FORCES + 8 * i + a) * LANES + lane]
-        for lane in range(LANES):
-            state[b, RATE_FACTOR, lane] = rate_factor(
-                state[b, YIELD_RATE, lane], material.rate_c, material.rate_exponent
-            )
+        if not stands(state[b]):
+            forces[b] = 0.0
+            continue
+        run_block(scratch, blocks[b], x, v, state[b], dt, material)
+        for i in range(3):
+            for a in range(8):
+                for lane in range(LANES):
+                    forces[b, i, a, lane] = scratch[(FORCES + 8 * i + a) * LANES + lane]
+
+
+@kernel
+def sum_internal_forces(forces: Array, first: Any, places: Any, f: Array, begin: int, end: int) -> None:
+    """Subtract the stored corner forces from nodes begin…end−1, in the order in which one thread would have.
+
+    Node n collects from ``places[first[n]:first[n + 1]]``, rows (block, corner, lane).
+    """
+    for n in range(begin, end):
+        for p in range(first[n], first[n + 1]):
+            b, a, lane = places[p, 0], places[p, 1], places[p, 2]
+            for i in range(3):
+                f[n, i] -= forces[b, i, a, lane]

@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.compile import inlined, kernel
-from stemcal.fem.kernels.element import (
+from stemcal.fem.kernels.block import (
     ALIVE,
+    FAILURE_STRAIN,
     INTERNAL_ENERGY,
     LANES,
     PLASTIC_STRAIN,
     VISCOUS_LENGTH,
     VOLUME,
-    bulk_viscosity,
 )
+from stemcal.fem.kernels.compile import inlined, kernel
+from stemcal.fem.kernels.element import bulk_viscosity
 from stemcal.fem.kernels.hexahedron import (
     at_midstep,
     contract,
@@ -188,7 +189,7 @@ def add_full_internal_forces(
         pressure = pressure / volume - q
         state[block, PLASTIC_STRAIN, lane] = strain / weights
         state[block, VOLUME, lane] = volume
-        if strain / weights >= material.failure_strain:
+        if strain / weights >= state[block, FAILURE_STRAIN, lane]:
             state[block, ALIVE, lane] = 0.0
             continue
         state[block, INTERNAL_ENERGY, lane] += energy - q * volume * (de[0] + de[1] + de[2])

@@ -79,7 +79,111 @@ class Settings(NamedTuple):
     smallest_step: float
     penalty_step: float
     margin: float
-    p_wave_modulus: float
+    lame: float
+    shear: float
+
+
+@kernel
+def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
+    """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or REACHED."""
+    if clock.steps[0] % STEP_LIFE != 0:
+        return REACHED
+    stable, element, volume = stable_step(
+        topology.hexes,
+        body.x,
+        body.state,
+        body.element_mass,
+        settings.lame,
+        settings.shear,
+        material.hourglass_memory,
+    )
+    clock.trouble[0] = element
+    if not volume > 0.0:
+        return INVERTED
+    clock.step[0] = settings.safety * stable
+    return REACHED if clock.step[0] > settings.smallest_step else COLLAPSED
+
+
+@kernel
+def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: Floats) -> None:
+    """Subtract the internal forces, which follow from the deformation of the step just taken."""
+    dt = clock.step_before[0]
+    if body.points.shape[0] > 0:
+        add_full_internal_forces(topology.hexes, body.points, body.x, body.v, body.state, body.f, dt, material)
+    else:
+        add_internal_forces(body.scratch, body.blocks, body.x, body.v, body.state, body.f, dt, material)
+
+
+@kernel
+def look_for_contact(
+    body: Floats, topology: Floats, tools: Floats, edge: Floats, candidates: Floats, clock: Floats, settings: Floats
+) -> None:
+    """List anew what may meet a tool."""
+    list_near_nodes(candidates, topology, tools, body.x, settings.margin)
+    if edge.tool >= 0:
+        list_faces_under_edge(candidates, topology, tools, edge, body.x, body.element_mass, settings.margin)
+    clock.reach[0] = 0.0
+
+
+@kernel
+def add_contact_forces(
+    body: Floats, tools: Floats, edge: Floats, candidates: Floats, dt: float, friction: Floats, settings: Floats
+) -> None:
+    """Push nodes and faces out of the tools."""
+    tools.force[:, :] = 0.0
+    x, v, dt0 = body.x, body.v, settings.penalty_step
+    push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.push, dt0, dt, friction)
+    if edge.tool >= 0:
+        faces, count = candidates.faces, candidates.face_count[0]
+        push_faces_out(tools, edge, faces, candidates.corner_mass, count, x, v, body.mass, body.push, dt0, dt, friction)
+
+
+@kernel
+def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
+    """Move the tools by a step and book the impulse and the work of the stem on them; returns their largest speed."""
+    fastest = 0.0
+    for t in range(tools.speed.shape[0]):
+        for i in range(3):
+            ledger.impulse[t, i] += kick * tools.force[t, i]
+        work = -kick * tools.force[t, 2] * tools.speed[t]
+        ledger.tool_work[0] += work
+        ledger.external_work[0] += work
+        tools.height[t] += dt * tools.speed[t]
+        fastest = max(fastest, abs(tools.speed[t]))
+    return fastest
+
+
+@kernel
+def finish_step(
+    body: Floats,
+    topology: Floats,
+    tools: Floats,
+    edge: Floats,
+    candidates: Floats,
+    clock: Floats,
+    ledger: Floats,
+    friction: Floats,
+    settings: Floats,
+) -> int:
+    """Do what follows the internal forces: erode, contact, kick, drift; returns why the march must end, or REACHED."""
+    dt = clock.step[0]
+    kick = 0.5 * (clock.step_before[0] + dt)
+    eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
+    ledger.lost_kinetic[0] += lost
+    if eroded > 0 or clock.reach[0] > settings.margin:
+        look_for_contact(body, topology, tools, edge, candidates, clock, settings)
+    add_contact_forces(body, tools, edge, candidates, dt, friction, settings)
+    work, external, fastest = kick_and_drift(
+        body.x, body.v, body.f, body.push, body.loads, body.inverse_mass, body.free, body.driven, kick, dt
+    )
+    mirror_ghosts(body.x, body.v, body.ghosts)
+    ledger.contact_work[0] += work
+    ledger.external_work[0] += external
+    clock.reach[0] += dt * (fastest + move_tools(tools, ledger, kick, dt))
+    clock.time[0] += dt
+    clock.step_before[0] = dt
+    clock.steps[0] += 1
+    return REACHED if np.isfinite(fastest) else NOT_FINITE
 
 
 @kernel
@@ -98,87 +202,11 @@ def march(
 ) -> int:
     """Advance the model to time `until`; returns why it stopped."""
     while clock.time[0] < until:
-        if clock.steps[0] % STEP_LIFE == 0:
-            stable, element, volume = stable_step(
-                topology.hexes,
-                body.x,
-                body.state,
-                body.element_mass,
-                settings.p_wave_modulus,
-                material.hourglass_memory,
-            )
-            clock.trouble[0] = element
-            if not volume > 0.0:
-                return INVERTED
-            clock.step[0] = settings.safety * stable
-            if not clock.step[0] > settings.smallest_step:
-                return COLLAPSED
-        dt = clock.step[0]
-        kick = 0.5 * (clock.step_before[0] + dt)
-
-        if body.points.shape[0] > 0:
-            add_full_internal_forces(
-                topology.hexes, body.points, body.x, body.v, body.state, body.f, clock.step_before[0], material
-            )
-        else:
-            add_internal_forces(
-                body.scratch, body.blocks, body.x, body.v, body.state, body.f, clock.step_before[0], material
-            )
-        eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
-        ledger.lost_kinetic[0] += lost
-        if eroded > 0 or clock.reach[0] > settings.margin:
-            list_near_nodes(candidates, topology, tools, body.x, settings.margin)
-            if edge.tool >= 0:
-                list_faces_under_edge(candidates, topology, tools, edge, body.x, body.element_mass, settings.margin)
-            clock.reach[0] = 0.0
-        tools.force[:, :] = 0.0
-        push_nodes_out(
-            tools,
-            candidates.nodes,
-            candidates.node_counts,
-            body.x,
-            body.v,
-            body.mass,
-            body.push,
-            settings.penalty_step,
-            dt,
-            friction,
-        )
-        if edge.tool >= 0:
-            push_faces_out(
-                tools,
-                edge,
-                candidates.faces,
-                candidates.corner_mass,
-                candidates.face_count[0],
-                body.x,
-                body.v,
-                body.mass,
-                body.push,
-                settings.penalty_step,
-                dt,
-                friction,
-            )
-        work, external, fastest = kick_and_drift(
-            body.x, body.v, body.f, body.push, body.loads, body.inverse_mass, body.free, body.driven, kick, dt
-        )
-        mirror_ghosts(body.x, body.v, body.ghosts)
-        if not np.isfinite(fastest):
-            return NOT_FINITE
-
-        ledger.contact_work[0] += work
-        ledger.external_work[0] += external
-        tool_speed = 0.0
-        for t in range(tools.speed.shape[0]):
-            for i in range(3):
-                ledger.impulse[t, i] += kick * tools.force[t, i]
-            pushed = -kick * tools.force[t, 2] * tools.speed[t]
-            ledger.tool_work[0] += pushed
-            ledger.external_work[0] += pushed
-            tools.height[t] += dt * tools.speed[t]
-            tool_speed = max(tool_speed, abs(tools.speed[t]))
-        clock.reach[0] += dt * (fastest + tool_speed)
-        clock.time[0] += dt
-        clock.step_before[0] = dt
-        clock.steps[0] += 1
+        outcome = renew_time_step(body, topology, clock, material, settings)
+        if outcome != REACHED:
+            return outcome
+        add_forces_inside(body, topology, clock, material)
+        outcome = finish_step(body, topology, tools, edge, candidates, clock, ledger, friction, settings)
+        if outcome != REACHED:
+            return outcome
     return REACHED

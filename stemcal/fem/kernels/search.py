@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.fem.kernels.block import ALIVE, LANES
 from stemcal.fem.kernels.compile import kernel
 from stemcal.fem.kernels.contact import outline_distance
-from stemcal.fem.kernels.element import ALIVE, LANES
 
 Floats = Any
 Array = NDArray[np.float64]

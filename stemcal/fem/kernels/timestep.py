@@ -8,8 +8,8 @@ import numpy as np
 from numpy import sqrt
 from numpy.typing import NDArray
 
+from stemcal.fem.kernels.block import ALIVE, HOURGLASS_STIFFNESS, LANES
 from stemcal.fem.kernels.compile import inlined, kernel
-from stemcal.fem.kernels.element import ALIVE, HOURGLASS_STIFFNESS, LANES
 from stemcal.fem.kernels.hexahedron import contract, minor_derivatives, modes
 
 Floats = Any
@@ -32,19 +32,28 @@ def dot6(a: Floats, b: Floats) -> float:
 
 
 @inlined
-def gradient_norm(bx: Floats, by: Floats, bz: Floats, volume: float) -> float:
-    """Return a bound of the largest eigenvalue of Bᵢ·Bⱼ, the 3×3 products of the nodal gradients (Gershgorin's)."""
-    scale = 1.0 / (8.0 * volume * volume)
+def stiffness_bound(bx: Floats, by: Floats, bz: Floats, volume: float, lame: float, shear: float) -> float:
+    """Return a bound of the largest eigenvalue of an element's uniform-strain stiffness over its volume.
+
+    With G the 3×3 products BᵢBⱼ of the nodal gradients, (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, hence
+    λ tr G + 2μ ‖G‖, with Gershgorin's bound for ‖G‖. A cube's volume mode attains it.
+    """
+    xx, yy, zz = dot6(bx, bx), dot6(by, by), dot6(bz, bz)
     xy, yz, zx = abs(dot6(bx, by)), abs(dot6(by, bz)), abs(dot6(bz, bx))
-    return scale * max(dot6(bx, bx) + xy + zx, max(dot6(by, by) + xy + yz, dot6(bz, bz) + yz + zx))
+    norm = max(xx + xy + zx, max(yy + xy + yz, zz + yz + zx))
+    # nodal gradients are ⅛ of the modal ones in these products, over V²
+    return (lame * (xx + yy + zz) + 2.0 * shear * norm) / (8.0 * volume * volume)
 
 
 @kernel
-def stable_step(hexes: Any, x: Array, state: Array, element_mass: Array, modulus: float, memory: float) -> Floats:
+def stable_step(
+    hexes: Any, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
+) -> Floats:
     """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
 
-    ω² ≤ 8 (λ+2μ) V ‖BBᵀ‖ / m for the element's uniform strain (Flanagan and Belytschko, 1981); its stiffness
-    hourglass modes have ω² = k/m. A volume that is not positive ends the search with step 0.
+    ω² ≤ 8 V k / m for the element's uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have
+    ω² = k/m. No assembled mesh is faster than its fastest free element. A volume that is not
+    positive ends the search with step 0.
     """
     fastest, slowest, smallest = 0.0, -1, 1.0
     for e in range(hexes.shape[0]):
@@ -60,7 +69,7 @@ def stable_step(hexes: Any, x: Array, state: Array, element_mass: Array, modulus
         volume = contract(mx, bx)
         if not volume > 0.0:
             return 0.0, e, volume
-        uniform = 8.0 * modulus * volume * gradient_norm(bx, by, bz, volume)
+        uniform = 8.0 * volume * stiffness_bound(bx, by, bz, volume, lame, shear)
         hourglass = memory * state[block, HOURGLASS_STIFFNESS, lane]
         omega2 = max(uniform, hourglass) / element_mass[e]
         if omega2 > fastest:

@@ -23,19 +23,21 @@ BLOCK = brick((4.0, 4.0, 1.0), (4, 4, 1))
 MASS = 16e-9
 
 
-def fall(contact: Contact, tool: Tool = TABLE, speed: float = -100.0, time: float = 2e-3, outputs: int = 400) -> History:
+def fall(
+    contact: Contact, tool: Tool = TABLE, speed: float = -100.0, time: float = 2e-3, outputs: int = 400
+) -> History:
     """Let the block come down on a tool from a gap of 0.001 mm, without gravity."""
     mesh = BLOCK.moved(BLOCK.nodes + np.array([0.0, 0.0, 0.001]))
     velocity = np.zeros_like(mesh.nodes)
     velocity[:, 2] = speed
     model = Model(mesh, STIFF, tools=(tool,), contact=contact, velocity=velocity, viscosity=NO_VISCOSITY,
-                  integration=Integration(outputs=outputs))  # fmt: skip
+                  integration=Integration(outputs=outputs, safety=0.8))  # fmt: skip
     return simulate(model, time)
 
 
 # A contact so soft beside the block's own stiffness that the block is rigid.
 SOFT = 1e-4
-STEP = 0.8 * 1.0 / sqrt(1000.0 / 1e-9)
+STEP = 1.0 / sqrt(1000.0 / 1e-9)
 
 
 @pytest.mark.parametrize("speed", [-100.0, -1000.0])
@@ -57,11 +59,11 @@ def test_rebound_keeps_the_energy(speed: float) -> None:
     assert history.contact[-1] == pytest.approx(0.0, abs=0.005 * history.kinetic[0])
 
 
-@pytest.mark.parametrize("penalty", [0.2, 0.05])
+@pytest.mark.parametrize("penalty", [0.3125, 0.078])
 def test_rebound_of_an_elastic_block_keeps_the_sum_of_energies(penalty: float) -> None:
-    """With the stiff default contact some of the energy rings on in the block; the sum stays, and the contact's is back.
+    """With the stiff default contact some of the energy rings on in the block; the sum stays.
 
-    1 % of the energy: kinetic energy is known half a step aside of the internal energy.
+    What the contact held is back within 1 %; the sum within 3 %, as kinetic energy stands half a step aside.
     """
     history = fall(Contact(penalty=penalty, damping=0.0))
     assert history.force[-1, 0, 2] == 0.0
@@ -129,7 +131,7 @@ def slide(contact: Contact, velocity_x: float, pull: float, time: float, axis: i
     velocity = np.zeros_like(mesh.nodes)
     velocity[:, axis] = velocity_x
     model = Model(mesh, STIFF, tools=(TABLE,), contact=contact, velocity=velocity, loads=loads,
-                  integration=Integration(outputs=200))  # fmt: skip
+                  integration=Integration(outputs=200, safety=0.8))  # fmt: skip
     return simulate(model, time)
 
 
@@ -178,7 +180,7 @@ def test_friction_decays_with_speed(decay: float, speed: float) -> None:
     held = np.zeros(mesh.nodes.shape, dtype=bool)
     held[:, 0] = True
     model = Model(mesh, STIFF, tools=(TABLE,), contact=contact, velocity=velocity, loads=loads, held=held,
-                  integration=Integration(outputs=10))  # fmt: skip
+                  integration=Integration(outputs=10, safety=0.8))  # fmt: skip
     history = simulate(model, 2e-3)
     mu = 0.1 + 0.2 * exp(-decay * speed)
     assert history.force[5:, 0, 0].mean() == pytest.approx(mu * MASS * GRAVITY, rel=0.005)
@@ -198,8 +200,8 @@ def test_a_fillet_pushes_along_its_own_normal() -> None:
     mesh = mesh.moved(mesh.nodes + shift)
     held = np.ones(mesh.nodes.shape, dtype=bool)
     history = simulate(Model(mesh, STIFF, tools=(support,), contact=Contact(), held=held,
-                             integration=Integration(outputs=1)), 1e-3)  # fmt: skip
+                             integration=Integration(outputs=1, safety=0.8)), 1e-3)  # fmt: skip
     force = history.force[1, 0] / np.linalg.norm(history.force[1, 0])
     np.testing.assert_allclose(force, [np.sin(0.6), 0.0, -np.cos(0.6)], atol=1e-9)
-    step = 0.8 / sqrt(1000.0 / 1e-9)
-    assert np.linalg.norm(history.force[1, 0]) == pytest.approx(2 * 0.2 * 0.125e-9 / step**2 * 0.05, rel=1e-3)
+    step = 1.0 / sqrt(1000.0 / 1e-9)
+    assert np.linalg.norm(history.force[1, 0]) == pytest.approx(2 * 0.25 * 0.125e-9 / step**2 * 0.05, rel=1e-3)

@@ -1,0 +1,154 @@
+"""How fast the solver is: rates and ratios, each the median of several runs.
+
+python benchmarks/speed.py kernel     the element kernel, blocked against element by element
+python benchmarks/speed.py solver     the whole solver on the paper's 8 mm case, full model
+python benchmarks/speed.py scaling    cost and memory from 1,000 to 1,000,000 elements
+python benchmarks/speed.py threads    two threads against one on 200,000 elements
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from cases import paper_cases, tests_of
+from numba import njit
+
+from stemcal import cutting
+from stemcal.fem.kernels import block
+from stemcal.fem.kernels.block import LANES, STATE_ROWS
+from stemcal.fem.kernels.element import add_internal_forces, element
+from stemcal.fem.kernels.plasticity import rate_factor
+from stemcal.fem.material import Material
+from stemcal.fem.mesh import brick
+from stemcal.fem.model import Integration, Model
+from stemcal.fem.state import start
+from stemcal.fem.stepper import simulate
+from stemcal.fem.warm import warm
+
+STEEL_FREE_FALL = Material(1.1e-5, 1000.0, 0.3, 15.0, 0.5, 0.05, 90.0, 8.0, 1e9, "paper")
+
+
+def median_seconds(work: Callable[[], object], runs: int = 7) -> float:
+    """Return the median time of several runs after one that is not counted."""
+    work()
+    times = []
+    for _ in range(runs):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return float(np.median(times))
+
+
+@njit(error_model="numpy", fastmath={"contract", "nsz"})
+def one_by_one(scratch, blocks, x, v, state, f, dt, material):
+    """Do the same one element at a time: gather it, advance it, scatter it."""
+    for b in range(blocks.shape[0]):
+        for lane in range(LANES):
+            for a in range(8):
+                n = blocks[b, a, lane]
+                for i in range(3):
+                    scratch[(block.COORDINATES + 8 * i + a) * LANES + lane] = x[n, i]
+                    scratch[(block.VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i]
+            for row in range(STATE_ROWS):
+                scratch[(block.STATE + row) * LANES + lane] = state[b, row, lane]
+            element(scratch, lane, dt, material)
+            for row in range(block.CHANGING_ROWS):
+                state[b, row, lane] = scratch[(block.STATE + row) * LANES + lane]
+            rate = state[b, block.YIELD_RATE, lane]
+            state[b, block.RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
+            for a in range(8):
+                n = blocks[b, a, lane]
+                for i in range(3):
+                    f[n, i] -= scratch[(block.FORCES + 8 * i + a) * LANES + lane]
+
+
+def moving_block(counts: tuple[int, int, int]) -> Model:
+    """Return a block of elements that move at random, so that some yield."""
+    mesh = brick(tuple(float(n) for n in counts), counts)
+    velocity = np.random.default_rng(0).standard_normal(mesh.nodes.shape)
+    return Model(mesh=mesh, material=STEEL_FREE_FALL, velocity=velocity)
+
+
+def kernel() -> None:
+    """Print the rate of the element kernel and its ratio to the element-by-element form."""
+    model = moving_block((51, 24, 3))
+    state = start(model)
+    body, steps = state.body, 200
+    rates = {}
+    for name, function in (("blocks of 16 lanes", add_internal_forces), ("element by element", one_by_one)):
+
+        def work(function: Callable[..., None] = function) -> None:
+            for _ in range(steps):
+                function(body.scratch, body.blocks, body.x, body.v, body.state, body.f, 1e-7, state.material)
+
+        rates[name] = steps * len(model.mesh.hexes) / median_seconds(work) / 1e6
+        print(f"{name}: {rates[name]:.1f} million element-steps per second and core, {len(model.mesh.hexes)} elements")
+    print(f"ratio {rates['blocks of 16 lanes'] / rates['element by element']:.1f}")
+
+
+def solver() -> None:
+    """Print the rate of the whole solver: contact, erosion, integration and output included."""
+    test = tests_of(paper_cases(["rsm"])[:1])[0]
+    test = replace(test, discretisation=replace(test.discretisation, symmetry="none"))
+    warm()
+    rates = [cutting.shear(test).element_steps_per_second / 1e6 for _ in range(5)]
+    print(f"paper's 8 mm case, full model: {np.median(rates):.1f} million element-steps per second and core")
+
+
+def scaling() -> None:
+    """Print cost per element-step and memory per element over the size of the model."""
+    warm()
+    for counts in ((10, 10, 10), (25, 20, 20), (50, 50, 40), (100, 100, 100)):
+        before = resident_bytes()
+        model = moving_block(counts)
+        elements = len(model.mesh.hexes)
+        steps = max(20, 2_000_000 // elements)
+        kept = start(model)
+        used = resident_bytes() - before
+        seconds = median_seconds(lambda model=model, steps=steps: run_steps(model, steps), 3)
+        idle = median_seconds(lambda model=model: run_steps(model, 0), 3)
+        print(
+            f"{elements:9,d} elements: {(seconds - idle) / (elements * steps) * 1e9:6.1f} ns per element-step, "
+            f"{used / elements:6.0f} bytes per element",
+            flush=True,
+        )
+        del kept
+
+
+def run_steps(model: Model, steps: int) -> None:
+    """Integrate a model for so many steps of its first length."""
+    state = start(model)
+    from stemcal.fem.kernels.march import march
+
+    march(steps * state.settings.penalty_step * 0.999, *state.parts())
+
+
+def resident_bytes() -> int:
+    """Return the memory this process holds now (Linux)."""
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def threads() -> None:
+    """Print how much faster two threads are than one on a large model."""
+    model = moving_block((100, 50, 40))
+    duration = 60 * start(model).settings.penalty_step
+    seconds = {}
+    for count in (1, 2):
+        run = replace(model, integration=Integration(outputs=1, threads=count))
+        seconds[count] = median_seconds(lambda run=run: simulate(run, duration), 3)
+    idle = median_seconds(lambda: start(model), 3)
+    ratio = (seconds[1] - idle) / (seconds[2] - idle)
+    print(f"{len(model.mesh.hexes):,d} elements: two threads are {ratio:.2f} times as fast as one")
+
+
+if __name__ == "__main__":
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    for name in sys.argv[1:] or ["kernel", "solver", "scaling", "threads"]:
+        {"kernel": kernel, "solver": solver, "scaling": scaling, "threads": threads}[name]()

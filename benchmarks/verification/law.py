@@ -1,0 +1,113 @@
+"""The material law in one element: cyclic tension, yield against rate, erosion."""
+
+from __future__ import annotations
+
+import numpy as np
+from driven import ELEMENTS, NO_VISCOSITY, advance, row, stretched
+from test_erosion import CUBE, pulled
+from test_plasticity import LAWS, NU, RATES, E, bilinear, closed_form_reversal, cycle, material, scaled_yield
+from test_plasticity import wanted_yield as exact_yield
+
+from stemcal.fem.kernels.block import ALIVE
+from stemcal.fem.material import Material
+from stemcal.fem.model import Model
+from stemcal.fem.state import start
+from verification import figures
+from verification.case import Case, Drawing, Topic
+
+BETAS = (0.0, 0.5, 1.0)
+PER_LEG = 300
+LAW_NAMES = {"cowper_symonds": "Cowper and Symonds", "paper": "as printed in the paper"}
+
+
+def tension() -> Topic:
+    """Pull one element through yield, reverse, and push it through yield."""
+    source = "Krieg and Key 1976, closed form"
+    cases, loops = [], {}
+    for beta in BETAS:
+        for kind in ("one point, stiffness", "full"):
+            path, found, exact = loop(kind, beta)
+            corners = dict(zip(("first yield", "at 5 %", "yield in compression", "at −3 %"),
+                               range(PER_LEG - 1, 4 * PER_LEG, PER_LEG), strict=True))  # fmt: skip
+            shown = corners if kind != "full" else {"at −3 %": corners["at −3 %"]}
+            cases += [
+                Case(f"β = {beta:g}, {kind}: {name}", found[step], exact[step], 3e-5, source, "MPa", relative=False)
+                for name, step in shown.items()
+            ]
+            loops[beta] = (path, found, *closed_form_reversal(beta))
+    text = (
+        "One element in uniaxial stress, E = 1000, σy = 10, Et = 50 MPa, strained to 5 % and back to −3 %. β = 0 keeps "
+        "the width of the elastic range, β = 1 its middle; the paper's hardening parameter lies between."
+    )
+    caption = "Stress over a cycle of strain: computed, and the corners and legs of the closed form."
+    return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
+
+
+def loop(kind: str, beta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the path of strain, and the axial stress along it as computed and as exact."""
+    path = cycle(closed_form_reversal(beta)[0], PER_LEG)
+    axial, _ = bilinear(path, beta)
+    lateral = -NU * axial / E - 0.5 * (path - axial / E)
+    model = Model(CUBE, material(beta), viscosity=NO_VISCOSITY, **ELEMENTS[kind])
+    _, found = stretched(model, np.stack([path, lateral, lateral], axis=1))
+    return path, found[:, 0], axial
+
+
+def rate() -> Topic:
+    """Compare the yield stress at given strain rates under both laws."""
+    fastest = {(law, c, p): max(r for w, k, q, r in RATES if (w, k, q) == (law, c, p)) for law, c, p, _ in RATES}
+    cases = [
+        Case(f"{LAW_NAMES[law]}: C = {c:g} 1/s, P = {p:g}, at {r:g} 1/s", scaled_yield(law, c, p, r),
+             exact_yield(law, c, p, r), 1e-6, "Cowper and Symonds 1957" if law != "paper" else "the paper's formula",
+             "MPa")
+        for (law, c, p), r in fastest.items()
+    ]  # fmt: skip
+    curves = {LAW_NAMES[law]: yield_curve(law) for law in LAWS}
+    text = (
+        "One element in isochoric tension at constant rate, σy = 10 MPa without hardening. The usual law scales yield "
+        "by 1 + (ε̇/C)^(1/P), the paper prints 1 + (ε̇/C)^P; ε̇ = √(ε̇:ε̇). At the speed of the shear test the printed "
+        "form is 1 to many digits, the usual one is not, so the choice between them matters."
+    )
+    caption = "Yield stress against the axial strain rate for C = 80 1/s, P = 4: computed (points) and formula (lines)."
+    return Topic("Yield against rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),))
+
+
+def yield_curve(law: str, c: float = 80.0, p: float = 4.0) -> tuple[np.ndarray, ...]:
+    """Return rates with formula, and rates with what the element gave; up to where 5 % of strain still yield."""
+    fine = np.geomspace(1e-3, 200.0, 200)
+    rates = np.concatenate([np.geomspace(1e-3, 10.0, 9), np.geomspace(20.0, 160.0, 7)])
+    fine, rates = (r[[exact_yield(law, c, p, float(x)) < 0.03 * E for x in r]] for r in (fine, rates))
+    formula = np.array([exact_yield(law, c, p, float(r)) for r in fine])
+    return fine, formula, rates, np.array([scaled_yield(law, c, p, float(r)) for r in rates])
+
+
+def erosion() -> Topic:
+    """Count the steps to failure; weigh the energy that goes with the element."""
+    cases = []
+    for element in ("one_point", "full"):
+        name = element.replace("_", " ")
+        for limit in (0.0095, 0.0305, 0.0495):
+            step = failure_step(element, limit)
+            expected = int(np.ceil((limit + 0.01) / 1e-3 - 1e-6))
+            text = f"{name}: failure strain {limit:g}, step of failure"
+            cases.append(Case(text, step, expected, 0.0, "definition, ε = εp + σy/3G", relative=False))
+        history = pulled(CUBE, element, 0.06, 60)
+        work = 0.5 * 10.0**2 / 1000.0 + 10.0 * 0.03
+        cases.append(Case(f"{name}: energy taken along", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
+    text = (
+        "Strained by 0.1 % per step without hardening, an element must fail in the very step whose effective plastic "
+        "strain first reaches the failure strain, and from then on give no force. What it held stays in the energy "
+        "balance as eroded energy."
+    )
+    return Topic("Erosion at the failure strain", text, tuple(cases))
+
+
+def failure_step(element: str, limit: float, step: float = 1e-3) -> int:
+    """Return the number of the step in which a cube in isochoric tension fails; σ_y/3G = 1 %."""
+    state = start(Model(CUBE, Material(1e-9, 1000.0, 0.25, 12.0, failure_strain=limit), element=element,
+                        viscosity=NO_VISCOSITY))  # type: ignore[arg-type]  # fmt: skip
+    for n in range(1, 1000):
+        advance(state, CUBE.nodes * np.exp(n * step * np.array([1.0, -0.5, -0.5])))
+        if row(state, ALIVE)[0] == 0.0:
+            return n
+    return -1

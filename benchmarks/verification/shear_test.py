@@ -1,0 +1,98 @@
+"""The virtual shear test as a whole: mirror planes, energy balance, determinism."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from test_cutting import MATERIAL, coarse, coarse_test
+
+from stemcal.cutting import CuttingResult, Discretisation, ShearTest, shear
+from stemcal.cutting.parts import Symmetry
+from verification import figures
+from verification.case import Case, Drawing, Topic
+
+PHASES = {"edge over elements, 2 mm": ("elements", 2.0), "edge over nodes, 1 mm": ("nodes", 1.0)}
+
+
+@cache
+def real(symmetry: Symmetry) -> CuttingResult:
+    """Return the shear test with elements of 1 mm, through the first failures."""
+    return shear(ShearTest(MATERIAL, discretisation=Discretisation(symmetry=symmetry)))
+
+
+def symmetry() -> Topic:
+    """Compare quarter and half models with the full one."""
+    cases = []
+    for name, phase in PHASES.items():
+        full = coarse("none", *phase)
+        for part in ("quarter", "half"):
+            off = np.abs(coarse(part, *phase).history.force - full.history.force).max() / full.peak_force
+            text = f"{name}: {part} model, largest difference of the curve over the peak"
+            cases.append(Case(text, float(off), 0.0, 1e-6, "the full model", relative=False))
+    text = "1 mm, through the first failures: peak of the quarter model"
+    cases.append(Case(text, real("quarter").peak_force, real("none").peak_force, 0.005, "the full model", "N"))
+    text = (
+        "The problem has two mirror planes. What they leave out is the image of what they keep, so the force curves "
+        "are the same but for round-off. After the first failure round-off may choose another element to fail next, "
+        "hence the wider tolerance of the last row."
+    )
+    return Topic("Full model and quarter model", text, tuple(cases))
+
+
+def energy() -> Topic:
+    """Check the balance of the shear test over its travel."""
+    cases = []
+    for name, (edge_over, size), element, tolerance in (
+        ("edge over elements, 2 mm, one point", PHASES["edge over elements, 2 mm"], "one_point", 1.0),
+        ("edge over elements, 2 mm, full", PHASES["edge over elements, 2 mm"], "full", 1.0),
+        ("edge over nodes, 1 mm, one point", PHASES["edge over nodes, 1 mm"], "one_point", 1.5),
+    ):
+        drift = coarse("quarter", edge_over, size, element=element).energy_drift_percent
+        cases.append(Case(f"{name}: energy drift", drift, 0.0, tolerance, "energy", "%", relative=False))
+    result = real("quarter")
+    drift, kinetic = result.energy_drift_percent, result.kinetic_ratio_percent
+    cases.append(Case("1 mm, whole stroke: energy drift", drift, 0.0, 1.0, "energy", "%", relative=False))
+    text = "1 mm, whole stroke: kinetic over internal energy before failure"
+    cases.append(Case(text, kinetic, 0.0, 5.0, "slow loading", "%", relative=False))
+    work = coarse().history
+    force_times_way = float(np.sum(work.force * np.diff(work.travel, prepend=work.travel[0])))
+    cases.append(
+        Case("work of the blade, Σ force · way", work.external[-1], force_times_way, 0.002, "definition", "mJ")
+    )
+    text = (
+        "Kinetic, internal, hourglass and eroded energy and what friction, damping and the contact springs hold must "
+        "add up to the work of the blade. The drift is the largest difference over the largest work. In the 1 mm case "
+        f"the peak is {result.peak_force:.1f} N at {result.peak_travel:.3f} mm, with {result.deleted_elements} "
+        f"elements of the quarter model eroded by then, and hourglass energy is at most "
+        f"{result.hourglass_ratio_percent:.1f} % of internal energy on the way there."
+    )
+    caption = "Where the blade's work goes over its travel (1 mm, quarter model), and the error of the balance."
+    return Topic("Energy balance of the shear test", text, tuple(cases),
+                 (Drawing("energy", figures.energy(result.history), caption),))  # fmt: skip
+
+
+def determinism() -> Topic:
+    """Run the same thing twice, and with two threads."""
+    cases = []
+    for name, test in (("quarter model", coarse_test()), ("full model, turned and shifted",
+                       coarse_test("none", turn=0.3, shift=0.2))):  # fmt: skip
+        text = f"{name}, run twice: values that differ"
+        cases.append(Case(text, differing(shear(test), shear(test)), 0, 0.0, "same input, same bits", relative=False))
+    one = coarse_test("none")
+    how = one.discretisation
+    two = replace(one, discretisation=replace(how, integration=replace(how.integration, threads=2)))
+    text = "full model with one and two threads: values that differ"
+    cases.append(Case(text, differing(shear(one), shear(two)), 0, 0.0, "fixed order of sums", relative=False))
+    text = (
+        "Same input, same bits: every value of every column of the history is compared, bit by bit. Forces are summed "
+        "in one order, however many threads compute them."
+    )
+    return Topic("Determinism", text, tuple(cases))
+
+
+def differing(first: CuttingResult, second: CuttingResult) -> int:
+    """Return how many values of two histories are not the same."""
+    columns = vars(first.history)
+    return int(sum(np.sum(column != getattr(second.history, name)) for name, column in columns.items()))

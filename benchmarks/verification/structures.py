@@ -1,0 +1,148 @@
+"""Elastic bodies: wave in a bar, cantilever, hollow cylinder, convergence."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import pi, sqrt
+
+import numpy as np
+import test_wave
+from driven import NO_VISCOSITY
+from test_beams import RHO, E, cantilever, polygon_ring, swing
+from test_convergence import KINDS, axial_frequency, lame_mode_error
+from test_wave import STRESS_BEHIND, V, bar
+
+from stemcal.cutting import Discretisation, Stem, stem_mesh
+from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.model import ElementKind, Model
+from verification import figures
+from verification.case import Case, Drawing, Topic
+
+bent = cache(cantilever)
+ELEMENT_NAMES: dict[ElementKind, str] = {"one_point": "one point", "full": "full"}
+
+
+def wave() -> Topic:
+    """Send a step of stress along a bar and watch it come back from a free and a fixed end."""
+    source = "Graff 1975, ch. 2"
+    cases = []
+    for element, scaling in (("one_point", 1.0), ("one_point", 1e4), ("full", 1.0)):
+        label = f"{element.replace('_', ' ')}{', mass scaling 1e4' if scaling > 1.0 else ''}"
+        times, stress, _ = bar("free", element, 1.0, scaling)
+        first, last = (np.interp(0.5 * STRESS_BEHIND, -stress[:200, e], times[:200]) for e in (20, 80))
+        behind = stress[np.searchsorted(times, 0.9), 20:40].mean()
+        cases.append(Case(f"{label}: speed over √(E/ρ)", 0.6 / (last - first), 1.0, 0.01, source))
+        cases.append(Case(f"{label}: stress behind the front, −ρcv", behind, -STRESS_BEHIND, 0.005, source, "MPa"))
+    _, stress, velocity = after_reflection("free")
+    cases.append(Case("free end: velocity over v", velocity / V, 2.0, 0.02, source))
+    cases.append(Case("free end: stress over ρcv", stress / STRESS_BEHIND, 0.0, 0.02, source, relative=False))
+    _, stress, velocity = after_reflection("fixed")
+    cases.append(Case("fixed end: stress over ρcv", stress / STRESS_BEHIND, -2.0, 0.02, source))
+    cases.append(Case("fixed end: velocity over v", velocity / V, 0.0, 0.02, source, relative=False))
+    text = (
+        f"{test_wave.LENGTH} cubes in a row with ν = 0, one end driven at constant speed v. Behind the front the "
+        "stress is ρcv; a free end takes it away and doubles the velocity, a fixed one doubles it and stops the bar. "
+        "Bulk viscosity smears the front over some elements. With mass scaling everything runs slower by its root."
+    )
+    caption = "Stress along the bar before and after the front meets the far end: computed, and exact (dashed)."
+    drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)
+    return Topic("Wave in a bar", text, tuple(cases), (drawing,))
+
+
+def after_reflection(end: str) -> tuple[float, float, float]:
+    """Return time over L/c, mean stress and mean velocity where the front has passed on its way back."""
+    times, stress, velocity = bar(end)
+    now = int(np.searchsorted(times, 1.6))
+    return float(times[now]), float(stress[now, 60:80].mean()), float(velocity[now, 60:80].mean())
+
+
+def beams() -> Topic:
+    """Bend a cantilever under a load at its tip, and let it swing."""
+    cases = []
+    for element, through, last in (("one_point", 8, 0.012), ("full", 4, 0.011)):
+        deflection, frequency = bent(element, through)
+        label = f"{ELEMENT_NAMES[element]}, {through} elements high"
+        cases.append(
+            Case(f"{label}: deflection over theory", deflection, 1.0, last, "FL³/3EI + FL/κGA, Timoshenko 1921")
+        )
+        cases.append(Case(f"{label}: first frequency over theory", frequency, 1.0, 0.6 * last, "Huang 1961"))
+    text = "one point, 1 element high, c = 1/9: deflection over theory"
+    cases.append(Case(text, bent("one_point", 1, 1.0 / 9.0)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
+    text = (
+        "A beam of length 40 and height 4 mm under a load put on at once swings about its static position; mean and "
+        "period give deflection and frequency. The hourglass coefficient is 0.03; with 1/9 even a single row of cubes "
+        "bends like the beam."
+    )
+    return Topic("Cantilever", text, tuple(cases))
+
+
+def cylinder() -> Topic:
+    """Bend the stem itself between two supports."""
+    cases = []
+    for element, tolerance in (("one_point", 0.01), ("full", 0.015)):
+        found, exact = three_points(element)
+        name = f"{ELEMENT_NAMES[element]}: deflection at mid-span"
+        cases.append(Case(name, 1e3 * found, 1e3 * exact, tolerance, "FL³/48EI + FL/4κGA, κ of Cowper 1966", "µm"))
+    text = (
+        "A quarter model of a stem of 8 mm and diameter ratio 0.41 over a span of 48 mm, elements of 1 mm, load and "
+        "supports spread over sections. Shear is a tenth of the deflection."
+    )
+    return Topic("Hollow cylinder in three-point bending", text, tuple(cases))
+
+
+def three_points(element: ElementKind) -> tuple[float, float]:
+    """Return the deflection of the stem under 0.01 N, computed and after Timoshenko with Cowper's κ, mm."""
+    nu, ratio, span, force = 0.3, 0.41, 48.0, 1e-2
+    mesh = stem_mesh(Stem(8.0, ratio, span), Discretisation(edge_over="nodes"))
+    x, y, z = mesh.nodes.T
+    middle = np.abs(x) < 1e-9
+    held = np.stack([middle, np.abs(y) < 1e-9, x > 0.5 * span - 1e-9], axis=1)
+    section = np.bincount(mesh.hexes.ravel(), np.repeat(mesh.volumes(), 8), minlength=len(x)) * middle
+    share = section / section.sum()
+    loads = np.stack([0.0 * x, 0.0 * x, -0.25 * force * share], axis=1)
+    sides = 2 * len(np.unique(np.round(np.arctan2(z, y), 9))) - 2
+    area, inertia = polygon_ring(4.0, 4.0 * ratio, sides)
+    m = (1.0 + ratio**2) ** 2
+    kappa = 6.0 * (1.0 + nu) * m / ((7.0 + 6.0 * nu) * m + (20.0 + 12.0 * nu) * ratio**2)
+    shear = kappa * E / (2.0 * (1.0 + nu)) * area
+    period = 2.0 * pi / ((pi / span) ** 2 * sqrt(E * inertia / (RHO * area))) * 1.08
+    model = Model(mesh, Material(RHO, E, nu), element=element, held=held, loads=loads, viscosity=NO_VISCOSITY,
+                  hourglass=Hourglass("stiffness", 0.03))  # fmt: skip
+    deflection, _ = swing(model, period, share)
+    return -deflection, force * (span**3 / (48.0 * E * inertia) + span / (4.0 * shear))
+
+
+def convergence() -> Topic:
+    """Measure how the error of smooth problems falls with the element size."""
+    curves, cases = {}, []
+    for kind in KINDS:
+        name = f"plate's Lamé mode, {kind.split(',')[0]}"
+        curves[name] = (counts := np.array([8, 16, 32])), np.array([lame_mode_error(kind, int(n)) for n in counts])
+        cases.append(_rate(name, curves[name], 0.2, "Graff 1975, sec. 8.1.5"))
+        case = Case(f"{name}: error with 32 elements", curves[name][1][-1], 0.0, 0.005, "Graff 1975, sec. 8.1.5",
+                    relative=False)  # fmt: skip
+        cases.append(case)
+    for element, label in ELEMENT_NAMES.items():
+        name = f"bar's frequency, {label}"
+        counts = np.array([4, 8, 16])
+        curves[name] = counts, np.array([1.0 - axial_frequency(element, int(n)) for n in counts])
+        cases.append(_rate(name, curves[name], 0.1, "Hughes 1987, sec. 9.1"))
+        text = f"{name}: error with 16 elements"
+        cases.append(Case(text, curves[name][1][-1], (pi / 64.0) ** 2 / 6.0, 0.05, "Hughes 1987, sec. 9.1"))
+    for element, heights in (("one_point", (2, 4, 8)), ("full", (2, 4))):
+        name = f"cantilever's deflection, {ELEMENT_NAMES[element]}"
+        curves[name] = np.array(heights), np.array([abs(bent(element, n)[0] - 1.0) for n in heights])
+        cases.append(_rate(name, curves[name], 0.25, "Timoshenko 1921"))
+    text = (
+        "On problems with smooth exact solutions the error must fall with the square of the element size. The rate is "
+        "that of the last two meshes."
+    )
+    caption = "Error against the number of elements on a side; the grey line falls with its square."
+    drawing = Drawing("convergence", figures.convergence(curves), caption)
+    return Topic("Convergence under refinement", text, tuple(cases), (drawing,))
+
+
+def _rate(name: str, curve: tuple[np.ndarray, np.ndarray], tolerance: float, source: str) -> Case:
+    counts, errors = curve
+    rate = np.log(errors[-2] / errors[-1]) / np.log(counts[-1] / counts[-2])
+    return Case(f"{name}: rate of convergence", float(rate), 2.0, tolerance, source, relative=False)

@@ -1,0 +1,26 @@
+"""Run the known answers of the solver and write docs/verification.md with its figures.
+
+    python benchmarks/verification_page.py [FOLDER]
+
+Takes a minute or two and needs `pip install "stemcal[test]"`. Ends with 1 if a case lies outside its tolerance.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from verification import ROOT
+from verification.page import write
+
+
+def main() -> int:
+    topics = write(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs")
+    missed = [(topic.title, case) for topic in topics for case in topic.cases if not case.holds]
+    for title, case in missed:
+        print(f"outside its tolerance: {title}, {case}", file=sys.stderr)
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,26 @@
+"""How the documentation is built: `python -m sphinx -W docs docs/_build`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+import generated  # noqa: E402
+
+from stemcal import __version__  # noqa: E402
+
+project = "stemcal"
+author = "The stemcal developers"
+release = version = __version__
+extensions = ["myst_parser", "sphinx.ext.mathjax"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+html_theme = "furo"
+html_title = "stemcal"
+exclude_patterns = ["_build"]
+suppress_warnings = ["myst.header"]
+
+generated.write(HERE / "reference")

@@ -1,0 +1,121 @@
+"""The reference pages that are made from the code: commands, spec, glossary."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+NOTICE = "<!-- Made from the code by docs/generated.py; changes here are lost. -->\n"
+
+
+def write(folder: Path) -> None:
+    """Write the pages; one that would not change is left alone."""
+    pages = {"commands.md": commands(), "spec.md": spec(), "glossary.md": glossary()}
+    for name, text in pages.items():
+        path = folder / name
+        text = f"{NOTICE}\n{text}\n"
+        if not path.is_file() or path.read_text("utf-8") != text:
+            path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def commands() -> str:
+    """Return every command with its arguments and options."""
+    from typer.main import get_command
+
+    from stemcal.cli.app import app
+
+    root: Any = get_command(app)
+    parts = ["# Commands", "What a command prints goes to stdout, progress and remarks to stderr."]
+    for name, command in sorted(root.commands.items()):
+        parts += _command(name, command)
+    return "\n\n".join(parts)
+
+
+def _command(name: str, command: Any) -> Iterator[str]:
+    yield f"## stemcal {name}"
+    yield _marked_up(command.help or "")
+    rows = [_parameter(p) for p in command.params if not getattr(p, "hidden", False) and p.name != "help"]
+    if rows:
+        yield _table(("Argument or option", "Meaning", "Default"), rows)
+    for below, child in sorted(getattr(command, "commands", {}).items()):
+        yield from _command(f"{name} {below}", child)
+
+
+def _parameter(parameter: Any) -> tuple[str, str, str]:
+    option = parameter.param_type_name == "option"
+    names = ", ".join(f"`{text}`" for text in (*parameter.opts, *parameter.secondary_opts)) if option else ""
+    default = getattr(parameter, "show_default", None)
+    shown = default if isinstance(default, str) else parameter.default
+    known = shown is not None and not callable(shown) and shown not in (False, "") and "Sentinel" not in repr(shown)
+    label = parameter.metavar or parameter.name.upper()
+    return names or f"`{label}`", _marked_up(parameter.help or ""), f"{shown}" if known else ""
+
+
+def _marked_up(text: str) -> str:
+    """Turn rich's markup into Markdown's."""
+    return re.sub(r"\[/?bold\]", "`", text).strip()
+
+
+def spec() -> str:
+    """Return every section and key of a spec."""
+    from stemcal.study.schema import json_schema
+
+    schema = json_schema()
+    top = [(f"`{key}`", _kind(node), _default(node)) for key, node in schema["properties"].items()]
+    parts = [
+        "# Spec",
+        "A study is one YAML file. Quantities carry their unit (`8 mm`); pure numbers have none. `stemcal check` names "
+        "every mistake with its line; `stemcal schema` prints this page for editors. Defaults of quantities are given "
+        "in mm, s, N, MPa and degrees.",
+        _table(("Key", "Value", "Default"), top),
+    ]
+    for name, node in schema["$defs"].items():
+        parts += [f"## {name}", node.get("description", "")]
+        rows = [(f"`{key}`", _kind(value), _default(value)) for key, value in node.get("properties", {}).items()]
+        parts.append(_table(("Key", "Value", "Default"), rows))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _kind(node: Mapping[str, Any]) -> str:
+    """Return in words what a key takes."""
+    if "$ref" in node:
+        name = node["$ref"].rpartition("/")[2]
+        return f"section [{name}](#{name.lower()})"
+    options = [option for word in ("anyOf", "oneOf") for option in node.get(word, ())]
+    if options:
+        return " or ".join(_kind(option) for option in options if option.get("type") != "null")
+    if "const" in node or "enum" in node:
+        return ", ".join(f"`{value}`" for value in node.get("enum", [node.get("const")]))
+    if node.get("type") == "array":
+        return f"list of {_kind(node.get('items', {}))}"
+    if "examples" in node:
+        return f"quantity such as `{node['examples'][0]}`"
+    return str(
+        {"string": "text", "object": "mapping", "integer": "whole number"}.get(kind := node.get("type", "value"), kind)
+    )
+
+
+def _default(node: Mapping[str, Any]) -> str:
+    default = node.get("default")
+    return "" if default in (None, "", [], {}) or isinstance(default, dict) else f"`{default}`"
+
+
+def glossary() -> str:
+    """Return the terms that `stemcal explain` knows."""
+    from stemcal.report.glossary import GLOSSARY
+
+    rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(GLOSSARY, key=lambda e: e.term.lower())]
+    return "\n\n".join(
+        ["# Glossary", "The same as `stemcal explain TERM`.", _table(("Term", "Meaning", "Source"), rows)]
+    )
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join("| " + " | ".join(_cell(cell) for cell in line) + " |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.replace("|", "\\|").split())

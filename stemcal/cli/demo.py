@@ -1,0 +1,38 @@
+"""`stemcal demo`: a whole small study, to see what comes out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stemcal.cli.options import Quiet, Workers
+
+Folder = Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Where spec and results go.")]
+
+
+def demo(folder: Folder = Path("stemcal-demo"), workers: Workers = None, quiet: Quiet = False) -> None:
+    """Take a small study with a coarse mesh from spec to report; a minute, most of it the first compilation.
+
+    Its forces mean little. The spec that it leaves is yours to change.
+
+    Example: [bold]stemcal demo[/bold]
+    """
+    from importlib.resources import files
+
+    from stemcal.cli.console import note
+    from stemcal.cli.run import run
+    from stemcal.errors import UsageError
+
+    text = files("stemcal.cli").joinpath("demo.yaml").read_text(encoding="utf-8")
+    spec = folder / "demo.yaml"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not spec.exists():
+            spec.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise UsageError(f"{folder}: {error.strerror}; choose another folder") from None
+    run(spec, out=folder / "results", workers=workers, quiet=quiet)
+    if not quiet:
+        note(f"open {folder / 'results' / 'report.html'} in a browser; change {spec} and give: stemcal run {spec}")

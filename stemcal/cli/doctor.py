@@ -1,0 +1,167 @@
+"""`stemcal doctor`: is this machine ready?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import typer
+
+from stemcal.cli.options import AsJson
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+EXTRAS = {"docx": "docx", "dask": "distributed", "view": "pyvista", "docs": "sphinx"}
+PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at; `ok` None is for what may well be missing."""
+
+    what: str
+    found: str
+    ok: bool | None = True
+
+
+def doctor(as_json: AsJson = False) -> None:
+    """Look at versions, cores, the cache of compiled kernels, optional parts, and solve two known answers.
+
+    Example: [bold]stemcal doctor[/bold]
+    """
+    from stemcal.cli.console import say, say_json
+
+    findings = [found for look in CHECKS for found in look()]
+    if as_json:
+        rows = [asdict(found) for found in findings]
+        say_json(
+            {"schema_version": 1, "stage": "doctor", "ok": all(f.ok is not False for f in findings), "found": rows}
+        )
+    else:
+        say(_table(findings))
+    if any(found.ok is False for found in findings):
+        raise typer.Exit(1)
+
+
+def _table(findings: list[Finding]) -> Table:
+    from rich.table import Table
+
+    marks = {True: "ok", False: "WRONG", None: "-"}
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    for found in findings:
+        table.add_row(marks[found.ok], found.what, found.found)
+    return table
+
+
+def _versions() -> Iterator[Finding]:
+    import platform
+    import sys
+    from importlib.metadata import PackageNotFoundError, version
+
+    from stemcal import __version__
+
+    yield Finding("stemcal", __version__)
+    yield Finding("python", f"{platform.python_version()} on {platform.platform()}", sys.version_info >= (3, 11))
+    for name in PACKAGES:
+        try:
+            yield Finding(name, version(name))
+        except PackageNotFoundError:
+            yield Finding(name, "missing; install stemcal again: pip install --force-reinstall stemcal", False)
+
+
+def _extras() -> Iterator[Finding]:
+    from importlib.util import find_spec
+
+    for extra, module in EXTRAS.items():
+        there = find_spec(module) is not None
+        hint = "there" if there else f'not there; pip install "stemcal[{extra}]" if you need it'
+        yield Finding(f"extra {extra}", hint, True if there else None)
+
+
+def _machine() -> Iterator[Finding]:
+    import os
+    import shutil
+    from pathlib import Path
+
+    yield Finding("cores", f"{os.cpu_count() or 1}")
+    free = shutil.disk_usage(Path.cwd()).free / 2**30
+    yield Finding("disk", f"{free:.1f} GiB free here", free > 0.2)
+
+
+def _cache() -> Iterator[Finding]:
+    import tempfile
+
+    from stemcal.fem.kernels.compile import CACHE
+
+    lasting = tempfile.gettempdir() not in str(CACHE)
+    hint = "" if lasting else "; a temporary folder: kernels may be compiled anew each time (STEMCAL_CACHE_DIR)"
+    yield Finding("cache", f"{CACHE}{hint}", True if lasting else None)
+
+
+def _fonts() -> Iterator[Finding]:
+    from stemcal.report.style import installed_fonts
+
+    chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
+    found = ", ".join(chinese) or "none: Chinese names come out as boxes in PNG figures"
+    yield Finding("fonts with Chinese", found, True if chinese else None)
+
+
+def _statistics() -> Iterator[Finding]:
+    """Fit a known quadratic: 100 + 30a + 10b − 5ab + 2a² at the points of a face-centred design."""
+    import numpy as np
+
+    from stemcal.doe.surface import fit_surface
+
+    grid = np.array([(a, b) for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
+    a, b = grid.T
+    surface = fit_surface(grid, 100 + 30 * a + 10 * b - 5 * a * b + 2 * a**2, ["a", "b"])
+    worst = max(
+        abs(found.value - known) for found, known in zip(surface.coefficients, (100, 30, 10, -5, 2, 0), strict=True)
+    )
+    yield Finding("known answer: surface", f"coefficients right to {worst:.0e}", bool(worst < 1e-8))
+
+
+def _solver() -> Iterator[Finding]:
+    """Stretch a plastic bar: beyond yield εₚ = (ε − σ_y/E)(1 − E_t/E)."""
+    import time
+
+    began = time.perf_counter()
+    strain, known = stretched_bar()
+    error = abs(strain / known - 1.0)
+    took = time.perf_counter() - began
+    text = f"plastic strain {strain:.5f}, exact {known:.5f}, {100 * error:.2f} % off, {took:.1f} s"
+    yield Finding("known answer: solver", text, bool(error < 0.01))
+
+
+def stretched_bar() -> tuple[float, float]:
+    """Return the plastic strain of a bar stretched by the solver, and the exact one."""
+    import numpy as np
+
+    from stemcal.fem.material import Material
+    from stemcal.fem.mesh import brick
+    from stemcal.fem.model import Integration, Model
+    from stemcal.fem.stepper import simulate
+
+    modulus, yield_stress, tangent, speed, duration = 1000.0, 10.0, 50.0, 50.0, 1.0e-3
+    mesh = brick((1.0, 1.0, 1.0), (1, 1, 1))
+    held = np.isclose(mesh.nodes, 0.0)  # mirror planes
+    held[:, 0] = True  # both ends move as they are told
+    velocity = np.zeros_like(mesh.nodes)
+    velocity[:, 0] = speed * mesh.nodes[:, 0]
+    bar = Model(
+        mesh=mesh,
+        material=Material(1.0e-9, modulus, 0.3, yield_stress, tangent, hardening_parameter=1.0),
+        integration=Integration(outputs=10),
+        held=held,
+        velocity=velocity,
+    )
+    strain = float(np.log1p(speed * duration))
+    known = (strain - yield_stress / modulus) * (1.0 - tangent / modulus)
+    return float(simulate(bar, duration).row("PLASTIC_STRAIN")[0]), known
+
+
+CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
+    _versions, _extras, _machine, _cache, _fonts, _statistics, _solver
+)  # fmt: skip

@@ -1,0 +1,33 @@
+"""`stemcal explain`: what a term means and where it comes from."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stemcal.cli.options import AsJson
+
+Term = Annotated[str | None, typer.Argument(metavar="[TERM]", help="A word of the tables, the report or the spec.")]
+
+
+def explain(term: Term = None, as_json: AsJson = False) -> None:
+    """Say what a term means, with its source; without a term list all that are known.
+
+    Example: [bold]stemcal explain "lack of fit"[/bold]
+    """
+    from dataclasses import asdict
+
+    from stemcal.cli.console import say, say_json
+    from stemcal.report.glossary import GLOSSARY, look_up
+
+    entries = list(GLOSSARY) if term is None else look_up(term)
+    if as_json:
+        say_json({"schema_version": 1, "stage": "explain", "terms": [asdict(entry) for entry in entries]})
+    elif term is None:
+        say(", ".join(entry.term for entry in entries))
+    else:
+        from rich.padding import Padding
+
+        for entry in entries:
+            say(entry.term, Padding(f"{entry.meaning}\nSource: {entry.source}", (0, 0, 0, 2), expand=False))

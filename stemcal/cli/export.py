@@ -1,0 +1,40 @@
+"""`stemcal export`: the tables of a study as papers print them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import typer
+
+from stemcal.cli.options import AsJson, Out, Spec
+
+Format = Annotated[
+    Literal["csv", "md", "tex", "docx"],
+    typer.Option("--format", "-f", help="CSV (a file per table), Markdown, LaTeX or Word."),
+]
+
+
+def export(spec: Spec, kind: Format = "csv", out: Out = None, as_json: AsJson = False) -> None:
+    """Write the tables of a study as papers print them, into the folder tables of the study folder.
+
+    Factors, screening design and analysis, coding, response surface design, ANOVA, calibration, parameters and
+    validation: Tables 5 to 13 of the wild chrysanthemum study, for yours.
+
+    Example: [bold]stemcal export configs/smoke.yaml --format docx[/bold]
+    """
+    from stemcal.cli.console import say, say_json, warn
+    from stemcal.cli.session import existing_folder, read_study
+    from stemcal.report.export import export_tables
+    from stemcal.report.page import fresh_stages
+    from stemcal.report.paper import paper_tables
+
+    study = read_study(spec)
+    folder = existing_folder(study, out)
+    stages, stale = fresh_stages(study, folder)
+    for sentence in stale:
+        warn(sentence)
+    paths = [str(path) for path in export_tables(paper_tables(study, stages), kind, folder.path / "tables")]
+    if as_json:
+        say_json({"schema_version": 1, "stage": "export", "files": paths})
+    else:
+        say(*paths)

@@ -1,0 +1,217 @@
+"""`stemcal measure`: from the laboratory's files to stem grades and measured forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stemcal.cli.options import AsJson, Quiet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stemcal.measured.curves import CurveOptions
+    from stemcal.measured.reading import Form
+    from stemcal.measured.shear import ShearTests
+    from stemcal.report.sheets import Sheet
+
+app = typer.Typer(
+    no_args_is_help=True,
+    help="Read what the laboratory measured: stem diameters, shear tests.\n\n"
+    "Example: [bold]stemcal measure diameters stems.csv[/bold]",
+)
+
+Folder = Annotated[
+    Path | None, typer.Option("--out", "-o", metavar="DIR", help="Write tables and figures here (csv, json, svg, png).")
+]
+Encoding = Annotated[str | None, typer.Option(help="utf-8, utf-16, gbk ...", show_default="found out")]
+Separator = Annotated[
+    str | None, typer.Option(metavar="tab|semicolon|comma|space", help="Between columns.", show_default="found out")
+]
+Decimal = Annotated[str | None, typer.Option(metavar="point|comma", help="Decimal mark.", show_default="found out")]
+
+
+@app.command()
+def diameters(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="One row per stem, repeats in columns or rows.")],
+    grades: Annotated[
+        str | None, typer.Option(metavar="MM,MM,...", help="Diameters of the grades.", show_default="proposed")
+    ] = None,
+    step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
+    encoding: Encoding = None,
+    separator: Separator = None,
+    decimal: Decimal = None,
+    out: Folder = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fit a normal distribution to stem diameters and share the stems out among grades.
+
+    Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
+    """
+    from stemcal.measured.diameters import measure_diameters
+    from stemcal.report import laboratory
+
+    found = measure_diameters(file, _form(encoding, separator, decimal), _numbers(grades), step)
+    data = {"schema_version": 1, "stage": "measure-diameters", **found.as_dict()}
+    if out:
+        _leave_files(out, data, {"diameters": laboratory.diameter_histogram(data)}, "stems")
+    _show(data, laboratory.diameter_sheets(data), [], as_json, quiet)
+
+
+@app.command()
+def shear(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="One force-displacement file per specimen.")],
+    pattern: Annotated[
+        str | None, typer.Option(metavar="GLOB", help="Which files.", show_default="*.csv, *.txt, *.dat, *.tsv, *.asc")
+    ] = None,
+    index: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Table with columns file, diameter and perhaps grade.")
+    ] = None,
+    preload: Annotated[
+        float, typer.Option(metavar="N", min=0, help="Force before which the blade only settles.")
+    ] = 5.0,
+    exclude: Annotated[
+        list[str] | None, typer.Option(metavar="SPECIMEN", help="Leave a specimen out; repeatable.")
+    ] = None,
+    alpha: Annotated[float, typer.Option(min=0.0001, max=0.5, help="Level of Grubbs' test for outliers.")] = 0.05,
+    calibrate_at: Annotated[
+        float | None, typer.Option(metavar="MM", help="Grade to calibrate at.", show_default="the middle one")
+    ] = None,
+    spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Replace the targets section of this spec.")] = None,
+    force_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER", show_default="by name")] = None,
+    displacement_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER", show_default="by name")] = None,
+    force_unit: Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")] = None,
+    displacement_unit: Annotated[
+        str | None, typer.Option(metavar="mm|cm|...", show_default="the header's, else mm")
+    ] = None,
+    encoding: Encoding = None,
+    separator: Separator = None,
+    decimal: Decimal = None,
+    out: Folder = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find the maximum shear force of every specimen and turn the grades' means into targets.
+
+    A specimen's diameter stands in its file's name (7mm-1.csv), above its data, or in an index.
+
+    Example: [bold]stemcal measure shear configs/data/measured-shear --calibrate-at 8[/bold]
+    """
+    from stemcal.measured.curves import CurveOptions
+    from stemcal.measured.targets import targets_section
+
+    form = _form(encoding, separator, decimal)
+    how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
+    tests = _tests(folder, pattern, index, how, exclude or [], alpha)
+    section = targets_section(tests, calibrate_at)
+    _finish_shear(tests, section, spec, out, as_json, quiet)
+
+
+def _tests(
+    folder: Path, pattern: str | None, index: Path | None, how: CurveOptions, exclude: list[str], alpha: float
+) -> ShearTests:
+    from stemcal.measured.shear import find_files, measure_shear, read_index
+
+    listed = read_index(index) if index else {}
+    files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
+    return measure_shear(files, how, listed, exclude, alpha)
+
+
+def _finish_shear(
+    tests: ShearTests, section: str, spec: Path | None, out: Path | None, as_json: bool, quiet: bool
+) -> None:
+    """Write what was asked for, show the rest."""
+    from stemcal.cli.console import note
+    from stemcal.report import laboratory
+
+    data = {"schema_version": 1, "stage": "measure-shear", **tests.as_dict(), "targets": section}
+    if spec:
+        replace_targets(spec, section)
+    if out:
+        curves = {g.diameter: [s.curve for s in tests.specimens if s.grade == g.diameter] for g in tests.grades}
+        figures = {
+            "shear-curves": laboratory.shear_curves(curves, tests.synthetic),
+            "force-diameter": laboratory.force_over_diameter(data),
+        }
+        _leave_files(out, data, figures, "specimens", {"targets.yaml": section})
+    _show(data, laboratory.shear_sheets(data), tests.remarks(), as_json, quiet, section)
+    if spec and not quiet:
+        note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
+
+
+def replace_targets(spec: Path, section: str) -> None:
+    """Put a targets section into a spec; one that would then be wrong is left as it was."""
+    from stemcal.errors import UsageError
+    from stemcal.measured.targets import with_targets
+    from stemcal.study.durable import write_durably
+    from stemcal.study.spec import read_study
+
+    try:
+        text = with_targets(spec.read_text(encoding="utf-8"), section)
+    except OSError as error:
+        raise UsageError(f"{spec}: {error.strerror}") from None
+    read_study(text.encode("utf-8"), spec)
+    write_durably(spec, text)
+
+
+def _form(encoding: str | None, separator: str | None, decimal: str | None) -> Form:
+    from stemcal.measured.reading import Form
+
+    return Form(encoding, separator, decimal)
+
+
+def _numbers(text: str | None) -> list[float]:
+    """Return numbers separated by commas."""
+    from stemcal.errors import UsageError
+
+    try:
+        return [float(part) for part in text.split(",")] if text else []
+    except ValueError:
+        raise UsageError(f"--grades {text}: give diameters in mm separated by commas, as in 7,8,9,10,11") from None
+
+
+def _leave_files(
+    folder: Path, data: dict[str, Any], figures: dict[str, Figure], rows: str, texts: dict[str, str] | None = None
+) -> None:
+    """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
+    import csv
+    import io
+
+    from stemcal.report.style import save_both
+    from stemcal.study.durable import as_json, write_durably
+
+    folder.mkdir(parents=True, exist_ok=True)
+    table = io.StringIO(newline="")
+    writer = csv.DictWriter(table, list(data[rows][0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(data[rows])
+    texts = {f"{data['stage']}.json": as_json(data), f"{data['stage']}.csv": table.getvalue(), **(texts or {})}
+    for name, text in texts.items():
+        write_durably(folder / name, text)
+    for name, figure in figures.items():
+        save_both(figure, folder / name)
+
+
+def _show(
+    data: dict[str, Any],
+    sheets: Iterable[Sheet],
+    remarks: list[str],
+    as_json: bool,
+    quiet: bool,
+    section: str = "",
+) -> None:
+    from stemcal.cli.console import note, say, say_json, warn
+    from stemcal.report.tables import drawn
+
+    if as_json:
+        say_json(data)
+    else:
+        say(*(part for sheet in sheets for part in drawn(sheet)), *([section] if section else []))
+    if data["synthetic"]:
+        warn("these data say of themselves that they are synthetic; do not publish them as measured")
+    for remark in [] if quiet else remarks:
+        note(f"note: {remark}")

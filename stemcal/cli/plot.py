@@ -1,0 +1,83 @@
+"""`stemcal plot`: the figures of a study as files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stemcal.cli.options import AsJson, Out, Spec
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stemcal.report.gallery import Plot
+    from stemcal.study.model import Study
+    from stemcal.study.store import StudyFolder
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="A figure, the beginning of some names, all, or list.")]
+
+
+def plot(name: Name, spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
+    """Draw figures of a study as SVG and PNG into the folder figures of the study folder.
+
+    NAME may be the beginning of several names: contour draws all contour plots, fracture all fractured stems. list
+    shows the names there are, all draws everything.
+
+    Example: [bold]stemcal plot list configs/smoke.yaml[/bold]
+    """
+    from stemcal.cli.console import say, say_json
+    from stemcal.cli.session import existing_folder, read_study
+    from stemcal.report.gallery import write_figures
+
+    study = read_study(spec)
+    folder = existing_folder(study, out)
+    plots = plots_of(study, folder)
+    if name == "list":
+        lines = [f"{found.name}: {found.caption}" for found in plots]
+    else:
+        lines = [str(path) for path in write_figures(chosen(plots, name), folder.path / "figures")]
+    if as_json:
+        say_json({"schema_version": 1, "stage": "plot", "names" if name == "list" else "files": lines})
+    else:
+        say(*lines)
+
+
+def plots_of(study: Study, folder: StudyFolder) -> list[Plot]:
+    """Return the figures that the folder allows; warn of stages that are out of date."""
+    from stemcal.cli.console import warn
+    from stemcal.report.gallery import gallery
+    from stemcal.report.page import fresh_stages
+    from stemcal.report.records import read_records
+
+    stages, stale = fresh_stages(study, folder)
+    for sentence in stale:
+        warn(sentence)
+    return gallery(study, stages, read_records(stages.values(), folder))
+
+
+def chosen(plots: list[Plot], name: str) -> list[Plot]:
+    """Return the figures called `name`, or all whose names begin so."""
+    from stemcal.errors import UsageError
+
+    found = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
+    if not found:
+        known = ", ".join(p.name for p in plots) or "none yet; run `stemcal run SPEC` first"
+        raise UsageError(f"no figure {name!r}; there are {known}")
+    return found
+
+
+def draw_all(study: Study, folder: StudyFolder) -> Path:
+    """Write all figures of a study unless they are there for the same stages; returns their folder."""
+    from stemcal import __version__
+    from stemcal.report.gallery import write_figures
+    from stemcal.study.durable import digest
+
+    where = folder.path / "figures"
+    mark = where / "drawn-for.txt"
+    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
+    made_for = digest([__version__, str(study.targets), stages])
+    if not mark.is_file() or mark.read_text("utf-8") != made_for:
+        write_figures(plots_of(study, folder), where)
+        mark.write_text(made_for, encoding="utf-8")
+    return where

@@ -1,0 +1,50 @@
+"""`stemcal retry`: failed runs once more."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+
+SOME_RUNS_FAILED = 3
+
+Keys = Annotated[
+    list[str] | None, typer.Argument(metavar="[KEY]...", help="Keys of runs or how they begin.", show_default="all")
+]
+
+
+def retry(
+    spec: Spec,
+    keys: Keys = None,
+    out: Out = None,
+    workers: Workers = None,
+    executor: ExecutorName = "local",
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Compute failed runs again: all, or those named. Runs that succeeded are never touched.
+
+    Example: [bold]stemcal retry configs/smoke.yaml 3f2a91c0[/bold]
+    """
+    from stemcal.cli.console import note, say, say_json, warn
+    from stemcal.cli.runs import table_of
+    from stemcal.cli.session import opened
+    from stemcal.report.tables import drawn
+    from stemcal.stages.ledger import retry as again
+
+    with opened(spec, out, workers, executor, quiet) as work:
+        entries = again(work.study, work.folder, work.executor, keys or (), work.watch)
+        title = f"Runs of study {work.study.name} begun again"
+    found = [entry.as_dict() for entry in entries]
+    if as_json:
+        say_json({"schema_version": 1, "stage": "retry", "runs": found})
+    else:
+        say(*drawn(table_of(title, found)))
+    if found and not quiet:
+        note(f"now `stemcal run {spec}` takes the new answers into its tables")
+    failed = sum(entry.status == "failed" for entry in entries)
+    if failed:
+        warn(f"{failed} of {len(found)} runs failed again")
+        raise typer.Exit(SOME_RUNS_FAILED)

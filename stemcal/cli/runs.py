@@ -1,0 +1,97 @@
+"""`stemcal runs`: every run of a study, one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from stemcal.cli.options import AsJson, Out, Quiet, Spec
+
+if TYPE_CHECKING:
+    from stemcal.report.sheets import Sheet
+
+SHORT_KEY = 8
+COLUMNS = ("stage", "run", "key", "status", "force", "reason", "message", "diameter")
+AFTER_LEVELS = ("tries", "wall_seconds", "started", "host", "stemcal")
+
+StageName = Annotated[
+    Literal["screen", "rsm", "refine", "validate"] | None, typer.Option(help="Only runs of this stage.")
+]
+Status = Annotated[
+    Literal["ok", "censored", "failed", "left", "damaged"] | None, typer.Option(help="Only runs of this status.")
+]
+CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table here, with all columns.")]
+
+
+def runs(
+    spec: Spec,
+    stage: StageName = None,
+    status: Status = None,
+    csv_file: CsvFile = None,
+    out: Out = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """List the runs of a study: levels, force, or why there is none.
+
+    Example: [bold]stemcal runs configs/smoke.yaml --status failed[/bold]
+    """
+    from stemcal.cli.console import note, say, say_json
+    from stemcal.cli.session import existing_folder, read_study
+    from stemcal.errors import UsageError
+    from stemcal.report.tables import drawn
+    from stemcal.stages.ledger import ledger
+
+    study = read_study(spec)
+    if csv_file and not csv_file.absolute().parent.is_dir():
+        raise UsageError(f"{csv_file}: the folder {csv_file.parent} does not exist")
+    entries = ledger(study, existing_folder(study, out))
+    wanted = [e for e in entries if stage in (None, e.request.stage) and status in (None, e.status)]
+    found = [entry.as_dict() for entry in wanted]
+    if csv_file:
+        write_table(found, study.names, csv_file)
+    if as_json:
+        say_json({"schema_version": 1, "stage": "runs", "study": study.name, "runs": found})
+    elif not csv_file:
+        say(*drawn(table_of(f"Runs of study {study.name}", found)))
+    if csv_file and not quiet:
+        note(f"wrote {csv_file}")
+
+
+def write_table(found: Iterable[dict[str, Any]], factors: Iterable[str], path: Path) -> None:
+    """Write runs as CSV: a column per factor, empty cells where there is nothing."""
+    import csv
+
+    names = tuple(factors)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*COLUMNS, *names, *AFTER_LEVELS])
+        for run in found:
+            levels = [run["levels"].get(name) for name in names]
+            writer.writerow([*(run[c] for c in COLUMNS), *levels, *(run[c] for c in AFTER_LEVELS)])
+
+
+def table_of(title: str, found: Iterable[dict[str, Any]]) -> Sheet:
+    """Return runs as a table for the terminal."""
+    from stemcal.report.numbers import fixed, short, significant
+    from stemcal.report.sheets import Sheet
+
+    columns = ("Stage", "Key", "Status", "Reason", "Run", "Diameter,\nmm", "Force,\nN", "Time,\ns")
+    rows = tuple(
+        (
+            run["stage"],
+            run["key"][:SHORT_KEY],
+            run["status"],
+            run["reason"],
+            str(run["run"]),
+            short(run["diameter"]),
+            significant(run["force"]),
+            fixed(run["wall_seconds"], 1),
+        )
+        for run in found
+    )
+    foot = () if rows else ("There are none.",)
+    return Sheet(title, columns, rows, texts=4, foot=foot)

@@ -1,0 +1,31 @@
+"""`stemcal schema`: the form of a spec, for editors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Target = Annotated[
+    Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write it here.", show_default="stdout")
+]
+
+
+def schema(out: Target = None) -> None:
+    """Print the JSON schema of a spec; editors complete and check specs with it.
+
+    Put [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold] at the top of a spec.
+
+    Example: [bold]stemcal schema --out stemcal.schema.json[/bold]
+    """
+    from stemcal.cli.console import note, say, say_json
+    from stemcal.study.durable import as_json, write_durably
+    from stemcal.study.schema import json_schema
+
+    if out is None:
+        say_json(json_schema())
+        return
+    write_durably(out, as_json(json_schema()))
+    say(str(out))
+    note(f"at the top of a spec beside it: # yaml-language-server: $schema={out.name}")

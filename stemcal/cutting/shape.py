@@ -1,0 +1,106 @@
+"""The cut stem as it ended, in a form that pictures are made from and that fits into a run's record."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.history import History
+from stemcal.fem.model import Model
+
+Array = NDArray[np.float64]
+LARGEST = 40_000  # nodes; a finer body is not kept in records
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Body and tools at the end of a test.
+
+    Attributes
+    ----------
+    reference, nodes : array (N, 3)
+        Where the nodes began and ended, mm.
+    hexes : array (E, 8)
+        Corners of the elements.
+    standing : array (E,)
+        Which elements are left.
+    plastic_strain : array (E,)
+        Effective plastic strain.
+    tools : tuple of array (K, 2)
+        Outlines of blade and supports in x and z.
+    symmetry : str
+        Which part of the stem this is: ``none`` (all), ``half`` (y ≥ 0), ``quarter`` (x, y ≥ 0).
+    """
+
+    reference: Array
+    nodes: Array
+    hexes: NDArray[np.int32]
+    standing: NDArray[np.bool_]
+    plastic_strain: Array
+    tools: tuple[Array, ...]
+    symmetry: str
+
+    def packed(self) -> dict[str, Any]:
+        """Return the shape as JSON values: single precision, compressed, base 64."""
+        return {
+            "reference": _packed(self.reference, "<f4"),
+            "nodes": _packed(self.nodes, "<f4"),
+            "hexes": _packed(self.hexes, "<i4"),
+            "standing": _packed(self.standing, "|u1"),
+            "plastic_strain": _packed(self.plastic_strain, "<f4"),
+            "tools": [np.round(tool, 4).tolist() for tool in self.tools],
+            "symmetry": self.symmetry,
+        }
+
+    @classmethod
+    def unpacked(cls, packed: Mapping[str, Any]) -> Shape:
+        """Return the shape that `packed` made."""
+        return cls(
+            reference=_unpacked(packed["reference"], "<f4", 3).astype(float),
+            nodes=_unpacked(packed["nodes"], "<f4", 3).astype(float),
+            hexes=_unpacked(packed["hexes"], "<i4", 8).astype(np.int32),
+            standing=_unpacked(packed["standing"], "|u1").astype(bool),
+            plastic_strain=_unpacked(packed["plastic_strain"], "<f4").astype(float),
+            tools=tuple(np.array(tool) for tool in packed["tools"]),
+            symmetry=str(packed["symmetry"]),
+        )
+
+
+def shape_of(model: Model, history: History, symmetry: str) -> Shape:
+    """Return body and tools at the end of a simulation."""
+    lifted = np.array([[0.0, height] for height in history.height[-1]])
+    tools = [
+        swollen(np.array(tool.corners), tool.radius) + lift for tool, lift in zip(model.tools, lifted, strict=True)
+    ]
+    return Shape(
+        reference=model.mesh.nodes,
+        nodes=history.x,
+        hexes=model.mesh.hexes,
+        standing=history.standing,
+        plastic_strain=history.row("PLASTIC_STRAIN"),
+        tools=tuple(tools),
+        symmetry=symmetry,
+    )
+
+
+def swollen(corners: Array, radius: float) -> Array:
+    """Return the outline of a convex polygon (K, 2) swollen by a radius: the farthest point in 64 directions."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 65)
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    farthest = corners[np.argmax(directions @ corners.T, axis=1)]
+    return np.asarray(farthest + radius * directions)
+
+
+def _packed(array: NDArray[Any], kind: str) -> str:
+    return base64.b64encode(zlib.compress(array.astype(kind).tobytes(), 9)).decode("ascii")
+
+
+def _unpacked(text: str, kind: str, columns: int = 0) -> NDArray[Any]:
+    flat = np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=kind)
+    return flat.reshape(-1, columns) if columns else flat

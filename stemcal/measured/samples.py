@@ -1,0 +1,60 @@
+"""What a sample says about its population: mean, standard deviation and their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import sqrt
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A sample in numbers; what needs more values than there are is None.
+
+    Attributes
+    ----------
+    sd : float
+        Sample standard deviation (divisor n − 1).
+    cv_percent : float
+        100·sd/mean.
+    mean_interval, sd_interval : (float, float)
+        95 % confidence intervals, Student's t and χ².
+    """
+
+    n: int
+    mean: float
+    sd: float | None
+    cv_percent: float | None
+    mean_interval: tuple[float, float] | None
+    sd_interval: tuple[float, float] | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the summary as JSON values."""
+        return asdict(self)
+
+
+def summarise(values: Sequence[float], level: float = LEVEL) -> Summary:
+    """Return a sample's summary; it must hold one value at least.
+
+    >>> low, high = summarise([7.0, 8.0, 9.0]).mean_interval
+    >>> round(low, 4), round(high, 4)
+    (5.5159, 10.4841)
+    """
+    from scipy import stats
+
+    n, mean = len(values), fmean(values)
+    if n < 2:
+        return Summary(n, mean, None, None, None, None)
+    sd = float(np.std(values, ddof=1))
+    # mean ± t(1 − α/2; n − 1)·s/√n
+    reach = float(stats.t.ppf(0.5 + level / 2, n - 1)) * sd / sqrt(n)
+    # s·√((n − 1)/χ²)
+    low, high = (sd * sqrt((n - 1) / float(stats.chi2.ppf(0.5 + side * level / 2, n - 1))) for side in (1, -1))
+    cv = 100.0 * sd / mean if mean else None
+    return Summary(n, mean, sd, cv, (mean - reach, mean + reach), (low, high))

@@ -1,0 +1,127 @@
+"""From a file a program has left to a series of numbers: the readers by kind."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from stemcal.solvers.command.reductions import NoResult, Series, reduce_series
+from stemcal.study.outside import CsvResult, JsonResult, RegexResult
+
+__all__ = ["READERS", "read_number", "read_text"]
+
+MAX_BYTES = 200_000_000
+LONGEST_LINE = 10_000
+
+
+def read_number(result: JsonResult | CsvResult | RegexResult, folder: Path) -> float:
+    """Return the number a program has left in its run folder.
+
+    Raises
+    ------
+    NoResult
+        If it is not there (``no_result``), cannot be read (``bad_result``) or is no number (``nan``).
+    """
+    series = READERS[result.kind](read_text(folder, result.file), result)
+    return result.scale * reduce_series(series, result.reduction, result.at, result.over)
+
+
+def read_text(folder: Path, name: str) -> str:
+    """Return a file of the run folder as text; one that a link leads out of the folder is not there."""
+    path = folder / name
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+        if not inside or not path.is_file():
+            raise NoResult("no_result", f"the program has left no file {name}")
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise NoResult("bad_result", f"{name}: {error.strerror}") from None
+    if len(content) > MAX_BYTES:
+        raise NoResult("bad_result", f"{name} is larger than {MAX_BYTES // 1_000_000} MB")
+    if not content.strip():
+        raise NoResult("no_result", f"{name} is empty")
+    if b"\0" in content:
+        raise NoResult("bad_result", f"{name} is no text")
+    return content.decode("utf-8", "replace").removeprefix("\N{ZERO WIDTH NO-BREAK SPACE}")
+
+
+def _json(text: str, result: Any) -> Series:
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise NoResult("bad_result", f"{result.file} is no JSON: {str(error)[:200]}") from None
+    y = _numbers(_found(data, result.path, result.file), result.path)
+    x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
+    return Series(y, x)
+
+
+def _found(data: Any, path: str, file: str) -> Any:
+    for step in path.split("."):
+        try:
+            data = data[int(step)] if isinstance(data, list) else data[step]
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise NoResult("no_result", f"{file} has no {path} (looked for {step!r})") from None
+    return data
+
+
+def _numbers(found: Any, where: str) -> list[float]:
+    values = found if isinstance(found, list) else [found]
+    return [_number(value, where) for value in values]
+
+
+def _number(value: Any, where: str) -> float:
+    """Return a finite number or NaN; Fortran's D exponent is one too."""
+    if value is None:
+        return float("nan")
+    try:
+        if isinstance(value, bool):
+            raise ValueError
+        return float(value.strip().upper().replace("D", "E") if isinstance(value, str) and _FORTRAN(value) else value)
+    except (ValueError, TypeError, OverflowError):
+        raise NoResult("bad_result", f"{where}: {str(value)[:40]!r} is no number") from None
+
+
+_FORTRAN = re.compile(r"\s*[-+]?[0-9.]+[dD][-+]?[0-9]+\s*").fullmatch
+
+
+def _csv(text: str, result: Any) -> Series:
+    lines = text.splitlines()
+    separator = max(",;\t", key=lines[0].count)
+    try:
+        header, *rows = csv.reader(lines, delimiter=separator)
+    except (csv.Error, ValueError) as error:
+        raise NoResult("bad_result", f"{result.file} is no CSV table: {error}") from None
+    names = [name.strip() for name in header]
+    y = _column(names, rows, result.column, result.file)
+    return Series(y, None if result.along is None else _column(names, rows, result.along, result.file))
+
+
+def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> list[float]:
+    if name not in names:
+        raise NoResult("no_result", f"{file} has no column {name!r}, only {', '.join(names)[:200]}")
+    index = names.index(name)
+    values = []
+    for line, row in enumerate(rows, start=2):
+        if row and len(row) <= index:
+            raise NoResult("bad_result", f"{file}:{line} ends before column {name!r}")
+        if row:
+            values.append(_number(row[index], f"{file}:{line}"))
+    return values
+
+
+def _regex(text: str, result: Any) -> Series:
+    pattern = re.compile(result.pattern)
+    y = "y" if "y" in pattern.groupindex else 1
+    found = [match for line in text.splitlines() for match in pattern.finditer(line[:LONGEST_LINE])]
+    if not found:
+        raise NoResult("no_result", f"{result.file} holds nothing that the pattern matches")
+    x = [_number(match["x"], result.file) for match in found] if "x" in pattern.groupindex else None
+    return Series([_number(match[y], result.file) for match in found], x)
+
+
+READERS: dict[str, Callable[[str, Any], Series]] = {"json": _json, "csv": _csv, "regex": _regex}

@@ -1,0 +1,110 @@
+"""Blade and supports as meshes of hexahedra: rigid, so only their surface matters."""
+
+from __future__ import annotations
+
+from math import ceil, cos, pi, radians, sin, tan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.parts import Blade, Stem, Supports
+from stemcal.fem.mesh import Mesh
+
+__all__ = ["blade_mesh", "supports_mesh"]
+
+Array = NDArray[np.float64]
+
+# Elements across half the blade, across all of it, and around the supports' inner edge.
+_HALF = 2
+_ACROSS = 2 * _HALF
+# How far the supports reach beyond the stem and below it, mm.
+_BEYOND, _BELOW = 5.0, 10.0
+
+
+def blade_mesh(blade: Blade, length: float, lowest: float, size: float) -> Mesh:
+    """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm."""
+    section = blade_section(blade, size)
+    section[..., 1] += lowest
+    return _drawn_out([section], _even(-0.5 * length, 0.5 * length, size))
+
+
+def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
+    """Return both supports below the stem; the gap between them is the clearance."""
+    right = _support_section(supports, stem, size)
+    left = right * (-1.0, 1.0)
+    half = 0.5 * stem.outer_diameter + _BEYOND
+    return _drawn_out([right, left], _even(-half, half, size))
+
+
+def blade_section(blade: Blade, size: float) -> Array:
+    """Return the nodes (rows, columns, 2) of the blade's section in x and z, the edge's lowest point at z = 0.
+
+    The first row lies on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp.
+    """
+    r, t = blade.edge_radius, blade.thickness
+    both = blade.bevel == "both"
+    lean_left = radians(0.5 * blade.edge_angle) if both else 0.0
+    lean_right = radians(blade.edge_angle) - lean_left
+    body = (-0.5 * t, 0.5 * t) if both else (-r, t - r)
+    lowest = -0.5 * pi
+    turn = np.concatenate(
+        [np.linspace(-pi + lean_left, lowest, _HALF + 1), np.linspace(lowest, -lean_right, _HALF + 1)[1:]]
+    )
+    edge = np.stack([r * np.cos(turn), r + r * np.sin(turn)], axis=-1)
+    # the flank touches the rounding at r (cos α, 1 − sin α) and reaches the body at the shoulder
+    touch, shoulder = r * cos(lean_right), r - r * sin(lean_right)
+    shoulder += (body[1] - touch) / tan(lean_right)
+    rows = [edge]
+    start = float(edge[[0, -1], 1].max())
+    for z in (*_even(start, shoulder, size)[1:], *_even(shoulder, blade.width, 4 * size)[1:]):
+        left = max(body[0], edge[0, 0] - (z - edge[0, 1]) * tan(lean_left))
+        right = min(body[1], edge[-1, 0] + (z - edge[-1, 1]) * tan(lean_right))
+        rows.append(np.stack([np.linspace(left, right, _ACROSS + 1), np.full(_ACROSS + 1, z)], axis=-1))
+    return np.stack(rows)
+
+
+def _support_section(supports: Supports, stem: Stem, size: float) -> Array:
+    """Return the nodes (2 rows, columns, 2) of the right support: its rounded top above its flat bottom."""
+    r, near = supports.fillet_radius, 0.5 * supports.clearance
+    top = -0.5 * stem.outer_diameter
+    far = max(0.5 * stem.length, near + r) + _BEYOND
+    turn = np.linspace(pi, 0.5 * pi, (_ACROSS if r > 0 else 0) + 1)
+    rounding = np.stack([near + r + r * np.cos(turn), top - r + r * np.sin(turn)], axis=-1)
+    flat = _even(near + r, far, size)[1:]
+    upper = np.concatenate([rounding, np.stack([flat, np.full(flat.size, top)], axis=-1)])
+    lower = np.stack([upper[:, 0], np.full(len(upper), top - r - _BELOW)], axis=-1)
+    return np.stack([lower, upper])
+
+
+def _even(low: float, high: float, size: float) -> Array:
+    """Return points from low to high, no further apart than `size`."""
+    return np.linspace(low, high, max(1, ceil((high - low) / size - 1e-9)) + 1)
+
+
+def _drawn_out(sections: list[Array], y: Array) -> Mesh:
+    """Return sections drawn out along y; nodes that fall together are one."""
+    parts = [_one_drawn_out(section, y) for section in sections]
+    offsets = np.cumsum([0, *(len(nodes) for nodes, _ in parts[:-1])])
+    nodes = np.concatenate([nodes for nodes, _ in parts])
+    hexes = np.concatenate([hexes + offset for (_, hexes), offset in zip(parts, offsets, strict=True)])
+    _, first, same = np.unique(np.round(nodes, 9), axis=0, return_index=True, return_inverse=True)
+    return Mesh(nodes[first], same.reshape(-1)[hexes].astype(np.int32))
+
+
+def _one_drawn_out(section: Array, y: Array) -> tuple[Array, NDArray[np.int64]]:
+    rows, columns, _ = section.shape
+    flat = section.reshape(-1, 2)
+    nodes = np.concatenate([np.insert(flat, 1, value, axis=1) for value in y])
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
+    quads = np.stack([corner, corner + 1, corner + columns + 1, corner + columns], axis=-1)
+    # x → z → −y is right-handed: a quad turning left has its far face at smaller y
+    turning_left = _area(flat[quads]) > 0.0
+    quads = quads if turning_left else quads[:, ::-1]
+    layers = np.arange(len(y) - 1)[:, None, None] * rows * columns
+    return nodes, np.concatenate([quads + layers + rows * columns, quads + layers], axis=2).reshape(-1, 8)
+
+
+def _area(quads: Array) -> float:
+    """Return the signed area of quadrilaterals (Q, 4, 2)."""
+    after = np.roll(quads, -1, axis=1)
+    return float(0.5 * np.sum(quads[..., 0] * after[..., 1] - quads[..., 1] * after[..., 0]))

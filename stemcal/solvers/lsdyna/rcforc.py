@@ -1,0 +1,77 @@
+"""``rcforc`` in ASCII: the resultant force of every contact over time."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.solvers.command.readers import read_text
+from stemcal.solvers.command.reductions import NoResult
+
+__all__ = ["ContactForce", "read_rcforc"]
+
+Array = NDArray[np.float64]
+
+FILE = "rcforc"
+# A Fortran number, which may lack its E (1.234-101), or NaN, or stars where it did not fit.
+_NUMBER = r"([-+]?[0-9.]+(?:[eEdD]?[-+][0-9]+|[eEdD][0-9]+)?|[-+]?NaN|[-+]?Inf\w*|\*+)"
+_ROW = re.compile(
+    rf"\s*(slave|master|surfa|surfb)\s+(\d+)\s+time\s*{_NUMBER}\s+x\s*{_NUMBER}\s+y\s*{_NUMBER}\s+z\s*{_NUMBER}",
+    re.IGNORECASE,
+)
+_COLUMN = {"x": 4, "y": 5, "z": 6}
+
+
+class ContactForce(NamedTuple):
+    """Time (s) and one component of the force on one side of a contact (N), turned so that its peak is positive."""
+
+    time: Array
+    force: Array
+
+
+def read_rcforc(folder: Path, interface: int, component: str) -> ContactForce:
+    """Return the force of a contact from the file ``rcforc`` in `folder`.
+
+    Interfaces count from 1 in the order of the deck, or by their numbers where the deck gives them.
+
+    Raises
+    ------
+    NoResult
+        ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
+    """
+    rows = [match for line in read_text(folder, FILE).splitlines() if (match := _ROW.match(line))]
+    mine = [match for match in rows if int(match[2]) == interface]
+    if not mine:
+        there = sorted({int(match[2]) for match in rows})
+        raise NoResult("no_result", f"{FILE} has no contact {interface}, only {there}; see solver.interface")
+    side = mine[0][1].lower()
+    series = [(_number(m[3]), _number(m[_COLUMN[component]])) for m in mine if m[1].lower() == side]
+    time, force = np.asarray(series, dtype=float).T
+    if not np.isfinite(time).all() or not np.isfinite(force).all():
+        raise NoResult("nan", f"the force of contact {interface} is NaN from {_last_good(time, force):g} s on")
+    if len(time) < 2 or not (np.diff(time) > 0).all():
+        raise NoResult("bad_result", f"the times of contact {interface} in {FILE} do not rise")
+    return ContactForce(time, force if force.max() >= -force.min() else -force)
+
+
+def _number(text: str) -> float:
+    """Return a Fortran number, NaN for stars.
+
+    >>> _number("1.5-101"), _number("-2.5D+01")
+    (1.5e-101, -25.0)
+    """
+    text = text.upper().replace("D", "E")
+    if text.startswith("*"):
+        return float("nan")
+    if "E" not in text and not text.endswith("N") and (split := max(text.rfind("-"), text.rfind("+"))) > 0:
+        text = f"{text[:split]}E{text[split:]}"
+    return float(text)
+
+
+def _last_good(time: Array, force: Array) -> float:
+    good = np.isfinite(time) & np.isfinite(force)
+    return float(time[good].max(initial=0.0))

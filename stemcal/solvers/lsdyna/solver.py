@@ -1,0 +1,201 @@
+"""A run of LS-DYNA from beginning to end: deck, process, normal termination, peak force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stemcal.cutting.result import moving_mean
+from stemcal.errors import SimulationFailed
+from stemcal.solvers.command.reductions import NoResult
+from stemcal.solvers.command.rooms import discard, run_folder
+from stemcal.solvers.command.solver import executable, run_in
+from stemcal.solvers.command.templates import Inputs
+from stemcal.solvers.deck import deck_text
+from stemcal.solvers.lsdyna.mat003 import find_material, replaced
+from stemcal.solvers.lsdyna.rcforc import ContactForce, read_rcforc
+from stemcal.solvers.processes import Ended
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import Study
+from stemcal.study.outside import LsDynaSolver
+from stemcal.study.placeholders import fill, template_bytes
+
+__all__ = ["LsDyna", "peak_answer"]
+
+REVISION = 1
+DECK = "run.k"
+# Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.
+_MESSAGES = ("messag", "mes0000", "d3hsp")
+_TAIL_BYTES = 20_000
+_CURVE_POINTS = 200
+# The stroke was long enough if the force ends below this share of its peak.
+_FALLEN = 0.9
+
+
+@dataclass(frozen=True)
+class LsDyna:
+    """Answers requests by LS-DYNA; see `study.outside.LsDynaSolver`.
+
+    Parameters
+    ----------
+    study : Study
+    place : path, optional
+        Where run folders are made; among the temporary files by default.
+    """
+
+    study: Study
+    place: Path | None = None
+    inputs: Inputs = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inputs", Inputs.of([], [*self._own().values(), *self.options.files]))
+        for deck in self._own().values():
+            find_material(template_bytes(deck), self.options.material)
+
+    @property
+    def options(self) -> LsDynaSolver:
+        """What the spec says of LS-DYNA."""
+        assert isinstance(self.study.solver, LsDynaSolver)
+        return self.study.solver
+
+    def placed(self, place: Path) -> LsDyna:
+        """Return the same solver with its run folders below `place`."""
+        return replace(self, place=place)
+
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+        executable(self.options.command[0], self.study.source.parent)
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return everything that determines the answer: the deck, or all it is written from, and the command."""
+        options, dump = self.options, self.study.model_dump(mode="json")
+        apart = {"command", "environment", "time_limit", "deck", "decks", "files", "version", "keep"}
+        sections = ("specimen", "blade", "supports", "loading", "contact")
+        return {
+            "solver": "lsdyna",
+            "revision": REVISION,
+            "version": options.version,
+            "command": list(options.command),
+            "environment": dict(options.environment),
+            "inputs": self.inputs.identity(),
+            "options": options.model_dump(mode="json", exclude=apart),
+            "model": {} if self._own() else {name: dump[name] for name in sections},
+            "material": self.study.parameters(request.levels),
+            "levels": dict(request.levels),
+            "diameter": request.diameter,
+        }
+
+    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
+        """Return None: any levels can be written into a deck."""
+        return None
+
+    def solve(self, request: Request) -> Answer:
+        """Run LS-DYNA for a request; its folder is kept if it fails."""
+        folder = run_folder(self.place, self.identity(request))
+        try:
+            written = self.write_deck(folder, request)
+        except SimulationFailed as failure:
+            return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
+        program, *arguments = self.options.command
+        values = {"deck": DECK}
+        command = [
+            executable(program, self.study.source.parent),
+            *(fill(argument.encode(), values).decode() for argument in arguments),
+        ]
+        answer = run_in(folder, command, self.options, lambda ended: self._read(folder, ended))
+        if answer.ok and self.options.keep == "failed":
+            discard(folder)
+        return replace(answer, details={**answer.details, **({"written": written} if written else {})})
+
+    def write_deck(self, folder: Path, request: Request) -> dict[str, str]:
+        """Write the deck of a request; return the text of each value that went into the user's own deck."""
+        self.inputs.write(folder, {})
+        if not self._own():
+            text = deck_text(self.study, request.levels, request.diameter)
+            (folder / DECK).write_text(text, encoding="utf-8", newline="\n")
+            return {}
+        own = template_bytes(self._own_at(request.diameter))
+        material = find_material(own, self.options.material)
+        deck, written = replaced(own, material, self.study.parameters(request.levels))
+        (folder / DECK).write_bytes(deck)
+        return written
+
+    def _own(self) -> dict[float, Path]:
+        """Return the user's own decks by diameter."""
+        options = self.options
+        first = {self.study.targets.calibrate_at: options.deck} if options.deck else {}
+        return {**first, **{entry.diameter: entry.deck for entry in options.decks}}
+
+    def _own_at(self, diameter: float) -> Path:
+        for known, deck in self._own().items():
+            if isclose(known, diameter, rel_tol=1e-6):
+                return deck
+        raise SimulationFailed("no_deck", f"solver.decks has none for a diameter of {diameter:g} mm")
+
+    def _read(self, folder: Path, ended: Ended) -> Answer:
+        _require_normal_termination(folder, ended)
+        options = self.options
+        contact = read_rcforc(folder, options.interface, options.component)
+        loading = self.study.loading
+        return peak_answer(contact, options.scale, options.filter_window, loading.speed, loading.gap)
+
+
+def peak_answer(contact: ContactForce, scale: float, window: float, speed: float, gap: float) -> Answer:
+    """Return the peak of the filtered force, as the embedded solver reports it."""
+    time, force = contact.time, scale * contact.force
+    filtered = moving_mean(force, max(1, round(window / float(np.median(np.diff(time))))))
+    peak = int(np.argmax(filtered))
+    if filtered[peak] <= 0.0:
+        raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
+    fallen = bool(filtered[-1] < _FALLEN * filtered[peak])
+    travel = speed * time - gap
+    keep = np.unique(np.linspace(0, len(time) - 1, _CURVE_POINTS).round().astype(int))
+    details: dict[str, Any] = {
+        "peak_force": float(filtered[peak]),
+        "peak_force_raw": float(force.max()),
+        "peak_time": float(time[peak]),
+        "peak_travel": float(travel[peak]),
+        "stroke_was_enough": fallen,
+        "warnings": [] if fallen else [_still_rising(float(travel[-1]))],
+        "curve": {
+            "travel": [round(float(v), 6) for v in travel[keep]],
+            "force": [round(float(v), 4) for v in filtered[keep]],
+        },
+    }
+    return Answer("ok", force=float(filtered[peak]), details=details)
+
+
+def _still_rising(stroke: float) -> str:
+    return (
+        f"the force has not fallen after its peak within the {stroke:.3g} mm stroke: the true maximum may be larger; "
+        "lengthen the run"
+    )
+
+
+def _require_normal_termination(folder: Path, ended: Ended) -> None:
+    """Raise `NoResult` unless LS-DYNA says, in spaced letters, that it came to its normal end."""
+    said = ended.output + "".join(_tail(folder / name) for name in _MESSAGES)
+    letters = "".join(said.lower().split())
+    if "errortermination" in letters:
+        raise NoResult("error_termination", f"LS-DYNA stopped with an error{_first_error(said)}")
+    if "normaltermination" not in letters:
+        raise NoResult("no_termination", "LS-DYNA did not say that it came to its normal end")
+
+
+def _first_error(said: str) -> str:
+    lines = [line.strip() for line in said.splitlines() if "*** error" in line.lower()]
+    return f": {lines[0][:200]}" if lines else ""
+
+
+def _tail(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            file.seek(0, 2)
+            file.seek(max(0, file.tell() - _TAIL_BYTES))
+            return file.read().decode("utf-8", "replace")
+    except OSError:
+        return ""

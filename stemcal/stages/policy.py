@@ -1,0 +1,84 @@
+"""What the spec says about runs that fail: which are tried again, which count, when a stage must not go on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from stemcal.errors import RunsFailed
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import RunsOptions
+
+ACCIDENTS = frozenset({"worker_died", "exception"})
+TIMEOUT = "timeout"
+CENSORED = "censored"
+_MOST_REASONS = 10
+
+
+def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
+    """Whether a record answers for good, or its run is to be computed again.
+
+    Accidents are tried again by the next command, and so is what timed out if it may take longer now.
+    """
+    if record["reason"] in ACCIDENTS:
+        return False
+    allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
+    return allowed is None or (policy.time_limit is not None and policy.time_limit <= allowed)
+
+
+def judged(answer: Answer, policy: RunsOptions) -> Answer:
+    """Return the answer as the spec wants it counted; long lists of details are left in the record."""
+    details = {name: value for name, value in answer.details.items() if not isinstance(value, list | dict)}
+    if is_censored(answer) and policy.censored == "fail":
+        message = f"the force still rose when the stroke ended: it is at least {answer.force:g} N"
+        return Answer("failed", None, CENSORED, message, details)
+    return replace(answer, details=details)
+
+
+def is_censored(answer: Answer) -> bool:
+    """Whether the force is only a lower bound: it still rose when the stroke ended."""
+    return answer.reason == CENSORED or (answer.ok and answer.details.get("stroke_was_enough") is False)
+
+
+def censored_remarks(answers: Sequence[Answer]) -> list[str]:
+    """Return a note on the rows whose force is only a lower bound."""
+    rows = [str(row + 1) for row, answer in enumerate(answers) if is_censored(answer)]
+    if not rows:
+        return []
+    numbers = f"{'run' if len(rows) == 1 else 'runs'} {', '.join(rows)}"
+    return [
+        f"In {numbers} the force still rose when the stroke ended: such a force is a lower bound. Give the blade "
+        "a longer way (loading.duration) or say what such runs count as (runs.censored)."
+    ]
+
+
+def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], policy: RunsOptions) -> None:
+    """Raise `RunsFailed` if too small a share of a stage's rows succeeded."""
+    needed = math.ceil(policy.quorum * len(answers) - 1e-9)
+    failed = sum(not answer.ok for answer in answers)
+    if len(answers) - failed >= needed:
+        return
+    counts = f"{failed} of {len(answers)} runs failed, runs.quorum {policy.quorum:g} asks for {needed} that succeed"
+    head = f"{requests[0].stage}: {counts}; mend the cause, then `stemcal retry SPEC`"
+    raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
+
+
+def stopped_by(request: Request, answer: Answer) -> RunsFailed:
+    """Return the error of a stage that may not go on after a failed run."""
+    return RunsFailed(
+        f"{request.stage}: run {request.row + 1} failed, and runs.keep_going is false\n"
+        + "\n".join(reason_lines([request], [answer]))
+    )
+
+
+def reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list[str]:
+    """Return a line per failed run with its reason, the first ten in full."""
+    lines = [
+        f"  run {request.row + 1}: {answer.reason}: {answer.message}".rstrip(": ")
+        for request, answer in zip(requests, answers, strict=True)
+        if not answer.ok
+    ]
+    more = len(lines) - _MOST_REASONS
+    return [*lines[:_MOST_REASONS], f"  and {more} more"] if more > 0 else lines

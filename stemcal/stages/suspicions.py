@@ -1,0 +1,200 @@
+"""What the numbers of a paper say about each other: checks of an audit that need no printed counterpart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Any
+
+from stemcal.stages.auditing import Check, Found, Stages
+from stemcal.stages.remarks import error_remark
+from stemcal.study.model import Study
+
+_STRAIN_RATE = "strain_rate_c"
+
+
+def replicates_differ(_study: Study, stages: Stages) -> Iterator[Found]:
+    """Repeated runs of a solver that computes must agree."""
+    for name in ("screen", "rsm"):
+        remark = error_remark(stages[name]) if name in stages else None
+        if remark is not None and "differed" in remark:
+            yield Found(f"runs: repeated runs of {name}", "design", "repeated runs differ", "one force", remark)
+
+
+def box_leaves_design(study: Study, stages: Stages) -> Iterator[Found]:
+    """The box that solutions may come from against what the design reaches."""
+    if "rsm" not in stages:
+        return
+    rsm = stages["rsm"]
+    for entry in rsm["factors"]:
+        factor = study.factor(entry["factor"])
+        reach = max(abs(run["coded"][factor.name]) for run in rsm["design"]["runs"])
+        ends = [(end - entry["center"]) / entry["half_step"] for end in (factor.low, factor.high)]
+        if max(map(abs, ends)) > reach + 0.02:
+            yield Found(
+                f"search box: {factor.name}",
+                "extrapolation",
+                f"{factor.low:g} to {factor.high:g}",
+                f"coded {ends[0]:+.2f} to {ends[1]:+.2f}",
+                f"search box: {factor.name} from {factor.low:g} to {factor.high:g} is coded {ends[0]:+.2f} to "
+                f"{ends[1]:+.2f}, the runs reach ±{reach:.3f}: beyond them the surface extrapolates",
+            )
+
+
+def signs_defy_law(study: Study, stages: Stages) -> Iterator[Found]:
+    """Effects whose sign the law of the material excludes."""
+    for factor in study.factors:
+        for where, value in _effects(factor.name, stages):
+            if factor.expected_sign is not None and value * (1 if factor.expected_sign == "+" else -1) < 0.0:
+                yield Found(
+                    f"{where}: {factor.name}",
+                    "law",
+                    f"{value:+.4g} N",
+                    f"sign {factor.expected_sign}",
+                    f"{where}: {factor.name} acts with {value:+.4g} N, the law asks for the sign "
+                    f"{factor.expected_sign}{_law(study, factor.name)}",
+                )
+
+
+def _effects(name: str, stages: Stages) -> Iterator[tuple[str, float]]:
+    """Yield the effect of a factor where it is significant, by stage."""
+    screen, rsm = stages.get("screen"), stages.get("rsm")
+    if screen is not None and name in screen["significant"]:
+        yield "screening", next(e["effect"] for e in screen["effects"] if e["factor"] == name)
+    if rsm is not None and name in rsm["names"]:
+        test = next((row for row in rsm["anova"] if row["source"] == name), None)
+        if test is not None and test["p"] is not None and test["p"] < 0.05:
+            yield "surface", next(row["value"] for row in rsm["coefficients"] if row["term"] == name)
+
+
+def _law(study: Study, name: str) -> str:
+    """Say what both forms of the strain-rate law give for C, computed over strain rates from 10⁻³ to 10⁴ 1/s."""
+    if name != _STRAIN_RATE or "strain_rate_p" not in study.names:
+        return ""
+    c, p = study.factor(name), study.factor("strain_rate_p")
+    rises = [
+        (rate / c.high) ** exponent - (rate / c.low) ** exponent
+        for rate in (10.0**power for power in range(-3, 5))
+        for exponent in (p.low, p.high, 1.0 / p.low, 1.0 / p.high)
+    ]
+    if max(rises) >= 0.0:
+        return ""
+    return (
+        f": from C = {c.low:g} to {c.high:g} both 1 + (rate/C)^P and 1 + (rate/C)^(1/P) fall at every strain rate "
+        "from 0.001 to 10000 1/s"
+    )
+
+
+def interactions_disagree(_study: Study, stages: Stages) -> Iterator[Found]:
+    """An interaction that screening and surface see with opposite signs."""
+    if "screen" not in stages or "rsm" not in stages:
+        return
+    beta = {row["term"]: row["value"] for row in stages["rsm"]["coefficients"]}
+    tests = {row["source"]: row["p"] for row in stages["rsm"]["anova"]}
+    for a, b in combinations(stages["rsm"]["names"], 2):
+        term, significant = f"{a}:{b}", (tests.get(f"{a}:{b}") or 1.0) < 0.05
+        seen = _screened_interaction(stages["screen"], a, b)
+        if significant and seen is not None and seen * beta[term] < 0.0:
+            yield Found(
+                f"interaction: {term}",
+                "sign",
+                f"{beta[term]:+.3g} N",
+                f"{seen:+.3g} N",
+                f"interaction: {term} is {beta[term]:+.3g} N in the surface and {seen:+.3g} N in the screening runs "
+                "(fitted with its two main effects): one of the designs sees something else",
+            )
+
+
+def _screened_interaction(screen: Mapping[str, Any], a: str, b: str) -> float | None:
+    """Return the coefficient of a·b from the screening runs, fitted beside a and b."""
+    import numpy as np
+
+    from stemcal.doe.regression import fit_least_squares, not_estimable
+
+    runs = [run for run in screen["design"]["runs"] if run["force"] is not None]
+    x, y = (np.array([run["coded"][name] for run in runs]) for name in (a, b))
+    matrix = np.column_stack([np.ones(len(runs)), x, y, x * y])
+    if not_estimable(matrix, ("1", a, b, "ab")):
+        return None
+    return float(fit_least_squares(matrix, np.array([run["force"] for run in runs])).coefficients[3])
+
+
+def equation_misses_target(study: Study, stages: Stages) -> Iterator[Found]:
+    """The printed equation at the printed solution against the target it was solved for."""
+    published = study.published
+    if published is None or published.coefficients is None or not published.solution or "rsm" not in stages:
+        return
+    from stemcal.stages.turning import assess_published
+
+    target = study.calibration_target.force
+    by_equation = _printed_prediction(study, stages["rsm"])
+    point, _ = assess_published(study, stages["rsm"])
+    if by_equation is None or point is None or abs(by_equation - target) <= 0.005 * target:
+        return
+    yield Found(
+        "equation: at the printed solution",
+        "value",
+        f"{target:g} N",
+        f"{by_equation:.2f} N",
+        f"equation: at the printed solution the printed coefficients give {by_equation:.2f} N, those of the data "
+        f"{point['predicted']:.2f} N; the target is {target:g} N",
+    )
+
+
+def _printed_prediction(study: Study, rsm: Mapping[str, Any]) -> float | None:
+    """Evaluate the printed equation at the printed solution; None if a term is missing."""
+    from stemcal.doe.terms import term_columns, term_names
+    from stemcal.stages.audit import printed_terms, term_of
+    from stemcal.stages.turning import coding_of
+
+    coding, published = coding_of(rsm), study.published
+    if published is None or published.coefficients is None or any(n not in published.solution for n in coding.names):
+        return None
+    printed = printed_terms(study, published.coefficients)
+    beta = [printed.get(term_of(study, term)) for term in term_names(coding.names)]
+    if any(value is None for value in beta):
+        return None
+    point = coding.to_coded([published.solution[name] for name in coding.names])
+    return float(sum(b * column for b, column in zip(beta, term_columns(point)[0], strict=True) if b is not None))
+
+
+def solution_is_one_of_many(study: Study, stages: Stages) -> Iterator[Found]:
+    """One target force cannot fix several parameters."""
+    if study.published is None or len(study.published.solution) < 2 or "invert" not in stages:
+        return
+    ranges = [f"{name} {lo:.4g} to {hi:.4g}" for name, (lo, hi) in stages["invert"]["ranges"].items()]
+    printed = ", ".join(f"{name} {value:g}" for name, value in study.published.solution.items())
+    yield Found(
+        "solution",
+        "design",
+        printed,
+        "; ".join(ranges),
+        f"solution: {printed} is one point of a whole set with the same force; inside the design it reaches over "
+        f"{'; '.join(ranges)}",
+    )
+
+
+def stroke_too_short(study: Study, _stages: Stages) -> Iterator[Found]:
+    """The way of the blade against the stem it is to cut."""
+    way, diameter = study.loading.speed * study.loading.duration, study.calibration_target.diameter
+    if way < diameter:
+        yield Found(
+            "loading",
+            "setup",
+            f"{study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s",
+            f"{way:.2f} mm",
+            f"loading: {study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s is {way:.2f} mm of travel, "
+            f"{100 * way / diameter:.0f} % of an {diameter:g} mm stem: no cut is completed, and a maximum that comes "
+            "later is not seen",
+        )
+
+
+SUSPICIONS: tuple[Check, ...] = (
+    equation_misses_target,
+    solution_is_one_of_many,
+    replicates_differ,
+    box_leaves_design,
+    signs_defy_law,
+    interactions_disagree,
+    stroke_too_short,
+)

@@ -1,0 +1,171 @@
+"""Solvers outside stemcal as a spec describes them: any command, and LS-DYNA."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
+
+from stemcal.study.fields import Number, Quantity, SpecFile, Whole, complain
+
+__all__ = ["CommandSolver", "CsvResult", "JsonResult", "LsDynaSolver", "RegexResult", "ResultReader"]
+
+MOST_FILES = 100
+
+
+class _Frozen(BaseModel):
+    """Immutable, no unknown keys, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def _argument(given: object) -> object:
+    if isinstance(given, str) and ("\0" in given or len(given) > 4000):
+        raise complain("is not usable as an argument", "shorten it")
+    return given
+
+
+def _inside_run_folder(given: object) -> object:
+    """Refuse names that leave the run folder, on any system."""
+    if not isinstance(given, str):
+        return given
+    parts = given.replace("\\", "/").split("/")
+    if not given.strip() or "\0" in given or ":" in given or given[0] in "/\\" or ".." in parts or len(given) > 255:
+        raise complain(f"{given[:60]!r} is not a file in the run folder", "write its name, such as out.csv")
+    return given
+
+
+def _pattern(given: object) -> object:
+    import re
+
+    if not isinstance(given, str):
+        return given
+    try:
+        groups = re.compile(given).groups
+    except re.error as error:
+        raise complain(f"is no regular expression: {error}", "mend it") from None
+    if groups == 0:
+        raise complain("has no group around the number", r"write it like 'force = (\S+)'")
+    return given
+
+
+Argument = Annotated[str, StringConstraints(strict=True, min_length=1), BeforeValidator(_argument)]
+Command = Annotated[tuple[Argument, ...], Field(min_length=1, max_length=200)]
+RunFile = Annotated[str, StringConstraints(strict=True), BeforeValidator(_inside_run_folder)]
+Variable = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)]
+Value = Annotated[str, StringConstraints(strict=True), BeforeValidator(_argument)]
+Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
+TimeLimit = Annotated[float, Quantity("time", above=0)]
+Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=500)]
+Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
+
+
+class _Result(_Frozen):
+    """A file of the run folder and how its series of numbers becomes one.
+
+    ``max, min, first, last`` need the series alone; ``at`` (with `at`, linear between points), ``mean_over``
+    (with `over: [from, to]`) and ``work`` (the integral) also need what it is plotted along. The number is
+    multiplied by `scale`.
+    """
+
+    file: RunFile
+    reduction: Literal["max", "min", "first", "last", "at", "mean_over", "work"] = "last"
+    at: Number | None = None
+    over: tuple[Number, Number] | None = None
+    scale: Number = 1.0
+
+
+class JsonResult(_Result):
+    """A number or a list of numbers in a JSON file; `path` is keys and list indices joined by points."""
+
+    kind: Literal["json"]
+    path: Text
+    along: Text | None = None
+
+
+class CsvResult(_Result):
+    """A column of a CSV file with a header; `along` is the column it is plotted against."""
+
+    kind: Literal["csv"]
+    column: Text
+    along: Text | None = None
+
+
+class RegexResult(_Result):
+    """Numbers found in a text file, line by line: the group called ``y``, or else the first.
+
+    A group called ``x`` holds what they are plotted along.
+    """
+
+    kind: Literal["regex"]
+    pattern: Pattern
+
+
+ResultReader = Annotated[JsonResult | CsvResult | RegexResult, Field(discriminator="kind")]
+
+
+class CommandSolver(_Frozen):
+    """Any program that reads text files and leaves its result in one.
+
+    In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
+    the spec and ``{{diameter}}`` for the stem's outer diameter in mm; nothing else is replaced. `command` is
+    a list of arguments and never passes through a shell. Each run has a folder of its own, in which templates and
+    `files` lie under their own names. The number it leaves is the response: tables call it force, in N, and
+    ``targets.forces`` holds the value it is calibrated to.
+    """
+
+    kind: Literal["command"] = "command"
+    command: Command
+    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    environment: Environment = {}
+    time_limit: TimeLimit = 3600.0
+    result: ResultReader
+    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
+    keep: Literal["failed", "all"] = "failed"
+
+
+class DeckHourglass(_Frozen):
+    """Hourglass control of LS-DYNA: Flanagan and Belytschko's stiffness form (IHQ 4) or the viscous one (IHQ 1)."""
+
+    form: Literal["stiffness", "viscous"] = "stiffness"
+    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.05
+
+
+class DeckAt(_Frozen):
+    """The user's own deck of a stem of one diameter."""
+
+    diameter: Annotated[float, Quantity("length", above=0)]
+    deck: SpecFile
+
+
+class LsDynaSolver(_Frozen):
+    """LS-DYNA, run on a deck that stemcal writes, or on the user's own `deck` with the stem's MAT_003 replaced.
+
+    A deck of the user's is of one stem: `deck` of that at the calibration diameter, `decks` of others.
+
+    In the arguments of `command`, ``{{deck}}`` stands for the file name of the deck. The force is the resultant of
+    contact `interface` along `component` in ``rcforc``, times `scale` (4 for a quarter model), filtered like that
+    of the embedded solver. `files` (what the deck includes) are put beside it.
+    """
+
+    kind: Literal["lsdyna"] = "lsdyna"
+    command: Command
+    environment: Environment = {}
+    time_limit: TimeLimit = 86400.0
+    deck: SpecFile | None = None
+    decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    material: Annotated[Whole, Field(ge=1)] | None = None
+    interface: Annotated[Whole, Field(ge=1)] = 1
+    component: Literal["x", "y", "z"] = "z"
+    scale: Number = 1.0
+    filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
+    element_size: Annotated[float, Quantity("length", above=0)] = 1.0
+    elements_through_wall: Annotated[Whole, Field(ge=1, le=50)] | None = None
+    hourglass: DeckHourglass = DeckHourglass()
+    mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
+    time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.8
+    outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
+    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
+    keep: Literal["failed", "all"] = "failed"

@@ -1,0 +1,140 @@
+"""The commands around a study: laboratory, tables, figures, first steps."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commanding import REPLAY, ROOT, SMOKE, command, process
+
+DATA = ROOT / "configs" / "data"
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the replayed study, all stages done."""
+    folder = tmp_path_factory.mktemp("replay")
+    for name in ("screen", "rsm", "invert", "validate"):
+        assert command(name, REPLAY, "--out", folder, "-q").exit_code == 0
+    return folder
+
+
+def test_measure_diameters(tmp_path: Path) -> None:
+    file = DATA / "measured-diameters.csv"
+    result = command("measure", "diameters", file, "--grades", "7,8,9,10,11", "--out", tmp_path)
+    assert result.exit_code == 0
+    assert "50, 150 readings" in result.stdout
+    assert "Anderson–Darling" in result.stdout
+    assert "synthetic; do not publish" in result.stderr
+    assert max(map(len, result.stdout.splitlines())) <= 80
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {f"measure-diameters.{kind}" for kind in ("csv", "json")} | {"diameters.svg", "diameters.png"}
+    found = json.loads(command("measure", "diameters", file, "--json").stdout)
+    assert found == json.loads((tmp_path / "measure-diameters.json").read_text("utf-8")) | {"grades": found["grades"],
+            "share_percent": found["share_percent"]}  # fmt: skip
+
+
+def test_measure_shear_prints_and_writes_targets(tmp_path: Path) -> None:
+    spec = tmp_path / "mine.yaml"
+    spec.write_text(SMOKE.read_text("utf-8"), "utf-8")
+    result = command(
+        "measure", "shear", DATA / "measured-shear", "--calibrate-at", 8, "--spec", spec, "--out", tmp_path
+    )
+    assert result.exit_code == 0
+    assert "- {diameter: 8 mm, force: 159.2 N, sd:" in result.stdout
+    assert max(map(len, result.stdout.splitlines())) <= 80
+    assert command("check", spec).exit_code == 0
+    assert "force: 378.2 N" in spec.read_text("utf-8")
+    assert (tmp_path / "targets.yaml").read_text("utf-8") in spec.read_text("utf-8")
+
+
+def test_a_spec_that_would_be_wrong_is_left_alone(tmp_path: Path) -> None:
+    spec = tmp_path / "mine.yaml"
+    spec.write_text(SMOKE.read_text("utf-8").replace("low: 800", "low: 8000"), "utf-8")
+    before = spec.read_bytes()
+    result = command("measure", "shear", DATA / "measured-shear", "--spec", spec)
+    assert result.exit_code == 2
+    assert spec.read_bytes() == before
+
+
+@pytest.mark.parametrize("kind", ["csv", "md", "tex", "docx"])
+def test_export(done: Path, kind: str) -> None:
+    if kind == "docx":
+        pytest.importorskip("docx")
+    result = command("export", REPLAY, "--out", done, "--format", kind, "--json")
+    assert result.exit_code == 0
+    paths = [Path(path) for path in json.loads(result.stdout)["files"]]
+    assert len(paths) == (9 if kind == "csv" else 1)
+    assert all(path.stat().st_size > 50 for path in paths)
+
+
+def test_plot_lists_draws_and_refuses(done: Path) -> None:
+    listed = command("plot", "list", REPLAY, "--out", done).stdout
+    assert "pareto: Effects by size" in listed
+    drawn = json.loads(command("plot", "contour", REPLAY, "--out", done, "--json").stdout)["files"]
+    assert len(drawn) == 2 * 3
+    assert all(Path(path).is_file() for path in drawn)
+    refused = command("plot", "pie", REPLAY, "--out", done)
+    assert refused.exit_code == 2
+    assert "no figure 'pie'; there are pareto, half-normal" in refused.stderr
+
+
+def test_report_writes_figures_once(done: Path) -> None:
+    assert command("report", REPLAY, "--out", done).exit_code == 0
+    figures = done / "figures"
+    assert {path.suffix for path in figures.iterdir()} == {".svg", ".png", ".txt"}
+    assert len(list(figures.glob("*.png"))) == 12
+    (figures / "pareto.png").unlink()
+    before = (figures / "residuals.png").stat().st_mtime_ns
+    assert command("report", REPLAY, "--out", done).exit_code == 0
+    assert (figures / "residuals.png").stat().st_mtime_ns == before
+
+
+def test_schema(tmp_path: Path) -> None:
+    found = json.loads(command("schema").stdout)
+    assert found["title"] == "stemcal study"
+    path = tmp_path / "stemcal.schema.json"
+    assert command("schema", "--out", path).exit_code == 0
+    assert json.loads(path.read_text("utf-8")) == found
+
+
+def test_explain() -> None:
+    assert "R. V. Lenth, Technometrics" in command("explain", "lenth").stdout
+    assert "coded radius" in command("explain").stdout
+    wrong = command("explain", "lenht")
+    assert wrong.exit_code == 2
+    assert "did you mean Lenth's method?" in wrong.stderr
+    assert json.loads(command("explain", "PRESS", "--json").stdout)["terms"][0]["term"] == "PRESS"
+
+
+def test_doctor_solves_its_known_answers() -> None:
+    result = command("doctor", "--json")
+    found: dict[str, Any] = json.loads(result.stdout)
+    rows = {row["what"]: row for row in found["found"]}
+    assert (result.exit_code, found["ok"]) == (0, True)
+    assert "exact 0.03685" in rows["known answer: solver"]["found"]
+    assert rows["known answer: surface"]["ok"]
+    assert command("doctor").stdout.count("known answer") == 2
+
+
+def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    from stemcal.cli import doctor
+
+    monkeypatch.setattr(doctor, "stretched_bar", lambda: (0.04, 0.03))
+    result = command("doctor")
+    assert result.exit_code == 1
+    assert "WRONG  known answer: solver" in result.stdout
+
+
+def test_the_demo_is_the_smoke_study() -> None:
+    assert (ROOT / "stemcal" / "cli" / "demo.yaml").read_bytes() == SMOKE.read_bytes()
+
+
+@pytest.mark.slow
+def test_demo_makes_a_report(tmp_path: Path) -> None:
+    done = process(tmp_path, "demo")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "stemcal-demo" / "results" / "report.html").stat().st_size > 100_000
+    assert (tmp_path / "stemcal-demo" / "results" / "figures" / "fracture-8mm.png").is_file()

@@ -1,0 +1,52 @@
+"""The commands around the solution: climb, refine, audit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from commanding import REPLAY, SMOKE, command
+
+
+def test_audit_prints_what_does_not_agree(tmp_path: Path) -> None:
+    result = command("audit", REPLAY, "--out", tmp_path)
+    assert result.exit_code == 0
+    for words in ("the sign differs", "0.83 mm", "17.98", "112 to 124 N", "0.0468179"):
+        assert words in " ".join(result.stdout.split())
+    assert (tmp_path / "audit.csv").is_file()
+
+
+def test_audit_as_json_is_its_file(tmp_path: Path) -> None:
+    result = command("audit", REPLAY, "--out", tmp_path, "--json")
+    assert json.loads(result.stdout) == json.loads((tmp_path / "audit.json").read_text("utf-8"))
+
+
+def test_a_table_can_neither_refine_nor_climb(tmp_path: Path) -> None:
+    command("run", REPLAY, "--out", tmp_path, "--quiet")
+    for name in ("refine", "climb"):
+        result = command(name, REPLAY, "--out", tmp_path)
+        assert result.exit_code == 2 and "a table answers only what it holds" in " ".join(result.stderr.split())
+
+
+@pytest.mark.slow
+def test_a_study_that_climbs_and_refines(tmp_path: Path) -> None:
+    """The coarse study from beginning to end: the simulated force ends within the tolerance."""
+    spec = tmp_path / "smoke.yaml"
+    spec.write_text(SMOKE.read_text("utf-8") + "climb: {}\nrefine: {tolerance_percent: 0.5}\n", encoding="utf-8")
+    result = command("run", spec, "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    assert "Simulated at the solution" in result.stdout
+    refined = json.loads((tmp_path / "out" / "refine.json").read_text("utf-8"))
+    assert refined["converged"] and abs(refined["error_percent"]) <= 0.5
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "Refinement" in page and "Climb" in page
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["wild-chrysanthemum.yaml"])
+def test_the_published_study_ends_within_one_per_cent(tmp_path: Path, name: str) -> None:
+    """The simulated force at 8 mm is within 1 % of the measured 159.2 N."""
+    result = command("run", SMOKE.parent / name, "--out", tmp_path, "--json", "--quiet")
+    rows = {row["diameter"]: row for row in json.loads(result.stdout)["validate"]["rows"]}
+    assert abs(rows[8.0]["error_percent"]) <= 1.0

@@ -1,0 +1,38 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from commanding import REPLAY, ROOT, SMOKE, command
+
+PAPER = ROOT / "configs" / "wild-chrysanthemum.yaml"
+
+
+def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
+    out = tmp_path / "run.k"
+    done = command("export-deck", PAPER, "--diameter", "7", "--set", "yield_stress=17.96", out)
+    assert done.exit_code == 0, done.output
+    text = out.read_text(encoding="utf-8")
+    assert "         1   1.1e-09    1000.0       0.3     17.96       0.5      0.05\n" in text
+    assert "outer diameter 7 mm" in text
+    assert "(rate/C)^(1/P), not by" in done.stderr
+    assert f"wrote {out}" in done.stderr.replace("\n", "")
+
+
+def test_same_deck_every_time(tmp_path: Path) -> None:
+    for name in ("a.k", "b.k"):
+        assert command("export-deck", SMOKE, tmp_path / name).exit_code == 0
+    assert (tmp_path / "a.k").read_bytes() == (tmp_path / "b.k").read_bytes()
+    assert b"\r" not in (tmp_path / "a.k").read_bytes()
+
+
+def test_refusals(tmp_path: Path) -> None:
+    for args, said in (
+        ((REPLAY, tmp_path / "x.k"), "kind table"),
+        ((SMOKE, tmp_path / "no" / "x.k"), "does not exist"),
+        ((SMOKE, "--set", "yield_stres=3", tmp_path / "x.k"), "did you mean yield_stress?"),
+        ((SMOKE, "--diameter", "1", tmp_path / "x.k"), "--diameter 1"),
+    ):
+        done = command("export-deck", *args)
+        assert done.exit_code == 2
+        assert said in done.stderr.replace("\n", " ")
+    assert not list(tmp_path.glob("*.k"))

@@ -1,0 +1,241 @@
+"""`status`, `runs`, `retry`, `verify`, `simulate --from-run`: a study with known answers and known failures."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commanding import SMOKE, command
+from fakes import SPEC, FakeSolver, force, lines
+
+from stemcal.solvers import SOLVERS
+from stemcal.study.store import StudyFolder
+
+TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
+
+
+class Known:
+    """A spec, its folder, and what its solver does."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.spec, self.out, self.witness = folder / "known.yaml", folder / "out", folder / "witness"
+        self.monkeypatch = monkeypatch
+        self.write("")
+
+    def write(self, extra: str) -> None:
+        self.spec.write_text(SPEC + TWO + extra, encoding="utf-8")
+
+    def solver(self, **facts: Any) -> None:
+        solver = FakeSolver(self.witness, **facts)
+        self.monkeypatch.setitem(SOLVERS, "embedded", lambda _study: solver)
+
+    def __call__(self, name: str, *args: object) -> Any:
+        return command(name, self.spec, *args, "--out", self.out)
+
+    def json(self, name: str, *args: object) -> Any:
+        return json.loads(self(name, *args, "--json").stdout)
+
+
+@pytest.fixture
+def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Known:
+    found = Known(tmp_path, monkeypatch)
+    found.solver()
+    return found
+
+
+@pytest.fixture
+def failed(known: Known) -> Known:
+    """A screening of which run 3 turned inside out."""
+    known.solver(trouble={2: "failed"})
+    assert known("screen", "-j", 1).exit_code == 3
+    return known
+
+
+def stage(found: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(stage for stage in found["stages"] if stage["stage"] == name)
+
+
+# ---- status
+
+
+def test_status_counts_every_row(failed: Known) -> None:
+    found = failed.json("status")
+    assert found["working"] is None
+    screen, rsm, validate = (stage(found, name) for name in ("screen", "rsm", "validate"))
+    assert {name: screen[name] for name in ("rows", "done", "failed", "left", "running", "file")} == {
+        "rows": 12, "done": 11, "failed": 1, "left": 0, "running": 0, "file": "fresh",
+    }  # fmt: skip
+    assert screen["reasons"] == {"inverted": 1}
+    assert (rsm["rows"], rsm["left"], rsm["file"]) == (11, 11, "none")
+    assert (validate["rows"], validate["left"]) == (None, None)  # the solution is not known yet
+    shown = failed("status")
+    assert shown.exit_code == 0
+    assert "screen: failed: inverted (1)" in shown.stdout
+
+
+def test_status_of_a_study_at_work(known: Known) -> None:
+    """Another process (here: another folder object) holds the lock and says at what it works."""
+    with StudyFolder(known.out) as held:
+        held.sign(stage="screen", workers=3)
+        found = known.json("status")
+        assert found["working"]["stage"] == "screen"
+        assert (stage(found, "screen")["running"], stage(found, "rsm")["running"]) == (3, 0)
+        assert "works here since" in known("status").stdout
+    assert known.json("status")["working"] is None
+
+
+def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
+    failed.solver(version=2)
+    found = stage(failed.json("status"), "screen")
+    assert (found["file"], found["changed"], found["left"]) == ("stale", ["solver version"], 12)
+    assert "screen.json is stale: solver version changed" in " ".join(failed("status").stdout.split())
+    again = failed("screen", "-j", 1)
+    assert "screen is made anew: solver version changed" in again.stderr
+
+
+def test_a_changed_target_recomputes_nothing(known: Known) -> None:
+    assert known("run", "-j", 1).exit_code == 0
+    before = len(lines(known.witness))
+    known.spec.write_text(known.spec.read_text("utf-8").replace("force: 171.875 N", "force: 180 N"), encoding="utf-8")
+    assert known("run", "-j", 1).exit_code == 0
+    assert len(lines(known.witness)) == before
+
+
+def test_status_needs_a_folder(known: Known) -> None:
+    assert known("status").exit_code == 2
+    assert not known.out.exists()
+
+
+# ---- runs
+
+
+def test_runs_are_listed_and_filtered(failed: Known) -> None:
+    runs = failed.json("runs", "--stage", "screen")["runs"]
+    assert [run["run"] for run in runs] == list(range(1, 13))
+    for run in runs:
+        if run["status"] == "ok":
+            assert run["force"] == pytest.approx(force(run["levels"], run["diameter"]))
+    (bad,) = failed.json("runs", "--status", "failed")["runs"]
+    assert (bad["run"], bad["reason"], bad["force"], bad["again"]) == (3, "inverted", None, False)
+    assert "element 17" in bad["message"]
+    assert len(failed.json("runs", "--status", "left")["runs"]) == 11
+    assert "inverted" in failed("runs", "--status", "failed").stdout
+    assert "There are none" in failed("runs", "--status", "censored").stdout
+
+
+def test_runs_as_csv(failed: Known, tmp_path: Path) -> None:
+    assert failed("runs", "--csv", tmp_path / "runs.csv").exit_code == 0
+    with (tmp_path / "runs.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 12 + 11
+    done = [row for row in rows if row["status"] == "ok"]
+    for row in done:
+        levels = {name: float(row[name]) for name in ("yield_stress", "failure_strain", "strain_rate_c")}
+        assert float(row["force"]) == pytest.approx(
+            force({**levels, "elastic_modulus": float(row["elastic_modulus"])}, 8.0)
+        )
+    assert [row["force"] for row in rows if row["status"] == "failed"] == [""]
+    assert failed("runs", "--csv", tmp_path / "no" / "runs.csv").exit_code == 2
+
+
+# ---- retry
+
+
+def test_retry_mends_what_failed_and_nothing_else(failed: Known) -> None:
+    (bad,) = failed.json("runs", "--status", "failed")["runs"]
+    before = len(lines(failed.witness))
+    assert failed("retry", "-j", 1).exit_code == 3  # it fails again
+    failed.solver()
+    done = failed("retry", bad["key"][:8], "-j", 1)
+    assert done.exit_code == 0
+    assert lines(failed.witness)[before:] == ["screen 2", "screen 2"]
+    assert failed.json("runs", "--status", "failed")["runs"] == []
+    assert failed("retry", "-j", 1).exit_code == 0
+    assert failed("screen", "-j", 1).exit_code == 0
+    assert len(lines(failed.witness)) == before + 2
+
+
+def test_retry_refuses_what_has_not_failed(failed: Known) -> None:
+    good = failed.json("runs", "--status", "ok")["runs"][0]["key"]
+    for key, text in (
+        (good, "has not failed"),
+        ("0" * 32, "no run of this study"),
+        ("", "letters or more"),
+        ("../x", ""),
+    ):
+        result = failed("retry", key)
+        assert result.exit_code == 2 and text in result.stderr, key
+
+
+# ---- verify
+
+
+def test_verify_names_what_is_wrong(failed: Known) -> None:
+    assert failed("verify").exit_code == 0
+    folder = StudyFolder(failed.out)
+    first, second = folder.keys()[:2]
+    path = folder.record_path(first)
+    path.write_bytes(path.read_bytes().replace(b'"stage": "screen"', b'"stage": "scream"'))
+    (folder.runs / "notes.txt").touch()
+    (folder.path / ".writing-1-0.tmp").touch()
+    found = failed.json("verify")
+    assert found["ok"] is False and found["records"] == 12
+    assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not agree with its SHA-256"}]
+    assert found["orphans"] == [".writing-1-0.tmp", "runs/notes.txt"]
+    assert found["stale_records"] == []
+    result = failed("verify")
+    assert result.exit_code == 1
+    assert f"runs/{first}.json does not agree" in result.stderr
+    assert folder.record_path(second).exists() and path.exists()  # nothing was moved
+
+
+def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> None:
+    folder = StudyFolder(failed.out)
+    record = folder.peek(folder.keys()[0])
+    assert record is not None
+    folder.save({**record, "identity": {**record["identity"], "diameter": 9.0}})
+    assert "its name does not follow" in failed.json("verify")["damaged"][0]["problem"]
+
+
+def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:
+    failed.solver(version=2)
+    found = failed.json("verify")
+    assert found["ok"] is True and len(found["stale_records"]) == 12
+    assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["solver version"]}]
+    (failed.out / "screen.json").write_bytes(b"{")
+    assert failed.json("verify")["damaged"] == [{"file": "screen.json", "problem": "cannot be read"}]
+
+
+# ---- one run again
+
+
+def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from stemcal.cli.repeat import recorded_run
+    from stemcal.errors import UsageError
+    from stemcal.solvers.embedded import Embedded
+    from stemcal.solvers.protocol import Request
+    from stemcal.stages.answering import record_key
+    from stemcal.study.spec import load_study
+
+    study = load_study(SMOKE)
+    request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0)
+    key = record_key(Embedded(study), request)
+    with StudyFolder(tmp_path / "out") as folder:
+        folder.save({"key": key, "request": {**vars(request), "levels": dict(request.levels)}})
+    warnings: list[str] = []
+    monkeypatch.setattr("stemcal.cli.repeat.warn", warnings.append)
+    assert recorded_run(study, tmp_path / "out", key[:6]) == (dict(request.levels), 7.0)
+    assert warnings == []
+    other = study.model_copy(update={"loading": study.loading.model_copy(update={"duration": 0.4})})
+    recorded_run(other, tmp_path / "out", key)
+    assert "the spec has changed" in warnings[0]
+    with pytest.raises(UsageError, match="no run of this study"):
+        recorded_run(study, tmp_path / "out", "ffffffff")
+
+
+def test_simulate_from_run_needs_a_folder(tmp_path: Path) -> None:
+    result = command("simulate", SMOKE, "--from-run", "abcd1234", "--out", tmp_path / "none")
+    assert result.exit_code == 2 and "is not there" in result.stderr

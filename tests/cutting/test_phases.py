@@ -1,0 +1,96 @@
+"""The mesh in other places, coarser away from the cut, and simulations that stop after the peak."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stemcal.cutting import ShearTest, in_phases, mean_over_phases, perturbed, shear, stem_mesh
+from stemcal.cutting.parts import Discretisation, Loading, Stem
+from stemcal.cutting.result import PeakWatch
+from stemcal.fem.material import Material
+from stemcal.fem.model import Integration
+
+COARSE = Discretisation(
+    element_size=2.0, through_wall=2, integration=Integration(mass_scaling=1.0e5, outputs=100), filter_window=0.02
+)
+MATERIAL = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, 90.0, 8.0, 0.01, "paper")
+TEST = ShearTest(MATERIAL, stem=Stem(length=30.0), discretisation=COARSE, loading=Loading(duration=0.5))
+
+
+def test_phases_are_midpoints_of_half_an_element() -> None:
+    """Shifts s and −s mirror each other, so equal parts of [0, ½] stand for all places."""
+    tests = in_phases(TEST, 4)
+    assert [test.discretisation.shift for test in tests] == [0.0625, 0.1875, 0.3125, 0.4375]
+    assert {test.discretisation.symmetry for test in tests} == {"half"}
+    assert in_phases(TEST, 1) == (TEST,)
+
+
+def test_a_shift_moves_the_mesh_by_that_share_of_an_element() -> None:
+    still, moved = (
+        stem_mesh(test.stem, test.discretisation) for test in (in_phases(TEST, 2)[0], in_phases(TEST, 2)[1])
+    )
+    step = np.diff(np.unique(still.nodes[:, 0].round(9)))[0]
+    np.testing.assert_allclose(moved.nodes - still.nodes, [[0.25 * step, 0.0, 0.0]] * len(still.nodes), atol=1e-12)
+
+
+def test_shifts_and_their_mirror_images_agree() -> None:
+    """A half model shifted by −s is the mirror image of one shifted by s, so is its force (to round-off and chaos)."""
+    half = replace(TEST, discretisation=replace(COARSE, symmetry="half"))
+    there, back = (
+        shear(replace(half, discretisation=replace(half.discretisation, shift=shift))).peak_force
+        for shift in (0.3, -0.3)
+    )
+    assert there == pytest.approx(back, rel=1e-3)
+
+
+def test_the_mean_over_phases_keeps_the_scatter() -> None:
+    results = [shear(test) for test in in_phases(TEST, 2)]
+    peaks = [result.peak_force for result in results]
+    mean = mean_over_phases(results)
+    assert mean.peak_force == pytest.approx(np.mean(peaks), rel=1e-14)
+    assert mean.peak_sd == pytest.approx(abs(peaks[0] - peaks[1]) / np.sqrt(2.0), rel=1e-12)
+    assert mean.phase_peaks == tuple(peaks)
+    assert mean.energy_drift_percent == max(result.energy_drift_percent for result in results)
+
+
+def test_a_perturbation_is_drawn_from_seed_and_replicate() -> None:
+    drawn = [perturbed(TEST, 7, replicate).discretisation for replicate in (0, 1, 0)]
+    assert drawn[0] == drawn[2] != drawn[1]
+    assert drawn[0].symmetry == "none"
+    turn, shift = np.random.default_rng([7, 1]).random(2)
+    assert (drawn[1].turn, drawn[1].shift) == (turn, shift)
+
+
+def test_coarsening_keeps_the_cut_and_the_length() -> None:
+    """Element lengths grow evenly from 1 to 3 shares; fewer elements, same volume, nodes mirrored about the cut."""
+    stem = Stem(length=30.0)
+    even = stem_mesh(stem, replace(COARSE, symmetry="half", element_size=1.0))
+    graded = stem_mesh(stem, replace(COARSE, symmetry="half", element_size=1.0, coarsening=3.0))
+    layers = np.unique(graded.nodes[:, 0].round(9))
+    lengths = np.diff(layers)
+    assert len(graded.hexes) < 0.6 * len(even.hexes)
+    assert graded.volumes().sum() == pytest.approx(even.volumes().sum(), rel=1e-12)
+    np.testing.assert_allclose(layers, -layers[::-1], atol=1e-9)
+    assert lengths.max() / lengths.min() == pytest.approx(3.0, rel=1e-6)
+    assert lengths.argmin() == len(lengths) // 2
+
+
+def test_peak_watch() -> None:
+    """Falls below half the peak at t = 4 and stays: over after a quarter of that time more; a recovery starts anew."""
+    watch = PeakWatch()
+    forces = [0, 10, 20, 30, 5, 16, 4, 3, 2, 1]
+    assert [watch.is_past(float(t), force) for t, force in enumerate(forces)] == [False] * 8 + [True, True]
+
+
+def test_stopping_after_the_peak_keeps_the_peak() -> None:
+    """A stroke twice as long as the peak needs: the same force (the filter sees the same rows) for fewer steps."""
+    long = replace(TEST, loading=Loading(duration=1.0))
+    through, stopped = (
+        shear(replace(long, discretisation=replace(COARSE, stop_after_peak=stop))) for stop in (False, True)
+    )
+    assert through.stroke_was_enough
+    assert stopped.peak_force == through.peak_force
+    assert stopped.steps < 0.8 * through.steps

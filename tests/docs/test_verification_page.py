@@ -1,0 +1,90 @@
+"""The shipped verification page: complete, every case within its tolerance, and made by its script."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+TOPICS = (
+    "Patch test",
+    "Rigid rotation",
+    "Hourglass modes",
+    "Cyclic tension",
+    "Yield against rate",
+    "Erosion at the failure strain",
+    "Wave in a bar",
+    "Cantilever",
+    "Hollow cylinder in three-point bending",
+    "Convergence under refinement",
+    "Rebound and momentum",
+    "Sliding block",
+    "Taylor bar",
+    "Full model and quarter model",
+    "Energy balance of the shear test",
+    "Determinism",
+)
+
+
+def rows(page: Path) -> list[list[str]]:
+    """Return the table's rows: topic, case, computed, exact, difference, tolerance, source."""
+    lines = [line for line in page.read_text("utf-8").splitlines() if line.startswith("| ")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+def amount(cell: str) -> tuple[float, str]:
+    """Return number and unit of a cell; of round-off, "< 1e-12", its bound."""
+    found = re.fullmatch(r"(?:< )?([-+]?[\d.]+(?:e-?\d+)?)(?: (\S+))?", cell)
+    assert found, cell
+    return float(found[1]), found[2] or ""
+
+
+def test_every_topic_is_there_with_rows_and_a_section() -> None:
+    text = (DOCS / "verification.md").read_text("utf-8")
+    assert re.findall(r"^## (.*)$", text, re.MULTILINE) == ["All cases", *TOPICS, "Sources"]
+    assert list(dict.fromkeys(row[0] for row in rows(DOCS / "verification.md"))) == list(TOPICS)
+
+
+def test_every_case_lies_within_its_tolerance() -> None:
+    """As printed: the difference too is that of the two numbers beside it, to their digits."""
+    table = rows(DOCS / "verification.md")
+    assert len(table) > 80
+    for _, name, computed, exact, difference, tolerance, source in table:
+        (off, unit), (allowed, same) = amount(difference), amount(tolerance)
+        assert (abs(off) <= allowed, unit) == (True, same), name
+        assert source, name
+        one, other = amount(computed)[0], amount(exact)[0]
+        share = unit == "%" and not computed.endswith("%")
+        wanted = 100.0 * (one - other) / abs(other) if share else one - other
+        if unit or other == 0.0:  # shares of round-off size have fewer digits than this needs
+            digits = 1e-4 * max(abs(one), abs(other)) * (100.0 / abs(other) if share else 1.0)
+            assert off == pytest.approx(wanted, rel=0.06, abs=max(digits, 1e-12)), name
+
+
+def test_every_figure_is_there() -> None:
+    text = (DOCS / "verification.md").read_text("utf-8")
+    names = re.findall(r"!\[.+?\]\((images/verification-.*?\.png)\)", text)
+    assert len(names) == len(set(names)) == 7
+    assert {path.name for path in (DOCS / "images").glob("verification-*")} == {Path(name).name for name in names}
+    for name in names:
+        assert (DOCS / name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_the_script_makes_the_page(tmp_path: Path) -> None:
+    """Exit code 0, the same cases and limits, the same numbers to 0.1 %; round-off may differ by machine."""
+    command = [sys.executable, str(ROOT / "benchmarks" / "verification_page.py"), str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    shipped, made = rows(DOCS / "verification.md"), rows(tmp_path / "verification.md")
+    assert [(row[:2], row[5:]) for row in made] == [(row[:2], row[5:]) for row in shipped]
+    for old, new in zip(shipped, made, strict=True):
+        slack = 1e-3 * abs(amount(old[3])[0]) + 0.05 * abs(amount(old[5])[0])
+        assert amount(new[2])[0] == pytest.approx(amount(old[2])[0], rel=1e-3, abs=slack), old[1]
+    figures = {path.name for path in (DOCS / "images").glob("verification-*")}
+    assert {path.name for path in (tmp_path / "images").iterdir()} == figures

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from stemcal.doe.definitive import definitive_screening
+from stemcal.doe.screening import analyse_screening
+from stemcal.errors import UsageError
+
+NAMES = [f"X{i}" for i in range(1, 10)]
+
+
+def test_pooling_takes_what_lies_within_lenths_margin(pb_runs):
+    result = analyse_screening(pb_runs.coded, pb_runs.force, NAMES, error="pooled")
+    small = [e for e in result.effects if e.factor not in ("X4", "X9")]
+    expected = result.residual_sum_of_squares + sum(e.sum_of_squares for e in small)
+    assert result.error.df == 9 and result.error.sum_of_squares == pytest.approx(expected)
+    assert result.effects[3].f == pytest.approx(result.effects[3].sum_of_squares / (expected / 9))
+    assert result.significant == ("X4", "X9")
+    assert any("pools the unused columns and X1, X2" in note for note in result.notes)
+
+
+def test_lenths_own_p_values(pb_runs):
+    """Student's t with m/3 = 3 degrees of freedom: t = 10.624 → p = 0.00179, t = 2.263 → p = 0.1086."""
+    result = analyse_screening(pb_runs.coded, pb_runs.force, NAMES, error="lenth")
+    assert result.effects[3].f is None
+    assert result.effects[3].p == pytest.approx(0.00179, abs=2e-5)
+    assert result.effects[6].p == pytest.approx(0.1086, abs=5e-4)
+    assert result.significant == ("X4", "X9")
+    assert result.as_dict()["error"] == {"source": "lenth", "sum_of_squares": 0.0, "df": 0, "mean_square": None}
+
+
+def test_replicates_are_the_error_where_there_are_some(pb_runs):
+    coded, force = np.vstack([pb_runs.coded, pb_runs.coded]), np.concatenate([pb_runs.force, pb_runs.force + 3.0])
+    result = analyse_screening(coded, force, NAMES, error="replicates")
+    assert result.error.df == 12 and result.error.sum_of_squares == pytest.approx(12 * 4.5)
+    single = analyse_screening(pb_runs.coded, pb_runs.force, NAMES, error="replicates")
+    assert all(effect.p is None for effect in single.effects)
+    assert any("no run is repeated" in note for note in single.notes)
+    with pytest.raises(UsageError, match=r"screen\.error: no error term 'best'"):
+        analyse_screening(pb_runs.coded, pb_runs.force, NAMES, error="best")
+
+
+def test_a_verdict_per_factor(pb_runs):
+    result = analyse_screening(pb_runs.coded, pb_runs.force, NAMES, expected={"X4": "+", "X7": "-"})
+    said = {effect.factor: effect.verdict for effect in result.effects}
+    assert said["X4"] == (
+        "X4 matters: from low to high it raises the response by 79.42 (60.2 % of the variation), p = 0.0022, "
+        "beyond Lenth's margin. Its sign is as expected."
+    )
+    assert "may matter, but the methods disagree" in said["X7"] and "against the expected -" in said["X7"]
+    assert said["X5"].startswith("X5 shows no effect beyond the scatter")
+
+
+def test_data_for_the_plots(pb_runs):
+    out = analyse_screening(pb_runs.coded, pb_runs.force, NAMES).as_dict()
+    json.dumps(out, allow_nan=False)
+    points = out["half_normal"]
+    assert [p["factor"] for p in points][-2:] == ["X9", "X4"]
+    assert points[0]["quantile"] == pytest.approx(0.0696, abs=1e-4)  # Φ⁻¹(½ + ½·0.5/9)
+    assert points == sorted(points, key=lambda point: point["size"])
+    assert out["pareto"]["rows"][0] == {"factor": "X4", "t": pytest.approx(444.3**0.5, abs=0.01)}
+    assert out["pareto"]["t_limit"] == pytest.approx(4.3027, abs=1e-4)
+    assert out["pareto"]["bonferroni_limit"] > out["pareto"]["t_limit"]
+    assert len(out["aliases"]["interactions"]) == 36
+    assert abs(out["aliases"]["weights"]["X1"][-1]) == pytest.approx(1 / 3)
+
+
+def test_a_definitive_screening_is_analysed_too():
+    design = definitive_screening(6)
+    y = 20.0 + 5.0 * design[:, 1] - 3.0 * design[:, 4] + np.random.default_rng(0).normal(0.0, 0.2, 13)
+    result = analyse_screening(design, y, list("abcdef"))
+    assert set(result.significant) == {"b", "e"}
+    assert result.effects[1].effect == pytest.approx(10.0, abs=0.5)
+    assert result.residual_df == 6
+    assert any("clear of two-factor interactions" in note for note in result.notes)

@@ -1,0 +1,122 @@
+"""Two hundred random designs against the formulas of statsmodels, to 1e-8."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from statsmodels.formula.api import wls
+from statsmodels.regression.linear_model import OLS
+from statsmodels.stats.anova import anova_lm
+from statsmodels.stats.outliers_influence import OLSInfluence
+
+from stemcal.doe.designs import SurfaceOptions, surface_runs
+from stemcal.doe.surface import fit_surface
+from stemcal.doe.terms import term_names
+from stemcal.errors import RunsFailed
+
+CLOSE = {"rel": 1e-8, "abs": 1e-8}
+
+
+def formula_of(term):
+    if term == "1":
+        return "Intercept"
+    return f"I({term.removesuffix('^2')} ** 2)" if term.endswith("^2") else term
+
+
+def random_case(seed):
+    """Return design, response (some runs failed), names, weights and blocks; the last two often None."""
+    random = np.random.default_rng(seed)
+    k = int(random.integers(2, 5))
+    kinds = ("central-composite", "box-behnken", "latin-hypercube", "sobol")
+    name = kinds[int(random.integers(0, 4)) if k > 2 else 0]
+    design = surface_runs(k, SurfaceOptions(name, centre_points=4, seed=seed, runs=3 * k * k + 8))
+    design = np.vstack([design, design[:3]])  # repeated runs for all kinds
+    beta = random.normal(0.0, 5.0, k)
+    y = 50.0 + design @ beta + 3.0 * design[:, 0] ** 2 + random.normal(0.0, 1.0, len(design))
+    y[random.choice(len(y), int(random.integers(0, 3)), replace=False)] = np.nan
+    weights = random.uniform(0.5, 2.0, len(y)) if seed % 3 == 1 else None
+    blocks = random.integers(0, 3, len(y)).tolist() if seed % 4 == 2 else None
+    return design, y, [f"x{i}" for i in range(k)], weights, blocks
+
+
+@pytest.mark.parametrize(
+    "start", [pytest.param(start, marks=[pytest.mark.slow] if start >= 40 else []) for start in range(0, 200, 20)]
+)
+def test_two_hundred_random_designs(start):
+    for seed in range(start, start + 20):
+        compare(seed)
+
+
+def compare(seed):
+    design, y, names, weights, blocks = random_case(seed)
+    try:
+        ours = fit_surface(design, y, names, weights=weights, blocks=blocks)
+    except RunsFailed:  # another design in place of one that lost a term
+        compare(seed + 1000)
+        return
+    keep = np.isfinite(y)
+    frame = pd.DataFrame(design[keep], columns=names).assign(
+        y=y[keep], block=0 if blocks is None else np.array(blocks)[keep]
+    )
+    w = np.ones(int(keep.sum())) if weights is None else weights[keep]
+    terms = [formula_of(term) for term in term_names(names)]
+    apart = [] if blocks is None else ["C(block, Sum)"]
+    theirs = wls("y ~ " + " + ".join([*apart, *terms[1:]]), frame, weights=w).fit()
+    assert [c.value for c in ours.coefficients] == pytest.approx(theirs.params[terms].tolist(), **CLOSE)
+    assert [c.standard_error for c in ours.coefficients] == pytest.approx(theirs.bse[terms].tolist(), **CLOSE)
+    intervals = theirs.conf_int().loc[terms].to_numpy()
+    assert np.array([[c.low, c.high] for c in ours.coefficients]) == pytest.approx(intervals, **CLOSE)
+    compare_anova(ours, theirs, frame, w, terms, apart)
+    compare_predictions(ours, theirs, design[keep], frame, w, apart)
+
+
+def compare_anova(ours, theirs, frame, w, terms, apart):
+    rows = {row.source: row for row in ours.anova}
+    table = anova_lm(theirs, typ=3)
+    for term, row in zip(terms[1:], [r for r in ours.anova if r.source in ours.terms], strict=True):
+        assert row.sum_of_squares == pytest.approx(table.loc[term, "sum_sq"], **CLOSE)
+        assert row.f == pytest.approx(table.loc[term, "F"], **CLOSE)
+        assert row.p == pytest.approx(table.loc[term, "PR(>F)"], **CLOSE)
+    null = wls("y ~ " + " + ".join(["1", *apart]), frame, weights=w).fit()
+    model = anova_lm(null, theirs)
+    assert rows["Model"].sum_of_squares == pytest.approx(model.loc[1, "ss_diff"], **CLOSE)
+    assert rows["Model"].f == pytest.approx(model.loc[1, "F"], **CLOSE)
+    assert rows["Model"].p == pytest.approx(model.loc[1, "Pr(>F)"], **CLOSE)
+    assert rows["Residual"].sum_of_squares == pytest.approx(theirs.ssr, **CLOSE)
+    points = frame.drop(columns="y").round(6).astype(str).agg("/".join, axis=1)
+    if points.duplicated().any():
+        cells = wls("y ~ C(points)", frame.assign(points=points), weights=w).fit()
+        split = anova_lm(theirs, cells)
+        assert rows["Lack of fit"].sum_of_squares == pytest.approx(split.loc[1, "ss_diff"], **CLOSE)
+        assert rows["Lack of fit"].f == pytest.approx(split.loc[1, "F"], **CLOSE)
+        assert rows["Lack of fit"].p == pytest.approx(split.loc[1, "Pr(>F)"], **CLOSE)
+        assert rows["Pure error"].sum_of_squares == pytest.approx(cells.ssr, **CLOSE)
+
+
+def compare_predictions(ours, theirs, design, frame, w, apart):
+    if apart:
+        return  # statsmodels predicts for a block, here it is for their mean
+    assert ours.r2 == pytest.approx(theirs.rsquared, **CLOSE)
+    assert ours.adjusted_r2 == pytest.approx(theirs.rsquared_adj, **CLOSE)
+    if max(run.leverage for run in ours.runs_diagnostics) < 1.0 - 1e-9:  # else statsmodels divides by nothing
+        compare_influence(ours, theirs)
+    points = frame[list(ours.names)].to_numpy() * 0.7 + 0.05
+    forecast = theirs.get_prediction(pd.DataFrame(points, columns=list(ours.names)))
+    assert ours.predict(points) == pytest.approx(forecast.predicted_mean, **CLOSE)
+    assert ours.mean_interval(points) == pytest.approx(forecast.conf_int(), **CLOSE)
+    if np.all(w == 1.0):
+        assert ours.prediction_interval(points) == pytest.approx(forecast.conf_int(obs=True), **CLOSE)
+
+
+def compare_influence(ours, theirs):
+    influence = OLSInfluence(OLS(theirs.model.wendog, theirs.model.wexog).fit())  # it overlooks weights itself
+    assert [r.leverage for r in ours.runs_diagnostics] == pytest.approx(list(influence.hat_matrix_diag), **CLOSE)
+    assert [r.cooks_distance for r in ours.runs_diagnostics] == pytest.approx(
+        list(influence.cooks_distance[0]), **CLOSE
+    )
+    external = list(influence.resid_studentized_external)
+    assert [r.studentised for r in ours.runs_diagnostics] == pytest.approx(external, **CLOSE)
+    press = float(np.sum(influence.resid_press**2))
+    assert ours.press == pytest.approx(press, **CLOSE)
+    assert ours.predicted_r2 == pytest.approx(1.0 - press / theirs.centered_tss, **CLOSE)

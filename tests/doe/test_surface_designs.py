@@ -1,0 +1,187 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stemcal.doe.aliases import describe_aliases
+from stemcal.doe.augment import d_optimal_runs, fold_over, rows_missing
+from stemcal.doe.box_behnken import box_behnken
+from stemcal.doe.composite import axial_distance, blocked_composite, central_composite
+from stemcal.doe.designs import SURFACES, SurfaceOptions, plackett_burman, surface_radius, surface_reach, surface_runs
+from stemcal.doe.factorial import fraction
+from stemcal.doe.power import RATIOS, judge_design, power
+from stemcal.doe.space_filling import latin_hypercube, sobol
+from stemcal.doe.terms import term_columns
+from stemcal.errors import UsageError
+
+
+@pytest.mark.parametrize(("k", "runs"), [(3, 12), (4, 24), (5, 40), (6, 48), (7, 56)])
+def test_box_behnken_has_the_published_size_and_is_balanced(k, runs):
+    """Box and Behnken 1960, table 1: linear and mixed columns orthogonal, every level as often."""
+    design = box_behnken(k, 3)
+    assert design.shape == (runs + 3, k)
+    matrix = term_columns(design)
+    linear = matrix[:, 1 : 1 + k + k * (k - 1) // 2]
+    gram = linear.T @ linear
+    assert np.array_equal(gram, np.diag(np.diag(gram)))
+    assert len(set(np.diag(gram)[:k])) == 1
+    assert np.linalg.matrix_rank(matrix) == matrix.shape[1]
+
+
+def test_box_behnken_exists_for_three_to_seven_factors():
+    for k in (2, 8):
+        with pytest.raises(UsageError, match="3 to 7"):
+            box_behnken(k)
+
+
+@pytest.mark.parametrize(
+    ("rule", "k", "distance"),
+    [("rotatable", 2, 1.41421), ("rotatable", 3, 1.68179), ("rotatable", 4, 2.0), ("spherical", 3, 1.73205)],
+)
+def test_printed_axial_distances(rule, k, distance):
+    assert axial_distance(k, rule) == pytest.approx(distance, abs=5e-6)
+
+
+@pytest.mark.parametrize(
+    ("k", "centre", "alpha"),
+    [(2, 1, 1.0), (3, 1, 1.216), (4, 1, 1.414), (2, 2, 1.078), (3, 2, 1.287), (3, 3, 1.353), (4, 4, 1.607)],
+)
+def test_printed_orthogonal_distances(k, centre, alpha):
+    """Khuri and Cornell, Response Surfaces, table of α for orthogonal composites with n₀ centre points."""
+    assert axial_distance(k, "orthogonal", centre) == pytest.approx(alpha, abs=6e-4)
+
+
+@given(st.integers(2, 6), st.integers(1, 8))
+def test_orthogonal_composites_have_uncorrelated_squares(k, centre):
+    design = central_composite(k, centre, "orthogonal")
+    squares = design**2 - (design**2).mean(axis=0)
+    gram = squares.T @ squares
+    assert np.abs(gram - np.diag(np.diag(gram))).max() < 1e-9
+
+
+@pytest.mark.parametrize("k", [5, 6, 7, 8])
+def test_fractional_cores_still_estimate_the_quadratic(k):
+    design = central_composite(k, 4, core="fractional")
+    corners = fraction(k, resolution=5).runs
+    assert len(design) == corners + 2 * k + 4 < 2**k + 2 * k + 4 + 1
+    assert np.abs(design).max() == pytest.approx(corners**0.25)
+    matrix = term_columns(design)
+    assert np.linalg.matrix_rank(matrix) == matrix.shape[1]
+
+
+def test_inscribed_composites_stay_in_the_box():
+    inscribed = central_composite(3, 2, variant="inscribed")
+    assert np.abs(inscribed).max() == 1.0
+    assert inscribed * 8**0.25 == pytest.approx(central_composite(3, 2))
+
+
+@pytest.mark.parametrize(("k", "corners", "axial", "alpha"), [(2, 3, 3, 1.414), (3, 4, 2, 1.633), (4, 4, 2, 2.0)])
+def test_blocks_are_orthogonal(k, corners, axial, alpha):
+    """Box and Hunter 1957: in every block Σx² in proportion to its size, so blocks do not touch the quadratic.
+
+    α as tabulated by them for blocks (k = 2, 3; for 3 the corners are in one block here) or rotatable (k = 4).
+    """
+    design, block = blocked_composite(k, corners, axial)
+    assert np.abs(design).max() == pytest.approx(alpha, abs=5e-4)
+    level = np.where(block == 1, 1.0, 0.0)
+    matrix = term_columns(design)
+    centred = level - level.mean()
+    assert np.abs(centred @ matrix).max() < 1e-9
+
+
+@pytest.mark.parametrize("fill", [latin_hypercube, sobol])
+def test_space_filling_is_seeded_and_inside(fill):
+    points = fill(3, 20, seed=7)
+    assert points.shape == (20, 3) and np.abs(points).max() <= 1.0
+    assert np.array_equal(points, fill(3, 20, seed=7))
+    assert not np.array_equal(points, fill(3, 20, seed=8))
+    with pytest.raises(UsageError, match="at least one"):
+        fill(0, 5)
+
+
+def test_latin_hypercube_has_a_point_in_each_slice_and_sobol_grows():
+    points = latin_hypercube(4, 25)
+    slices = np.sort(np.floor((points + 1.0) / 2.0 * 25).astype(int), axis=0)
+    assert np.array_equal(slices, np.tile(np.arange(25)[:, None], 4))
+    assert np.array_equal(sobol(3, 20), sobol(3, 30)[:20])
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_every_surface_design_carries_the_quadratic_of_three_factors(name):
+    options = SurfaceOptions(name)
+    design = surface_runs(3, options)
+    assert np.linalg.matrix_rank(term_columns(design)) == 10
+    assert np.abs(design).max() <= surface_reach(3, options) + 1e-12
+    assert np.linalg.norm(design, axis=1).max() <= surface_radius(3, options) + 1e-9 or name == "central-composite"
+
+
+def test_extra_runs_come_last():
+    plain, more = surface_runs(3, SurfaceOptions()), surface_runs(3, SurfaceOptions(extra_runs=3))
+    assert np.array_equal(more[:20], plain) and more.shape == (23, 3)
+    with pytest.raises(UsageError, match=r"rsm\.design: no design 'd-optimal'"):
+        surface_runs(3, SurfaceOptions("d-optimal"))
+
+
+def test_fold_over_frees_main_effects():
+    design = plackett_burman(9)
+    folded = fold_over(design)
+    assert folded.shape == (24, 9) and np.array_equal(folded[:12], design)
+    assert "clear of two-factor interactions" in describe_aliases(folded, [f"X{i}" for i in range(9)])
+    one = fold_over(fraction(7, 8).design(), [0])
+    assert "X1 with" not in describe_aliases(one, [f"X{i + 1}" for i in range(7)])
+
+
+def test_rows_already_run_are_not_run_again():
+    corners = fraction(3, 8).design()
+    whole = central_composite(3, 2)
+    missing = rows_missing(corners, whole)
+    assert len(missing) == 8 and np.array_equal(missing, whole[8:])
+    assert len(rows_missing(whole[-1:], whole)) == 15  # one of two centre points is there
+    assert rows_missing(whole, whole).shape == (0, 3)
+
+
+def test_d_optimal_runs_repair_a_design_and_beat_random_ones():
+    """A 2² factorial with a centre lacks squares; the best four further runs are the axial ones or as good."""
+    start = np.vstack([fraction(2, 4).design(), [[0.0, 0.0]]])
+    added = d_optimal_runs(start, 4)
+
+    def det(points):
+        matrix = term_columns(np.vstack([start, points]))
+        return float(np.linalg.det(matrix.T @ matrix))
+
+    faces = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
+    assert det(added) == pytest.approx(det(faces), rel=1e-9)
+    random = np.random.default_rng(0)
+    grid = np.array([[a, b] for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
+    assert all(det(grid[random.integers(0, 9, 4)]) <= det(added) * (1.0 + 1e-9) for _ in range(200))
+
+
+def test_power_agrees_with_simulation_and_theory():
+    """Power of a t test with known answers: statsmodels' non-central t at the same shift."""
+    from scipy.stats import nct, t
+
+    for shift, df in [(1.0, 3), (3.46, 2), (2.5, 10)]:
+        limit = t.ppf(0.975, df)
+        assert power(shift, df) == pytest.approx(nct.sf(limit, df, shift) + nct.cdf(-limit, df, shift), rel=1e-6)
+    assert power(0.0, 5) == pytest.approx(0.05)
+    assert power(2.0, 0) is None
+
+
+def test_a_screening_is_judged_before_it_is_run():
+    quality = judge_design(plackett_burman(9), [f"X{i}" for i in range(9)], quadratic=False)
+    assert (quality.residual_df, quality.pure_error_df) == (2, 0)
+    assert quality.leverage == pytest.approx([10 / 12] * 12)
+    assert quality.d_efficiency == pytest.approx(100.0) and quality.g_efficiency == pytest.approx(100.0)
+    assert all(term.vif == pytest.approx(1.0) for term in quality.terms)
+    assert quality.least_power(2.0) == pytest.approx(power(0.5 * 2.0 * 12**0.5, 2))
+    assert "2 residual df" in quality.describe() and "2σ 47 %" in quality.describe()
+
+
+def test_a_saturated_design_has_no_power():
+    quality = judge_design(plackett_burman(11), [f"X{i}" for i in range(11)], quadratic=False)
+    assert quality.least_power(RATIOS[0]) is None
+    assert "no F test" in quality.describe()
+    with pytest.raises(UsageError, match="cannot estimate"):
+        judge_design(plackett_burman(3), list("abc"))

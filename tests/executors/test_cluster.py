@@ -1,0 +1,200 @@
+"""A real Dask scheduler and real workers on the loopback: the same tables as on one machine, whatever dies."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from fakes import ENVIRONMENT, FakeSolver, lines, make_study
+
+from stemcal import workflow
+from stemcal.errors import UsageError
+from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
+from stemcal.executors.inline import InlineExecutor
+from stemcal.study.store import StudyFolder
+
+pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
+
+from stemcal.executors.cluster import DaskExecutor
+
+POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+HERE = str(Path(__file__).parent)
+MANY = "rsm: {centre_points: 3}\n"
+
+
+class Cluster:
+    """A scheduler and workers, started by Dask's own commands as a user would."""
+
+    def __init__(self, folder: Path, workers: int) -> None:
+        self.file = folder / "scheduler.json"
+        self.log = (folder / "dask.log").open("wb")
+        self.scheduler = self._dask("scheduler", "--scheduler-file", self.file, "--port", "0")
+        eventually_true(self.file.exists)
+        self.address = json.loads(self.file.read_text(encoding="utf-8"))["address"].removeprefix("tcp://")
+        self.workers = [self.start_worker() for _ in range(workers)]
+
+    def start_worker(self) -> subprocess.Popen[bytes]:
+        options = ("--nthreads", "1", "--nworkers", "1", "--local-directory", self.file.parent)
+        return self._dask("worker", "--scheduler-file", self.file, *options)
+
+    def _dask(self, *args: object) -> subprocess.Popen[bytes]:
+        path = os.pathsep.join([HERE, str(ENVIRONMENT["PYTHONPATH"])])
+        return subprocess.Popen(
+            [sys.executable, "-m", "dask", *map(str, args), "--host", "127.0.0.1", "--no-dashboard"],
+            stdout=self.log,
+            stderr=self.log,
+            env={**ENVIRONMENT, "PYTHONPATH": path},
+            start_new_session=True,
+        )
+
+    def close(self) -> None:
+        for process in (*self.workers, self.scheduler):
+            kill_group(process)
+        self.log.close()
+
+
+def kill_group(process: subprocess.Popen[bytes]) -> None:
+    """Kill a dask command with the worker process that its nanny keeps."""
+    if os.name == "nt":
+        process.kill()
+    else:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def eventually_true(condition: object, seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.05)
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    found = Cluster(tmp_path_factory.mktemp("dask"), workers=2)
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def executor(cluster: Cluster) -> Iterator[DaskExecutor]:
+    with DaskExecutor(cluster.address, time_limit=3.0) as executor:
+        eventually_true(lambda: executor.workers >= 2)
+        yield executor
+
+
+def tables(folder: StudyFolder) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in sorted(folder.path.iterdir()) if p.suffix in (".json", ".csv")}
+
+
+def unbroken(tmp_path: Path) -> dict[str, bytes]:
+    folder = StudyFolder(tmp_path / "here")
+    workflow.calibrate(make_study(tmp_path, MANY), folder, InlineExecutor(), solver=FakeSolver())
+    return tables(folder)
+
+
+def test_computes(executor: DaskExecutor) -> None:
+    assert list(executor.map(pow, range(20), [2] * 20)) == [x * x for x in range(20)]
+    assert executor.submit(os.getpid).result() != os.getpid()
+
+
+def test_the_same_tables_as_here_byte_for_byte(executor: DaskExecutor, tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path / "there")
+    workflow.calibrate(make_study(tmp_path, MANY), folder, executor, solver=FakeSolver())
+    assert tables(folder) == unbroken(tmp_path)
+
+
+def test_a_crash_costs_one_run_and_no_worker(executor: DaskExecutor) -> None:
+    deadly = [executor.submit(os._exit, code) for code in (3, 4)]
+    for future, code in zip(deadly, (3, 4), strict=True):
+        with pytest.raises(WorkerDied, match=f"exit code {code}"):
+            future.result(timeout=30)
+    assert executor.submit(pow, 2, 3).result() == 8
+    assert executor.workers == 2
+
+
+def test_exceptions_and_time_limits_come_back(executor: DaskExecutor) -> None:
+    late, wrong = executor.submit(time.sleep, 60.0), executor.submit(divmod, 1, 0)
+    with pytest.raises(ZeroDivisionError):
+        wrong.result(timeout=30)
+    begun = time.monotonic()
+    with pytest.raises(RunTimedOut, match="3 s"):
+        late.result(timeout=30)
+    assert time.monotonic() - begun < 8.0
+
+
+def test_cancelled_calls_are_not_run(executor: DaskExecutor, tmp_path: Path) -> None:
+    blocking = [executor.submit(time.sleep, 1.0) for _ in range(2)]
+    cancelled = executor.submit(Path.touch, tmp_path / "touched")
+    assert cancelled.cancel()
+    assert [future.result(timeout=30) for future in blocking] == [None, None]
+    assert not (tmp_path / "touched").exists()
+
+
+@POSIX
+def test_a_worker_killed_in_mid_study(tmp_path: Path) -> None:
+    """Its runs go to the other worker; the tables are the same to the byte."""
+    cluster, witness = Cluster(tmp_path, workers=2), tmp_path / "witness"
+    folder, study = StudyFolder(tmp_path / "there"), make_study(tmp_path, MANY)
+
+    def kill_one() -> None:
+        eventually_true(lambda: len(lines(witness)) >= 8)
+        kill_group(cluster.workers[0])
+
+    try:
+        with DaskExecutor(cluster.address) as executor:
+            eventually_true(lambda: executor.workers >= 2)
+            killer = threading.Thread(target=kill_one)
+            killer.start()
+            workflow.calibrate(study, folder, executor, solver=FakeSolver(witness, seconds=0.1))
+            killer.join()
+            assert executor.workers == 1
+    finally:
+        cluster.close()
+    assert tables(folder) == unbroken(tmp_path)
+
+
+@POSIX
+def test_a_lost_scheduler_ends_the_study_but_fails_no_run(tmp_path: Path) -> None:
+    cluster, witness = Cluster(tmp_path, workers=1), tmp_path / "witness"
+    folder, study = StudyFolder(tmp_path / "there"), make_study(tmp_path, MANY)
+
+    def kill_scheduler() -> None:
+        eventually_true(lambda: len(lines(witness)) >= 5)
+        kill_group(cluster.scheduler)
+
+    try:
+        with pytest.raises(ClusterLost, match="run again"), DaskExecutor(cluster.address) as executor:
+            killer = threading.Thread(target=kill_scheduler)
+            killer.start()
+            workflow.calibrate(study, folder, executor, solver=FakeSolver(witness, seconds=0.1))
+    finally:
+        cluster.close()
+    kept = [folder.load(key) for key in folder.keys()]  # noqa: SIM118
+    assert kept and all(record is not None and record["status"] == "ok" for record in kept)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
+    assert tables(folder) == unbroken(tmp_path)
+
+
+def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 2.0)
+    begun = time.monotonic()
+    with pytest.raises(UsageError, match="no Dask scheduler answers"):
+        DaskExecutor("127.0.0.1:9")
+    assert time.monotonic() - begun < 10.0
+
+
+def test_another_version_is_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.executors.cluster.__version__", "0.0.0")
+    with pytest.raises(UsageError, match=r"the study stemcal 0\.0\.0; install the same version"):
+        DaskExecutor(cluster.address)

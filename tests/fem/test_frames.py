@@ -1,0 +1,79 @@
+"""Frames for ParaView, read back with readers that are not ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from stemcal.fem.frames import FrameWriter, von_mises
+from stemcal.fem.material import Material
+from stemcal.fem.mesh import brick
+from stemcal.fem.model import Integration, Model
+from stemcal.fem.stepper import simulate
+from stemcal.fem.vtu import write_vtu
+
+
+def test_von_mises_of_known_states() -> None:
+    """Uniaxial tension σ gives σ, pure shear τ gives √3 τ, pressure gives 0."""
+    stress = np.array([[5.0, 0, 0, 0, 0, 0], [0, 0, 0, 2.0, 0, 0], [7.0, 7.0, 7.0, 0, 0, 0]])
+    np.testing.assert_allclose(von_mises(stress), [5.0, np.sqrt(3.0) * 2.0, 0.0], atol=1e-12)
+
+
+@pytest.fixture
+def stretched(tmp_path: Path) -> Path:
+    """Two elements drawn out at a uniform rate of 1/s along x for 1 ms, frames at every second of ten outputs."""
+    mesh = brick((2.0, 1.0, 1.0), (2, 1, 1))
+    velocity = np.zeros_like(mesh.nodes)
+    velocity[:, 0] = mesh.nodes[:, 0]
+    model = Model(
+        mesh=mesh,
+        material=Material(1.0e-9, 1000.0, 0.0),
+        held=np.ones(mesh.nodes.shape, dtype=bool),
+        velocity=velocity,
+        integration=Integration(outputs=10),
+    )
+    simulate(model, 1.0e-3, inspect=FrameWriter(tmp_path / "frames", every=2))
+    return tmp_path / "frames"
+
+
+def test_a_frame_list_names_every_frame(stretched: Path) -> None:
+    entries = ElementTree.parse(stretched / "frames.pvd").findall(".//DataSet")
+    assert [entry.get("file") for entry in entries] == [f"frame-{i:04d}.vtu" for i in range(6)]
+    times = [float(entry.get("timestep", "nan")) for entry in entries]
+    np.testing.assert_allclose(times, np.linspace(0.0, 1.0e-3, 6), atol=2e-6)
+
+
+@pytest.mark.parametrize("reader", ["vtk", "meshio"])
+def test_a_frame_read_back_by_other_readers(stretched: Path, reader: str) -> None:
+    """1 ms at 1/s is a strain of 1e-3: displacement 1e-3 x, stress E ln(1.001) in both elements (1 %: half a step)."""
+    module = pytest.importorskip(reader, reason=f"{reader} is not installed (extra view)")
+    path = stretched / "frame-0005.vtu"
+    if reader == "meshio":
+        mesh = module.read(path)
+        points, hexes = mesh.points, mesh.cells_dict["hexahedron"]
+        displacement, stress = mesh.point_data["displacement"], mesh.cell_data["stress"][0]
+    else:
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        source = module.vtkXMLUnstructuredGridReader()
+        source.SetFileName(str(path))
+        source.Update()
+        grid = source.GetOutput()
+        points = vtk_to_numpy(grid.GetPoints().GetData())
+        hexes = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 8)
+        displacement = vtk_to_numpy(grid.GetPointData().GetArray("displacement"))
+        stress = vtk_to_numpy(grid.GetCellData().GetArray("stress"))
+    assert points.shape == (12, 3) and hexes.shape == (2, 8)
+    np.testing.assert_allclose(displacement[:, 0], points[:, 0] * 1e-3 / 1.001, rtol=1e-2)
+    np.testing.assert_allclose(stress[:, 0], 1000.0 * np.log(1.001), rtol=1e-2)
+    np.testing.assert_allclose(stress[:, 1:], 0.0, atol=1e-9)
+
+
+def test_names_are_escaped(tmp_path: Path) -> None:
+    mesh = brick((1.0, 1.0, 1.0), (1, 1, 1))
+    write_vtu(tmp_path / "a.vtu", mesh.nodes, mesh.hexes, {}, {'<"&>': np.array([1.0])})
+    arrays = ElementTree.parse(tmp_path / "a.vtu").findall(".//CellData/DataArray")
+    assert [array.get("Name") for array in arrays] == ['<"&>']

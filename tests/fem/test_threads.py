@@ -1,0 +1,56 @@
+"""Several threads give the bits of one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stemcal.fem.contact import Contact, Tool
+from stemcal.fem.history import History
+from stemcal.fem.material import Material
+from stemcal.fem.mesh import brick
+from stemcal.fem.model import Integration, Model
+from stemcal.fem.stepper import simulate
+from stemcal.fem.threads import corner_places
+
+WEDGE = Tool(corners=((2.5, 0.1), (3.0, 2.0), (2.0, 2.0)), radius=0.1, height=2.001, speed=-200.0, edge=2.5)
+
+
+def press(threads: int) -> History:
+    """Press a wedge into a block until elements fail."""
+    mesh = brick((5.0, 4.0, 2.0), (5, 4, 2))
+    held = np.zeros(mesh.nodes.shape, dtype=bool)
+    held[mesh.nodes[:, 2] == 0.0] = True
+    model = Model(
+        mesh=mesh,
+        material=Material(1.0e-6, 1000.0, 0.3, 15.0, 0.5, 0.05, failure_strain=0.03),
+        tools=(WEDGE,),
+        contact=Contact(0.15, 0.10),
+        held=held,
+        integration=Integration(outputs=20, threads=threads),
+    )
+    return simulate(model, 1.5e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_change_no_bit(threads: int) -> None:
+    """Slow: the parts of a step are compiled once more, for calls from outside the compiled loop."""
+    one, many = press(1), press(threads)
+    assert one.deleted[-1] > 0
+    for name in ("time", "force", "kinetic", "internal", "hourglass", "eroded", "external", "x", "state", "standing"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(many, name), err_msg=name)
+
+
+def test_places_follow_the_single_threaded_order() -> None:
+    """Two elements in one block of 16 lanes that share four nodes: lane 0 before lane 1 at the same corner."""
+    mesh = brick((2.0, 1.0, 1.0), (2, 1, 1))
+    lanes = np.minimum(np.arange(16), 1)
+    blocks = mesh.hexes[lanes].reshape(1, 16, 8).transpose(0, 2, 1)
+    first, places = corner_places(blocks, len(mesh.nodes))
+    assert first[-1] == len(places) == 16 * 8
+    for node in range(len(mesh.nodes)):
+        mine = places[first[node] : first[node + 1]]
+        assert all(blocks[tuple(place)] == node for place in mine)
+        keys = [tuple(place) for place in mine]
+        assert keys == sorted(keys)

@@ -1,0 +1,66 @@
+"""The compiled kernels' cache: kept apart per state of the sources, recovered when it is damaged."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stemcal.fem.kernels.compile import cache_folder
+from stemcal.fem.warm import warm
+
+WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
+
+
+def run(folder: Path) -> subprocess.CompletedProcess[str]:
+    root = Path(__file__).parents[2]
+    path = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = {**os.environ, "STEMCAL_CACHE_DIR": str(folder), "PYTHONPATH": path}
+    return subprocess.run(
+        [sys.executable, "-c", WARM], env=environment, capture_output=True, text=True, encoding="utf-8", check=False
+    )
+
+
+def entries(folder: Path) -> list[Path]:
+    return sorted(p for p in folder.rglob("*") if p.suffix in {".nbi", ".nbc"})
+
+
+def test_warm_is_quick_once_compiled() -> None:
+    warm()
+    warm()
+
+
+def test_cache_folder_is_ours_and_names_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same sources give the same folder below the configured place; what cannot be made gives a temporary one."""
+    monkeypatch.setenv("STEMCAL_CACHE_DIR", str(tmp_path))
+    folder = cache_folder()
+    assert folder.parent == tmp_path
+    assert folder == cache_folder()
+    occupied = tmp_path / "a-file"
+    occupied.write_text("", encoding="utf-8")
+    monkeypatch.setenv("STEMCAL_CACHE_DIR", str(occupied))
+    spare = cache_folder()
+    assert spare.is_dir()
+    assert tmp_path not in spare.parents
+
+
+@pytest.mark.slow
+def test_a_damaged_cache_is_recovered(tmp_path: Path) -> None:
+    """Every file cut off in the middle, then emptied: warm() compiles again, and the next run loads what it left."""
+    assert run(tmp_path).stdout.strip() == "warm"
+    files = entries(tmp_path)
+    assert files
+    for keep in (0.5, 0.0):
+        for file in entries(tmp_path):
+            data = file.read_bytes()
+            file.write_bytes(data[: int(keep * len(data))])
+        again = run(tmp_path)
+        assert again.returncode == 0, again.stderr
+        assert again.stdout.strip() == "warm"
+    after = {file: file.stat().st_mtime_ns for file in entries(tmp_path)}
+    assert after
+    assert run(tmp_path).returncode == 0
+    assert {file: file.stat().st_mtime_ns for file in entries(tmp_path)} == after

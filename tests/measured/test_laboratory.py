@@ -1,0 +1,154 @@
+"""Diameters and shear tests: the shipped synthetic examples, and files that go wrong."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stemcal.errors import UsageError
+from stemcal.measured.curves import CurveOptions, contact_begins, read_curve
+from stemcal.measured.diameters import measure_diameters, proposed_grades
+from stemcal.measured.shear import find_files, measure_shear, read_index
+from stemcal.measured.targets import targets_section, with_targets
+
+DATA = Path(__file__).parents[2] / "configs" / "data"
+MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}
+
+
+def curve_file(path: Path, force: list[float], head: str = "travel (mm),force (N)") -> Path:
+    path.write_text("\n".join([head, *(f"{0.1 * i:.1f},{f}" for i, f in enumerate(force)), ""]))
+    return path
+
+
+def test_the_examples_are_what_their_script_makes(tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location("make_measured", DATA / "make_measured.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.main(tmp_path)
+    made = {p.relative_to(tmp_path): p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
+    shipped = {name: (DATA / name).read_bytes() for name in made}
+    assert len(made) == 31
+    assert made == shipped
+
+
+def test_examples_say_that_they_are_synthetic_and_have_the_published_means() -> None:
+    tests = measure_shear(find_files(DATA / "measured-shear"))
+    assert tests.synthetic
+    assert {g.diameter: g.summary.mean for g in tests.grades} == pytest.approx(MEANS)
+    assert [g.summary.n for g in tests.grades] == [6] * 5
+    assert "SYNTHETIC" in targets_section(tests)
+    assert measure_diameters(DATA / "measured-diameters.csv").synthetic
+
+
+def test_diameters_of_the_example() -> None:
+    found = measure_diameters(DATA / "measured-diameters.csv", grades=[7, 8, 9, 10, 11])
+    assert (found.summary.n, found.readings) == (50, 150)
+    assert found.summary.mean == pytest.approx(8.90, abs=0.02)
+    assert [grade.low for grade in found.grades] == [6.5, 7.5, 8.5, 9.5, 10.5]
+    assert sum(grade.share_percent for grade in found.grades) > 90
+    assert [test.name for test in found.tests] == ["Shapiro–Wilk", "Anderson–Darling"]
+
+
+def test_repeats_are_averaged_per_stem_in_columns_or_rows(tmp_path: Path) -> None:
+    wide, long = tmp_path / "wide.csv", tmp_path / "long.csv"
+    wide.write_text("stem,d1 (cm),d2 (cm)\nA,0.70,0.72\nB,0.80,\nC,0.95,0.93\n")
+    long.write_text("stem;diameter\nA;7,0\nA;7,2\nB;8,0\nC;9,5\nC;9,3\n")
+    for path in (wide, long):
+        assert measure_diameters(path).values == pytest.approx((7.1, 8.0, 9.4))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("stem,diameter\n1,8.1\n2,thick\n3,8.0\n4,7\n5,9\n", "stem 2: 'thick' is no number|three or more"),
+        ("stem,diameter\n1,8.1\n2,-8\n3,8.0\n", "stem 2: -8 mm is no diameter"),
+        ("stem,diameter\n1,8\n2,8\n3,8\n", "stems that differ"),
+        ("stem,diameter (furlong)\n1,8\n2,9\n3,8\n", "unknown unit 'furlong'"),
+    ],
+)
+def test_wrong_diameters_are_named(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "d.csv"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=words):
+        measure_diameters(path)
+
+
+def test_grades_are_the_fewest_that_hold_95_percent() -> None:
+    values = [7.0] * 10 + [8.0] * 40 + [9.0] * 40 + [10.0] * 9 + [3.0]
+    assert proposed_grades(values) == [7.0, 8.0, 9.0, 10.0]
+    assert proposed_grades(values, step=2.0) == [8.0, 10.0]
+
+
+def test_preload_is_trimmed_and_travel_counted_from_there(tmp_path: Path) -> None:
+    curve = read_curve(curve_file(tmp_path / "8mm-1.csv", [0.5, 6.0, 1.0, 4.0, 30.0, 80.0, 50.0, 1.0]))
+    assert (curve.trimmed, curve.max_force) == (3, 80.0)
+    assert curve.travel_at_max == pytest.approx(0.2)
+    assert curve.travel[0] == 0.0
+    assert contact_begins(np.array([20.0, 60.0, 30.0]), 5.0) == 0
+
+
+def test_units_signs_and_columns(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    rows = "\n".join(f"{i},{-0.01 * i},{0.02 * i},7" for i in range(8))
+    path.write_text(f"t (s),load (kN),position (cm),x\n{rows}\n")
+    curve = read_curve(path)
+    assert (curve.max_force, curve.travel_at_max) == pytest.approx((70.0, 1.4))
+    assert curve.remarks[0] == "force counted positive in pressing"
+    assert "may have ended" in curve.remarks[1]
+    assert read_curve(path, CurveOptions(force_unit="N", preload=0.01)).max_force == pytest.approx(0.07)
+    assert read_curve(path, CurveOptions(force_column="4", preload=1.0)).max_force == 7.0
+    with pytest.raises(UsageError, match="no column 'weight' for force; there are 't"):
+        read_curve(path, CurveOptions(force_column="weight"))
+
+
+def test_an_outlier_is_named_and_counted_until_it_is_excluded(tmp_path: Path) -> None:
+    peaks = {"a": 100.0, "b": 102.0, "c": 98.0, "d": 101.0, "e": 99.0, "bad": 180.0}
+    for name, peak in peaks.items():
+        curve_file(tmp_path / f"8mm-{name}.csv", [0.0, 10.0, peak / 2, peak, 20.0])
+    files = find_files(tmp_path)
+    kept = measure_shear(files)
+    assert kept.grades[0].suspect == "8mm-bad"
+    assert kept.grades[0].summary.mean == pytest.approx(680 / 6)
+    assert "Grubbs' test" in kept.remarks()[0] and "it is counted" in kept.remarks()[0]
+    without = measure_shear(files, exclude=["8mm-bad"])
+    assert (without.grades[0].summary.n, without.grades[0].summary.mean) == (5, 100.0)
+    assert "8mm-bad is left out" in without.remarks()[0]
+    with pytest.raises(UsageError, match="no such specimen"):
+        measure_shear(files, exclude=["9mm-x"])
+
+
+def test_where_the_diameter_comes_from(tmp_path: Path) -> None:
+    force = [0.0, 10.0, 50.0, 90.0, 20.0]
+    plain = curve_file(tmp_path / "s1.csv", force)
+    stated = curve_file(tmp_path / "s2.csv", force, "Stem diameter: 7,6 mm\ntravel (mm),force (N)")
+    (tmp_path / "9 mm").mkdir()
+    in_folder = curve_file(tmp_path / "9 mm" / "s3.csv", force)
+    with pytest.raises(UsageError, match="its diameter is unknown"):
+        measure_shear([plain])
+    index = tmp_path / "index.csv"
+    index.write_text("file,diameter\ns1.csv,8.2\n")
+    assert index not in find_files(tmp_path)
+    found = measure_shear([plain, stated, in_folder], index=read_index(index))
+    assert [(s.diameter, s.grade) for s in found.specimens] == [(8.2, 8.0), (7.6, 8.0), (9.0, 9.0)]
+
+
+def test_targets_replace_only_their_section() -> None:
+    from stemcal.study.spec import read_study
+
+    spec = DATA.parent / "wild-chrysanthemum.yaml"
+    text = spec.read_text("utf-8")
+    section = targets_section(measure_shear(find_files(DATA / "measured-shear")), 8.0)
+    changed = with_targets(text, section)
+    study = read_study(changed.encode(), spec)
+    assert study.calibration_target.force == 159.2
+    assert [target.n for target in study.targets.forces] == [6] * 5
+    assert all(target.sd for target in study.targets.forces)
+    outside = [line for line in text.splitlines() if line not in changed.splitlines()]
+    assert all("diameter:" in line or line == "targets:" for line in outside)
+    assert with_targets("name: a\n", section).startswith("name: a\n\ntargets:")
+    with pytest.raises(UsageError, match="--calibrate-at 12"):
+        targets_section(measure_shear(find_files(DATA / "measured-shear")), 12.0)

@@ -1,0 +1,94 @@
+"""Known answers: printed tables, other programs, closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stemcal.measured.normality import anderson_darling, shapiro_wilk
+from stemcal.measured.outliers import critical_value, grubbs
+from stemcal.measured.samples import summarise
+from stemcal.measured.scaling import fit_power_law
+
+# Michelson's speed of light of 1879, first 20 experiments of run 1 (km/s − 299 000), as in R's `morley`.
+MORLEY = [850, 740, 900, 1070, 930, 850, 950, 980, 980, 880, 1000, 980, 930, 650, 760, 810, 1000, 1000, 960, 960]
+# NIST/SEMATECH e-Handbook 1.3.5.17.1, mass spectrometer readings of uranium (Tietjen and Moore 1972).
+URANIUM = [199.31, 199.53, 200.19, 200.82, 201.92, 201.95, 202.18, 245.57]
+
+
+def test_summary_of_a_sample() -> None:
+    found = summarise(MORLEY)
+    assert (found.n, found.mean) == (20, 909.0)
+    assert found.sd == pytest.approx(104.9260, abs=1e-4)
+    assert found.mean_interval == pytest.approx((859.8931, 958.1069), abs=1e-4)
+    assert found.cv_percent == pytest.approx(11.5430, abs=1e-4)
+    # s·√(19/χ²) with χ² = 32.8523 and 8.9065 of printed tables
+    assert found.sd_interval == pytest.approx((79.795, 153.250), abs=0.01)
+
+
+def test_one_value_has_no_scatter() -> None:
+    found = summarise([120.0])
+    assert (found.mean, found.sd, found.mean_interval) == (120.0, None, None)
+
+
+def test_normality_tests_agree_with_other_programs() -> None:
+    from statsmodels.stats.diagnostic import normal_ad
+
+    values = np.array(MORLEY, dtype=float)
+    assert shapiro_wilk(MORLEY).statistic == pytest.approx(0.919, abs=0.02)
+    statistic, p = normal_ad(values)
+    n = len(values)
+    found = anderson_darling(MORLEY)
+    assert found.statistic == pytest.approx(statistic * (1 + 0.75 / n + 2.25 / n**2))
+    assert found.p == pytest.approx(p, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_normal_sample_passes_and_an_exponential_one_fails(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    for test in (shapiro_wilk, anderson_darling):
+        assert test(random.normal(9, 1, 200).tolist()).p > 0.01
+        assert test(random.exponential(1.0, 200).tolist()).p < 1e-6
+
+
+def test_p_of_anderson_darling_is_uniform_under_normality() -> None:
+    random = np.random.default_rng(7)
+    p = np.array([anderson_darling(random.normal(size=30).tolist()).p for _ in range(1000)])
+    assert np.quantile(p, [0.05, 0.25, 0.5]) == pytest.approx([0.05, 0.25, 0.5], abs=0.04)
+
+
+def test_grubbs_on_nists_example() -> None:
+    """The handbook prints G = 2.4687 and the critical value 2.032 one-sided; two-sided 2.126 for n = 8."""
+    found = grubbs(URANIUM)
+    assert found is not None
+    assert found.statistic == pytest.approx(2.4687, abs=1e-4)
+    assert (found.index, found.is_outlier) == (7, True)
+    assert critical_value(8, 0.1) == pytest.approx(2.032, abs=1e-3)
+    assert critical_value(8, 0.05) == pytest.approx(2.126, abs=1e-3)
+
+
+def test_grubbs_needs_three_values_that_differ() -> None:
+    assert grubbs([1.0, 2.0]) is None
+    assert grubbs([3.0, 3.0, 3.0]) is None
+
+
+def test_grubbs_keeps_its_level() -> None:
+    random = np.random.default_rng(3)
+    hits = [grubbs(random.normal(size=6).tolist()).is_outlier for _ in range(2000)]  # type: ignore[union-attr]
+    assert np.mean(hits) == pytest.approx(0.05, abs=0.012)
+
+
+def test_power_law_of_the_published_means() -> None:
+    law = fit_power_law([7, 8, 9, 10, 11], [120.0, 159.2, 213.8, 300.0, 378.2])
+    assert law is not None and law.exponent_interval is not None
+    assert law.exponent == pytest.approx(2.59, abs=0.005)
+    assert law.exponent_interval == pytest.approx((2.25, 2.93), abs=0.01)
+
+
+def test_power_law_is_exact_on_its_own_points() -> None:
+    diameters = [5.0, 7.0, 11.0, 13.0]
+    law = fit_power_law(diameters, [0.7 * d**2.3 for d in diameters])
+    assert law is not None
+    assert (law.factor, law.exponent, law.r2) == pytest.approx((0.7, 2.3, 1.0))
+    assert law.at(9.0) == pytest.approx(0.7 * 9.0**2.3)
+    assert fit_power_law([8.0, 8.0], [1.0, 2.0]) is None

@@ -1,0 +1,92 @@
+"""Tables to publish: the paper's own numbers in all formats, and nothing that a format would take for its own."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stemcal.report.export import _ascii_minus, export_tables, latex, markdown
+from stemcal.report.paper import PaperTable, paper_tables
+
+NASTY = PaperTable(
+    5, "nasty", "Caption with 100 % & $x$_#", ("A_b", "<b>|x|</b>"), (("{a}~^\\", "−1"), ("=1+1", "屈服应力")), "x_y²"
+)
+
+
+@pytest.fixture
+def tables(replayed: tuple[Any, Any], stages: dict[str, Any]) -> dict[int, PaperTable]:
+    return {table.number: table for table in paper_tables(replayed[0], stages)}
+
+
+def test_all_nine_tables_of_the_paper(tables: dict[int, PaperTable]) -> None:
+    assert sorted(tables) == list(range(5, 14))
+    assert {number: len(table.rows) for number, table in tables.items()} == {
+        5: 9, 6: 12, 7: 9, 8: 5, 9: 20, 10: 14, 11: 3, 12: 9, 13: 5,
+    }  # fmt: skip
+
+
+def test_cells_as_printed(tables: dict[int, PaperTable]) -> None:
+    assert tables[7].columns == ("Parameters", "Effect", "Contribution/%", "Sum of Squares", "F-Value", "p-Value")
+    assert tables[7].rows[3] == ("X4", "79.42", "60.19", "18921.02", "444.32", "0.0022 **")
+    assert tables[7].rows[4] == ("X5", "−0.25", "0.001", "0.1875", "0.0044", "0.9531")
+    assert tables[10].rows[0] == ("Model", "16225.35", "9", "1802.82", "75.48", "<0.0001 **")
+    assert tables[10].rows[-2] == ("Pure error", "93.33", "5", "18.67", "", "")
+    assert tables[8].rows[0][0] == "1.682"
+    assert tables[8].rows[1] == ("1", "17.97", "0.04", "95.95")
+    assert [row[3] for row in tables[13].rows] == ["−7.8", "−6.2", "5.8", "6.3", "7.5"]
+    assert tables[12].rows[0] == ("X1", "Density (kg/m3)", "1100")
+
+
+def test_csv_has_plain_numbers(tables: dict[int, PaperTable], tmp_path: Path) -> None:
+    paths = export_tables(list(tables.values()), "csv", tmp_path)
+    assert len(paths) == 9
+    with (tmp_path / "table07-screening.csv").open(encoding="utf-8-sig", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[0]["Effect"]) == -2.95
+
+
+def test_spreadsheets_run_nothing() -> None:
+    assert [_ascii_minus(cell) for cell in ("=1+1", "@x", "+cmd", "-cmd", "−1.5", "0.1")] == [
+        "'=1+1", "'@x", "'+cmd", "'-cmd", "-1.5", "0.1",
+    ]  # fmt: skip
+
+
+def test_latex_is_balanced_and_escaped(tables: dict[int, PaperTable], tmp_path: Path) -> None:
+    (path,) = export_tables([*tables.values(), NASTY], "tex", tmp_path)
+    text = path.read_text("utf-8")
+    body = "\n".join(line for line in text.splitlines() if not line.startswith("%"))
+    bare = re.sub(r"\\[\\{}&%$#_]", "", body)
+    assert bare.count("{") == bare.count("}")
+    assert bare.count("$") % 2 == 0
+    assert text.count(r"\begin{") == text.count(r"\end{") == 1 + 2 * 10
+    for table in [*tables.values(), NASTY]:
+        rows = latex(table).split(r"\toprule")[1].split(r"\bottomrule")[0]
+        lines = [line for line in rows.splitlines() if line.endswith(r" \\")]
+        assert len(lines) == len(table.rows) + 1
+        assert all(len(re.findall(r"(?<!\\)&", line)) == len(table.columns) - 1 for line in lines)
+    assert r"\{a\}\textasciitilde{}\textasciicircum{}\textbackslash{}" in text
+
+
+def test_markdown_rows_have_as_many_cells_as_columns(tables: dict[int, PaperTable]) -> None:
+    for table in [*tables.values(), NASTY]:
+        lines = [line for line in markdown(table).splitlines() if line.startswith("|")]
+        assert {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {len(table.columns) + 1}
+    assert "<b>" not in markdown(NASTY).replace(r"\<b\>", "")
+
+
+def test_word_opens_again(tables: dict[int, PaperTable], tmp_path: Path) -> None:
+    docx = pytest.importorskip("docx")
+    (path,) = export_tables(list(tables.values()), "docx", tmp_path)
+    document = docx.Document(str(path))
+    assert len(document.tables) == 9
+    cells = [cell.text for cell in document.tables[2].rows[4].cells]
+    assert cells == ["X4", "79.42", "60.19", "18921.02", "444.32", "0.0022 **"]
+
+
+def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], stages: dict[str, Any]) -> None:
+    found = paper_tables(replayed[0], {"screen": stages["screen"]})
+    assert [table.number for table in found] == [5, 6, 7]

@@ -1,0 +1,85 @@
+"""Every figure by name, also for the laboratory, and the words of the glossary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from stemcal.errors import UsageError
+from stemcal.report import laboratory
+from stemcal.report.figures import energies, validation
+from stemcal.report.gallery import Plot, gallery, write_figures
+from stemcal.report.glossary import GLOSSARY, look_up
+from stemcal.report.relief import relief, solutions
+
+
+def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], stages: dict[str, Any]) -> None:
+    names = [plot.name for plot in gallery(replayed[0], stages, {})]
+    assert len(set(names)) == len(names) == 13
+    assert all(name.replace("-", "").replace("_", "").isalnum() for name in names)
+
+
+def test_figures_are_written_as_svg_and_png(stages: dict[str, Any], tmp_path: Path) -> None:
+    plot = Plot("solutions", "invert", "", lambda: solutions(stages["rsm"], stages["invert"]))
+    svg, png = write_figures([plot], tmp_path / "figures")
+    assert ElementTree.parse(svg).getroot().tag.endswith("svg")
+    assert png.read_bytes().startswith(b"\x89PNG")
+
+
+def test_relief_has_the_force_of_the_surface_at_its_middle(stages: dict[str, Any]) -> None:
+    figure = relief(stages["rsm"], ("yield_stress", "failure_strain"), stages["invert"])
+    (star,) = figure.axes[0].lines
+    assert star.get_data_3d()[2][0] == pytest.approx(159.2)
+    assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
+
+
+def test_solutions_are_coded(stages: dict[str, Any]) -> None:
+    axes = solutions(stages["rsm"], stages["invert"]).axes[0]
+    low, high = axes.lines[-6].get_xdata()  # the last factor's bar comes before its star and four limits
+    assert low < axes.lines[-5].get_xdata()[0] < high
+
+
+def test_scatter_of_the_measurements_is_drawn(stages: dict[str, Any]) -> None:
+    bars = validation(stages["validate"], {7.0: 10.0, 8.0: 5.0}).axes[0].collections[0]
+    lengths = [np.ptp(segment[:, 1]) for segment in bars.get_segments()]
+    assert lengths == pytest.approx([20.0, 10.0])
+
+
+def test_energies_have_a_line_each() -> None:
+    names = ("external", "internal", "eroded", "contact", "hourglass", "kinetic")
+    rows = {"travel": [0.0, 1.0], **{name: [0.0, float(n)] for n, name in enumerate(names)}}
+    assert [line.get_ydata()[1] for line in energies(rows).axes[0].lines] == [0, 1, 2, 3, 4, 5]
+
+
+def test_histogram_counts_all_stems_and_says_what_is_synthetic() -> None:
+    from stemcal.measured.diameters import measure_diameters
+
+    data = measure_diameters(Path(__file__).parents[2] / "configs/data/measured-diameters.csv").as_dict()
+    figure = laboratory.diameter_histogram(data)
+    assert sum(bar.get_height() for bar in figure.axes[0].patches) == 50
+    assert figure.get_suptitle() == "synthetic data, not measured"
+    x, y = figure.axes[0].lines[0].get_data()
+    width = figure.axes[0].patches[0].get_width()
+    assert np.trapezoid(y, x) == pytest.approx(50 * width, rel=0.02)
+
+
+def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
+    from stemcal.study.parameters import PARAMETERS
+
+    words = ("PRESS", "lack of fit", "adequate precision", "p_holm", "coded radius", "prediction interval")
+    for word in (*PARAMETERS, *words, "hourglass_ratio_percent", "kinetic_ratio_percent", "Lenth", "shapiro-wilk test"):
+        (entry,) = look_up(word)
+        assert entry.meaning.endswith(".") and entry.source
+    names = [name.lower() for entry in GLOSSARY for name in (entry.term, *entry.aliases)]
+    assert len(names) == len(set(names))
+
+
+def test_unknown_terms_get_the_nearest() -> None:
+    with pytest.raises(UsageError, match=r"did you mean .*lack of fit"):
+        look_up("lak of fitt")
+    with pytest.raises(UsageError, match="lists the terms"):
+        look_up("xyzzy")

@@ -1,0 +1,236 @@
+"""The keyword deck, read back by readers that are not ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stemcal.cutting import Blade, Stem, Supports
+from stemcal.errors import UsageError
+from stemcal.solvers.deck import deck_text
+from stemcal.solvers.deck.cards import fitted, keyword
+from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
+from stemcal.solvers.deck.writer import _parts, _time_step
+from stemcal.study.spec import load_study
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+STUDY = load_study(CONFIGS / "wild-chrysanthemum.yaml")
+# Table 12 of the published study.
+CALIBRATED = {**STUDY.midlevels(), "yield_stress": 17.96, "strain_rate_c": 87.27, "failure_strain": 0.0387}
+MATERIAL = {
+    "ro": 1.1e-09,
+    "e": 1000.0,
+    "pr": 0.3,
+    "sigy": 17.96,
+    "etan": 0.5,
+    "beta": 0.05,
+    "src": 87.27,
+    "srp": 8.0,
+    "fs": 0.0387,
+}
+KEYWORDS = [
+    "CONTROL_TERMINATION",
+    "CONTROL_TIMESTEP",
+    "CONTROL_HOURGLASS",
+    "CONTROL_ENERGY",
+    "DATABASE_GLSTAT",
+    "DATABASE_RCFORC",
+    "DATABASE_BINARY_D3PLOT",
+    "MAT_PLASTIC_KINEMATIC",
+    "MAT_RIGID",
+    "MAT_RIGID",
+    "SECTION_SOLID",
+    "SECTION_SOLID",
+    "PART",
+    "PART",
+    "PART",
+    "BOUNDARY_PRESCRIBED_MOTION_RIGID",
+    "DEFINE_CURVE",
+    "CONTACT_ERODING_SURFACE_TO_SURFACE",
+    "CONTACT_AUTOMATIC_SURFACE_TO_SURFACE",
+    "NODE",
+    "ELEMENT_SOLID",
+]
+# every value but those of the mesh and the material, as each reader calls it
+VALUES = {
+    "CONTROL_TERMINATION": {"endtim": 0.5},
+    "CONTROL_TIMESTEP": {"tssfac": STUDY.solver.time_step_safety, "isdo": 0},  # type: ignore[union-attr]
+    "CONTROL_HOURGLASS": {"ihq": 4, "qh": 0.01},
+    "CONTROL_ENERGY": {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1},
+    "DATABASE_GLSTAT": {"dt": 0.001, "binary": 1},
+    "DATABASE_RCFORC": {"dt": 0.001, "binary": 1},
+    "DATABASE_BINARY_D3PLOT": {"dt": 0.01},
+    "BOUNDARY_PRESCRIBED_MOTION_RIGID": {"pid": 2, "dof": 3, "vad": 0, "lcid": 1, "sf": -1.0},
+    "CONTACT_ERODING_SURFACE_TO_SURFACE": {
+        "fs": 0.15,
+        "fd": 0.1,
+        "dc": 0.0,
+        "vdc": 50.0,
+        "isym": 0,
+        "erosop": 1,
+        "iadj": 1,
+    },
+    "CONTACT_AUTOMATIC_SURFACE_TO_SURFACE": {"fs": 0.15, "fd": 0.1, "vdc": 50.0},
+}
+
+
+@pytest.fixture(scope="module")
+def deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("deck") / "run.k"
+    path.write_text(deck_text(STUDY, CALIBRATED, 8.0), encoding="utf-8", newline="\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def long_deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("deck") / "long.k"
+    levels = {**CALIBRATED, "yield_stress": 14.204482103412, "failure_strain": 0.1 + 0.2}
+    path.write_text(deck_text(STUDY, levels, 8.0), encoding="utf-8", newline="\n")
+    return path
+
+
+def dynars() -> Any:
+    return pytest.importorskip("dynars", reason='dynars is missing: pip install "stemcal[deck-test]"')
+
+
+def pydyna() -> Any:
+    reason = 'ansys-dyna-core is missing: pip install "stemcal[deck-test]"'
+    return pytest.importorskip("ansys.dyna.core.lib.deck", reason=reason)
+
+
+def mesh_reader() -> Any:
+    reason = 'lsdyna-mesh-reader is missing: pip install "stemcal[deck-test]"'
+    return pytest.importorskip("lsdyna_mesh_reader", reason=reason)
+
+
+# ---- what stands in it
+
+
+def test_keywords_in_order(deck: Path) -> None:
+    lines = deck.read_text(encoding="utf-8").splitlines()
+    assert [line[1:] for line in lines if line.startswith("*")] == ["KEYWORD", "TITLE", *KEYWORDS, "END"]
+    assert max(len(line) for line in lines if not line.startswith("$")) == 80
+
+
+def test_dynars_reads_every_value(deck: Path) -> None:
+    read = dynars().parse_deck(str(deck))
+    for name, values in VALUES.items():
+        found = read.keywords(name)[0]
+        assert {key: found.field(key) for key in values} == values, name
+    assert {key: read.material(1).field(key) for key in MATERIAL} == MATERIAL
+    for number, held in ((2, 4), (3, 7)):
+        rigid = {"ro": 7.8e-09, "e": 207000.0, "pr": 0.3, "cmo": 1.0, "con1": held, "con2": 7}
+        assert {key: read.material(number).field(key) for key in rigid} == rigid
+    assert [read.part(n).field("mid") for n in (1, 2, 3)] == [1, 2, 3]
+
+
+def test_pydyna_reads_every_value(deck: Path) -> None:
+    read = pydyna().Deck()
+    read.loads(deck.read_text(encoding="utf-8"))
+    assert read.string_keywords == []  # it knows every keyword
+    by_name: dict[str, list[Any]] = {}
+    for found in read.keywords:
+        name = found.keyword if found.keyword == found.subkeyword else f"{found.keyword}_{found.subkeyword}"
+        by_name.setdefault(name, []).append(found)
+    for name, values in VALUES.items():
+        assert {key: getattr(by_name[name][0], key) for key in values} == values, name
+    material = by_name["MAT_PLASTIC_KINEMATIC"][0]
+    assert {key: getattr(material, key) for key in MATERIAL} == MATERIAL
+    eroding, automatic = by_name["CONTACT_ERODING_SURFACE_TO_SURFACE"], by_name["CONTACT_AUTOMATIC_SURFACE_TO_SURFACE"]
+    assert [(c.surfa, c.surfb, c.surfatyp, c.surfbtyp) for c in (*eroding, *automatic)] == [(1, 2, 3, 3), (1, 3, 3, 3)]
+    curve = by_name["DEFINE_CURVE"][0].curves
+    assert curve["o1"].tolist() == [100 / 60, 100 / 60]
+
+
+def test_values_with_many_digits_stand_whole_in_long_format(long_deck: Path) -> None:
+    read = pydyna().Deck()
+    read.loads(long_deck.read_text(encoding="utf-8"))
+    material = next(found for found in read.keywords if found.keyword == "MAT")
+    assert (material.sigy, material.fs) == (14.204482103412, 0.1 + 0.2)
+    text = long_deck.read_text(encoding="utf-8")
+    assert "*MAT_PLASTIC_KINEMATIC+\n" in text
+    assert text.count("+\n") == 1
+
+
+def test_two_readers_find_the_mesh(deck: Path) -> None:
+    parts = _parts(STUDY, STUDY.solver, 8.0)  # type: ignore[arg-type]
+    nodes = np.concatenate([mesh.nodes for mesh in (parts.stem, parts.blade, parts.supports)])
+    offsets = np.cumsum([1, len(parts.stem.nodes), len(parts.blade.nodes)])
+    meshes = (parts.stem, parts.blade, parts.supports)
+    hexes = np.concatenate([mesh.hexes + offset for mesh, offset in zip(meshes, offsets, strict=True)])
+
+    read = mesh_reader().Deck(str(deck))
+    section = read.element_solid_sections[0]
+    assert np.abs(read.node_sections[0].coordinates - nodes).max() < 1e-11
+    assert np.array_equal(section.node_ids.reshape(-1, 8), hexes)
+    assert np.bincount(section.pid).tolist() == [0, *(len(mesh.hexes) for mesh in meshes)]
+
+    table = dynars().parse_deck(str(deck)).table("ELEMENT_SOLID")
+    assert np.array_equal(np.stack([table[f"N{i}"] for i in range(1, 9)], axis=1), hexes)
+
+
+# ---- the tools
+
+
+@pytest.mark.parametrize("bevel", ["both", "one"])
+@pytest.mark.parametrize("radius", [0.0, 0.1])
+def test_blade_has_its_size_and_its_angle(bevel: Any, radius: float) -> None:
+    blade = Blade(thickness=2.3, width=28.0, edge_angle=37.5, edge_radius=radius, bevel=bevel)
+    mesh = blade_mesh(blade, length=90.0, lowest=4.001, size=1.0)
+    size = np.ptp(mesh.nodes, axis=0)
+    assert size == pytest.approx([2.3, 90.0, 28.0], rel=1e-12)
+    assert mesh.nodes[:, 2].min() == pytest.approx(4.001 + 0.0, abs=1e-12)
+    assert mesh.volumes().min() > 0.0
+    # body less the wedge's two (or one) triangles: half the thickness over tan of half the angle, or one over tan
+    lean = np.radians(37.5 / 2 if bevel == "both" else 37.5)
+    triangles = 2.3**2 / 4 / np.tan(lean) if bevel == "both" else 2.3**2 / 2 / np.tan(lean)
+    if radius == 0.0:
+        assert mesh.volumes().sum() == pytest.approx(90.0 * (2.3 * 28.0 - triangles), rel=1e-9)
+    flank = mesh.nodes[np.isclose(mesh.nodes[:, 1], -45.0)]
+    right = flank[flank[:, 2] < 4.001 + 2.0]
+    ends = right[np.argsort(right[:, 0])][-1], right[np.argsort(right[:, 2])][0]
+    assert ends[0][0] > ends[1][0]
+
+
+def test_supports_leave_the_clearance_and_touch_the_stem() -> None:
+    stem, supports = Stem(8.0, 0.41, 50.0), Supports(20.0, 1.0)
+    mesh = supports_mesh(supports, stem, 1.0)
+    x, z = mesh.nodes[:, 0], mesh.nodes[:, 2]
+    assert z.max() == -4.0
+    assert np.abs(x).min() == 10.0
+    assert np.abs(x[z == z.max()]).min() == pytest.approx(11.0, abs=1e-12)  # the fillet's end
+    assert np.abs(x).max() >= 25.0
+    assert np.array_equal(np.unique(np.round(x, 9)), np.unique(np.round(-x, 9)))
+    assert mesh.volumes().min() > 0.0
+
+
+def test_time_step_of_a_cube_is_its_side_over_the_speed_of_sound() -> None:
+    from stemcal.fem.mesh import brick
+
+    given = {"density": 1e-9, "elastic_modulus": 1000.0, "poisson_ratio": 0.0}
+    assert _time_step(brick((2.0, 2.0, 2.0), (2, 2, 2)), given) == pytest.approx(1e-6, rel=1e-12)
+
+
+# ---- cards
+
+
+def test_fitted_keeps_what_fits() -> None:
+    for value in (17.96, 1.1e-09, -1.23456789012e-105, 123456789.0, 1e22, 0.1 + 0.2, -0.0):
+        text = fitted(value, 10)
+        assert len(text) <= 10
+        assert float(text) == pytest.approx(value, rel=2e-3)
+        assert "." in text or "e" in text
+
+
+def test_card_that_cannot_hold_a_value_is_refused() -> None:
+    with pytest.raises(ValueError, match="20 characters"):
+        list(keyword("MAT_X", {"e": -1.2345678901234567e-105}))
+
+
+def test_study_without_a_stem_has_no_deck() -> None:
+    replay = load_study(CONFIGS / "paper-replay.yaml")
+    with pytest.raises(UsageError, match="kind table"):
+        deck_text(replay, replay.midlevels(), 8.0)

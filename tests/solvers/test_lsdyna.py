@@ -1,0 +1,265 @@
+"""The runner of LS-DYNA against a stand-in, and the user's own deck with nothing changed but nine fields."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stemcal import workflow
+from stemcal.cutting.result import moving_mean
+from stemcal.errors import SpecError, UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.solvers import make_solver
+from stemcal.solvers.command.reductions import NoResult
+from stemcal.solvers.lsdyna import LsDyna
+from stemcal.solvers.lsdyna.mat003 import FIELDS, find_material, replaced
+from stemcal.solvers.lsdyna.rcforc import ContactForce, read_rcforc
+from stemcal.solvers.lsdyna.solver import peak_answer
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import Study
+from stemcal.study.spec import load_study
+from stemcal.study.store import StudyFolder
+
+STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
+SPEC = """\
+name: dyna
+factors:
+  - {{name: yield_stress, unit: MPa, low: 10, high: 20}}
+  - {{name: failure_strain, low: 0.01, high: 0.05}}
+{material}
+solver:
+  kind: lsdyna
+  command: {command}
+  element_size: 2 mm
+  environment: {{STAND_IN: {mode}}}
+  time_limit: 20 s
+{options}
+targets:
+  calibrate_at: 8 mm
+  forces: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
+rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}
+invert: {{rule: others_at_centre}}
+"""
+MATERIAL = """\
+material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
+  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}
+"""
+COMMAND = json.dumps([sys.executable, str(STAND_IN), "i={{deck}}"])
+REQUEST = Request("screen", 0, {"yield_stress": 17.96, "failure_strain": 0.0387}, 8.0)
+
+
+def study_of(folder: Path, mode: str = '""', options: str = "", material: str = MATERIAL) -> Study:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "dyna.yaml"
+    text = SPEC.format(command=COMMAND, mode=mode, options=options, material=material)
+    path.write_text(text, encoding="utf-8")
+    return load_study(path)
+
+
+def solved(folder: Path, request: Request = REQUEST, **spec: str) -> Answer:
+    return LsDyna(study_of(folder / "spec", **spec)).placed(folder / "work").solve(request)
+
+
+# ---- runs
+
+
+def test_peak_is_that_of_the_filtered_force(tmp_path: Path) -> None:
+    answer = solved(tmp_path)
+    assert answer.ok, answer.message
+    # the stand-in's force is a triangle of height 179.6 N over 0.5 s, sampled at 101 points; 10 ms make 2 → 3 of them
+    triangle = 179.6 * np.minimum(np.linspace(0, 1, 101), np.linspace(1, 0, 101)) * 2
+    assert answer.force == pytest.approx(moving_mean(triangle, 2).max(), rel=1e-5)
+    assert answer.details["peak_force_raw"] == pytest.approx(179.6, rel=1e-5)
+    assert answer.details["peak_time"] == 0.25
+    assert answer.details["peak_travel"] == pytest.approx(100 / 60 * 0.25 - 0.001, rel=1e-12)
+    assert answer.details["stroke_was_enough"] is True
+    assert len(answer.details["curve"]["force"]) == 101
+    assert not list((tmp_path / "work").glob("*"))
+
+
+def test_other_contact_and_scale(tmp_path: Path) -> None:
+    answer = solved(tmp_path, options="  interface: 2\n  scale: 4\n  filter_window: 0 s\n")
+    assert answer.force == pytest.approx(4 * 0.5 * 179.6, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("mode", "options", "reason"),
+    [
+        ("error", "", "error_termination"),
+        ("silent", "", "no_termination"),
+        ("nan", "", "nan"),
+        ("broken", "", "no_result"),
+        ('""', "  interface: 9\n", "no_result"),
+    ],
+)
+def test_failures_have_their_reason(tmp_path: Path, mode: str, options: str, reason: str) -> None:
+    answer = solved(tmp_path, mode=mode, options=options)
+    assert (answer.status, answer.reason, answer.force) == ("failed", reason, None)
+    assert len(list((tmp_path / "work").glob("*/run.k"))) == 1
+
+
+def test_error_of_lsdyna_is_told(tmp_path: Path) -> None:
+    assert "*** Error 40509" in solved(tmp_path, mode="error").message
+
+
+def test_force_that_still_rises_is_marked(tmp_path: Path) -> None:
+    answer = solved(tmp_path, mode="rising")
+    assert answer.ok
+    assert answer.details["stroke_was_enough"] is False
+    assert "has not fallen" in answer.details["warnings"][0]
+
+
+def test_study_through_all_stages(tmp_path: Path) -> None:
+    study = study_of(tmp_path)
+    with InlineExecutor() as executor:
+        workflow.calibrate(study, StudyFolder(tmp_path / "out"), executor)
+    solution = StudyFolder(tmp_path / "out").read_stage("invert")["solution"]
+    # force = 10·SIGY less what the filter takes from the tip: a mean of three points of a triangle
+    assert solution["yield_stress"] == pytest.approx(15.0 / (1 - 2 * 0.02 / 3), rel=1e-5)
+
+
+def test_identity_follows_deck_and_geometry_not_limits(tmp_path: Path) -> None:
+    def identity(name: str, **spec: str) -> dict[str, Any]:
+        return make_solver(study_of(tmp_path / name, **spec)).identity(REQUEST)
+
+    first = identity("a")
+    assert identity("b") == first
+    assert identity("c", options="blade: {edge_angle: 30 deg}\n") != first
+    assert identity("d", options="  filter_window: 5 ms\n") != first
+    json.dumps(first)
+
+
+# ---- the user's own deck
+
+OWN = b"""*KEYWORD\r
+$ my deck\twith a tab, \xb5m and trailing blanks   \r
+*MAT_ELASTIC\r
+         7  7.85E-09   2.1E+05       0.3\r
+*MAT_PLASTIC_KINEMATIC_TITLE\r
+the stem {{density}}\r
+$#     mid        ro         e        pr      sigy      etan      beta\r
+         3  1.10E-09    1000.0      0.30     15.00      0.50      0.05          my note\r
+$#     src       srp        fs        vp\r
+      90.0       8.0      0.03       1.0\r
+*END\r
+"""
+
+
+def written(deck: bytes, number: int | None = None, **values: float) -> bytes:
+    return replaced(deck, find_material(deck, number), values)[0]
+
+
+def test_only_the_fields_change() -> None:
+    new = written(OWN, yield_stress=17.96, failure_strain=0.0387, density=1.2e-9)
+    old_lines, new_lines = OWN.split(b"\n"), new.split(b"\n")
+    assert [i for i, pair in enumerate(zip(old_lines, new_lines, strict=True)) if pair[0] != pair[1]] == [7, 9]
+    assert new_lines[7] == b"         3   1.2e-09    1000.0      0.30     17.96      0.50      0.05          my note\r"
+    assert new_lines[9] == b"      90.0       8.0    0.0387       1.0\r"
+
+
+def test_all_nine_fields_read_back() -> None:
+    values = {name: 1.0 + 0.25 * index for index, name in enumerate(FIELDS)}
+    new = written(OWN, **values).split(b"\n")
+    cards = [new[7], new[9]]
+    for name, (card, index) in FIELDS.items():
+        assert float(cards[card][10 * index : 10 * index + 10]) == values[name]
+
+
+@pytest.mark.parametrize(
+    ("keyword", "cards", "expected"),
+    [
+        ("*MAT_003", "3,1e-9,1e3,.3,15.,.5,.05\n90.,8.,.03", "3,1e-9,1e3,.3,17.96,.5,.05\n90.,8.,.03"),
+        ("*mat_plastic_kinematic+", f"{3:20d}" + "x" * 60 + f"{15:20d}\n1", f"{3:20d}" + "x" * 60 + f"{17.96:20}\n1"),
+        ("*MAT_PLASTIC_KINEMATIC", "         3\n      90.0", f"         3{17.96:40}\n      90.0"),
+    ],
+)
+def test_free_long_and_short_cards(keyword: str, cards: str, expected: str) -> None:
+    head = f"*KEYWORD\n{keyword}\n"
+    assert written(f"{head}{cards}\n*END\n".encode(), yield_stress=17.96) == f"{head}{expected}\n*END\n".encode()
+
+
+def test_long_deck_has_long_cards() -> None:
+    deck = f"*KEYWORD LONG=Y\n*MAT_003\n{3:20d}\n{90:20d}\n*END\n".encode()
+    assert written(deck, strain_rate_p=0.1 + 0.2).split(b"\n")[3] == f"{90:20d}{0.1 + 0.2!r:>20}".encode()
+
+
+def test_value_too_long_for_its_field_is_told_as_written() -> None:
+    deck, texts = replaced(OWN, find_material(OWN), {"yield_stress": 14.204482103412})
+    assert texts == {"yield_stress": "14.2044821"}
+    assert b"      0.3014.2044821      0.50" in deck
+
+
+def test_material_is_chosen_by_number() -> None:
+    two = OWN.replace(b"*END", b"*MAT_003\n        12\n      90.0\n*END")
+    with pytest.raises(UsageError, match=re.escape("(there are: 3, 12); name it as solver.material")):
+        find_material(two)
+    assert find_material(two, 12).number == 12
+    with pytest.raises(UsageError, match="not in a file it includes"):
+        find_material(b"*KEYWORD\n*INCLUDE\nmat.k\n*END\n")
+
+
+def test_run_on_the_users_deck(tmp_path: Path) -> None:
+    (tmp_path / "spec").mkdir()
+    (tmp_path / "spec" / "own.k").write_bytes(OWN)
+    options = "  deck: own.k\n  keep: all\n  filter_window: 0 s\n"
+    answer = solved(tmp_path, options=options, material="")
+    assert answer.force == pytest.approx(179.6, rel=1e-5)
+    assert answer.details["written"] == {"yield_stress": "17.96", "failure_strain": "0.0387"}
+    deck = next((tmp_path / "work").glob("*/run.k")).read_bytes()
+    assert deck == written(OWN, yield_stress=17.96, failure_strain=0.0387)
+
+
+def test_users_deck_is_of_one_diameter(tmp_path: Path) -> None:
+    (tmp_path / "spec").mkdir()
+    (tmp_path / "spec" / "own.k").write_bytes(OWN)
+    other = Request("validate", 1, REQUEST.levels, 7.0)
+    assert solved(tmp_path, other, options="  deck: own.k\n", material="").reason == "no_deck"
+    both = "  deck: own.k\n  decks: [{diameter: 7 mm, deck: own.k}]\n"
+    assert solved(tmp_path, other, options=both, material="").ok
+
+
+# ---- rcforc
+
+
+def test_rcforc_of_both_generations_and_fortran_numbers(tmp_path: Path) -> None:
+    text = "  surfa 3 time  1.0-101  x  0. y  0. z -5.00000E+00\n"
+    text += "  surfa 3 time 1.0D+00 x-1.0E+00 y 2.0 z-7.50000E+00 mass 1.\n"
+    (tmp_path / "rcforc").write_text(text, encoding="utf-8")
+    assert read_rcforc(tmp_path, 3, "z").force.tolist() == [5.0, 7.5]
+    assert read_rcforc(tmp_path, 3, "z").time.tolist() == [1e-101, 1.0]
+    assert read_rcforc(tmp_path, 3, "x").force.tolist() == [-0.0, 1.0]
+
+
+def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(NoResult, match="no file rcforc"):
+        read_rcforc(tmp_path, 1, "z")
+    text = "  slave 1 time  0.0  x  0. y  0. z 1.\n  slave 1 time 0.5 x 0. y 0. z ************\n"
+    (tmp_path / "rcforc").write_text(text, encoding="utf-8")
+    with pytest.raises(NoResult) as caught:
+        read_rcforc(tmp_path, 1, "z")
+    assert caught.value.reason == "nan"
+
+
+def test_no_force_is_no_contact() -> None:
+    with pytest.raises(NoResult) as caught:
+        peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), 1.0, 0.0, 1.0, 0.0)
+    assert caught.value.reason == "no_contact"
+
+
+# ---- at check time
+
+
+def test_spec_is_checked_like_that_of_the_embedded_solver(tmp_path: Path) -> None:
+    with pytest.raises(SpecError) as caught:
+        study_of(tmp_path, material="", options="")
+    assert "the LS-DYNA solver needs density" in str(caught.value)
+    with pytest.raises(SpecError, match="does not name the deck"):
+        text = SPEC.format(command='["ls-dyna", "i=run.k"]', mode='""', options="", material=MATERIAL)
+        (tmp_path / "b.yaml").write_text(text, encoding="utf-8")
+        load_study(tmp_path / "b.yaml")

@@ -1,0 +1,85 @@
+"""The climb towards the target, and the design centred on its best step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fakes import FakeSolver, make_study
+
+from stemcal import workflow
+from stemcal.doe.ascent import ascent_path
+from stemcal.errors import UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.study.spec import load_study
+from stemcal.study.store import StudyFolder
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
+
+
+def climbed(tmp_path: Path, options: str) -> tuple[dict[str, Any], StudyFolder]:
+    study, folder = make_study(tmp_path, TWO + options), StudyFolder(tmp_path / "out")
+    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
+    return workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()), folder
+
+
+def test_path_goes_along_the_slope_either_way() -> None:
+    up, down = (ascent_path([40.0, 16.0, -8.0], 4, rise) for rise in (True, False))
+    assert up[-1] == pytest.approx([1.0, 0.4, -0.2]) and np.allclose(down, -up)
+    assert np.allclose(np.diff(up, axis=0), up[1])
+    with pytest.raises(UsageError, match="no slope"):
+        ascent_path([0.0, 0.0], 3, True)
+
+
+def test_stops_once_the_target_is_passed(tmp_path: Path) -> None:
+    """F = 100 + 20a + 8b + 3b² + ab/2 with b = 0.4·a (effects 40 and 16): a of 0, 0.2, 0.4, 0.6 gives
+    100, 104.68, 109.48, 114.4; the target is 110.
+    """
+    stage, _ = climbed(tmp_path, "climb: {steps: 5}\n")
+    forces = [row["force"] for row in stage["rows"]]
+    expected = [100 + 20 * a + 3.2 * a + 0.48 * a * a + 0.2 * a * a for a in (0.0, 0.2, 0.4, 0.6)]
+    assert forces == pytest.approx(expected, abs=1e-6)
+    assert stage["best_step"] == 2 and stage["passed"]
+    assert stage["error_percent"] == pytest.approx(100 * (110 - expected[2]) / 110)
+    assert stage["solution"]["yield_stress"] == pytest.approx(17.0)
+
+
+def test_the_design_is_centred_on_the_best_step_and_stays_in_the_ranges(tmp_path: Path) -> None:
+    """Half of the range of 10 MPa about 17 MPa: 14.5 to 19.5 MPa."""
+    stage, folder = climbed(tmp_path, "climb: {steps: 5}\n")
+    study = make_study(tmp_path, TWO + "climb: {steps: 5}\n")
+    surface = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    levels = [run["levels"]["yield_stress"] for run in surface["design"]["runs"]]
+    assert (min(levels), max(levels)) == pytest.approx((14.5, 19.5))
+    assert surface["coding"]["yield_stress"]["center"] == pytest.approx(stage["coding"]["yield_stress"]["center"])
+    solution = workflow.invert(study, folder, FakeSolver())
+    assert solution["coded_radius"] < 0.1 and solution["predicted"] == pytest.approx(110.0)
+
+
+def test_out_of_reach_says_so_and_keeps_the_design_inside(tmp_path: Path) -> None:
+    study = make_study(tmp_path, TWO + "climb: {steps: 2}\n")
+    forces = tuple(t.model_copy(update={"force": 300.0}) for t in study.targets.forces)
+    study = study.model_copy(update={"targets": study.targets.model_copy(update={"forces": forces})})
+    folder = StudyFolder(tmp_path / "out")
+    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver())
+    assert not stage["passed"] and stage["best_step"] == 2
+    entry = stage["coding"]["yield_stress"]
+    assert entry["center"] + 2**0.5 * entry["half_step"] == pytest.approx(20.0)
+    assert any("widen the ranges" in note for note in stage["notes"])
+
+
+def test_part_of_a_whole_study(tmp_path: Path) -> None:
+    study, folder = make_study(tmp_path, TWO + "climb: {steps: 5}\nrefine: {}\n"), StudyFolder(tmp_path / "out")
+    workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
+    assert folder.read_stage("refine")["converged"] and folder.has_stage("climb")
+
+
+def test_a_table_cannot_climb(tmp_path: Path) -> None:
+    study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
+    workflow.screen(study, folder, InlineExecutor())
+    with pytest.raises(UsageError, match="a table answers only what it holds"):
+        workflow.climb(study, folder, InlineExecutor())

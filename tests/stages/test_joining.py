@@ -1,0 +1,122 @@
+"""A joint fit over diameters, from the spec to the files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import FakeSolver, make_study
+
+from stemcal import workflow
+from stemcal.errors import SpecError, UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.spec import load_study
+from stemcal.study.store import StudyFolder
+
+TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 2}\n"
+
+
+@dataclass(frozen=True)
+class Growing(FakeSolver):
+    """F = (100 + 20a)·(d/8)² + 8·b·(d − 7.9): only several diameters tell a and b apart."""
+
+    def solve(self, request: Request) -> Answer:
+        a = (request.levels["yield_stress"] - 15.0) / 5.0
+        b = (request.levels["failure_strain"] - 0.03) / 0.02
+        d = request.diameter
+        return Answer("ok", force=(100.0 + 20.0 * a) * (d / 8.0) ** 2 + 8.0 * b * (d - 7.9))
+
+
+SPEC = """\
+schema_version: 1
+name: joint
+factors:
+  - {name: yield_stress, unit: MPa, low: 10, high: 20}
+  - {name: failure_strain, low: 0.01, high: 0.05}
+material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
+  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}
+targets:
+  calibrate_at: 8 mm
+  forces:
+    - {diameter: 7 mm, force: FORCE7 N, sd: 2 N, n: 6}
+    - {diameter: 8 mm, force: FORCE8 N, sd: 2 N, n: 6}
+    - {diameter: 10 mm, force: FORCE10 N, sd: 2 N, n: 6}
+"""
+
+
+def spec(extra: str) -> str:
+    """Forces at yield 16 MPa (a = 0.2), failure strain 0.036 (b = 0.3)."""
+    text = SPEC
+    for d in (7, 8, 10):
+        text = text.replace(f"FORCE{d} ", f"{104.0 * (d / 8.0) ** 2 + 2.4 * (d - 7.9):.6f} ")
+    return text + TWO + extra
+
+
+def solved(tmp_path: Path, extra: str) -> tuple[dict[str, Any], StudyFolder]:
+    path, folder = tmp_path / "joint.yaml", StudyFolder(tmp_path / "out")
+    path.write_text(spec(extra), encoding="utf-8")
+    study = load_study(path)
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=Growing())
+    return workflow.invert(study, folder, Growing()), folder
+
+
+def test_joint_fit_finds_both_parameters(tmp_path: Path) -> None:
+    stage, folder = solved(tmp_path, "invert: {diameters: all}\n")
+    assert list(stage["solution"].values()) == pytest.approx([16.0, 0.036], rel=1e-4)
+    assert stage["joint"]["max_abs_error_percent"] < 0.01
+    assert [row["left_out_error_percent"] for row in stage["joint"]["rows"]] == pytest.approx([0.0] * 3, abs=0.05)
+    assert len(folder.read_stage("rsm")["diameters"]) == 3
+    assert stage["joint"]["scatter"] == "measured"
+
+
+def test_intervals_with_and_without_the_other_diameters(tmp_path: Path) -> None:
+    stage, _ = solved(tmp_path, "invert: {diameters: all}\n")
+    joint, alone = stage["certainty"], stage["certainty_alone"]
+    assert alone["free"] == ["failure_strain"] and joint["free"] == []
+    low, high = joint["intervals"]["yield_stress"]
+    assert low < 16.0 < high and high - low < 2.0
+    assert any("8 mm alone" in note and "leaves failure_strain free" in note for note in stage["notes"])
+    assert len(alone["directions"]) == 1 and joint["directions"] == []
+
+
+def test_chosen_diameters_only(tmp_path: Path) -> None:
+    stage, folder = solved(tmp_path, "invert: {diameters: [8 mm, 10 mm]}\n")
+    assert [row["diameter"] for row in stage["joint"]["rows"]] == [8.0, 10.0]
+    assert len(folder.keys()) == 9 * 2
+
+
+def test_posterior_lies_in_the_file_if_asked_for(tmp_path: Path) -> None:
+    pytest.importorskip("emcee")
+    stage, _ = solved(tmp_path, "invert: {diameters: all, posterior: true}\n")
+    posterior = stage["certainty"]["posterior"]
+    low, high = posterior["intervals"]["yield_stress"]
+    assert low < 16.0 < high
+    assert len(posterior["samples"]["failure_strain"]) == 500
+
+
+def test_validation_simulates_the_joint_solution(tmp_path: Path) -> None:
+    path, folder = tmp_path / "joint.yaml", StudyFolder(tmp_path / "out")
+    path.write_text(spec("invert: {diameters: all}\n"), encoding="utf-8")
+    study = load_study(path)
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=Growing())
+    workflow.invert(study, folder, Growing())
+    stage = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
+    assert stage["max_abs_error_percent"] < 0.01
+    with pytest.raises(UsageError, match="one diameter"):
+        workflow.refine(study, folder, InlineExecutor(), solver=Growing())
+
+
+def test_other_diameters_make_the_surface_stale(tmp_path: Path) -> None:
+    _, folder = solved(tmp_path, "invert: {diameters: all}\n")
+    path = tmp_path / "joint.yaml"
+    path.write_text(spec("invert: {diameters: [8 mm, 10 mm]}\n"), encoding="utf-8")
+    with pytest.raises(UsageError, match="diameters changed"):
+        workflow.invert(load_study(path), folder, Growing())
+
+
+def test_a_diameter_without_a_force_is_named(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match="no force is given for 9 mm"):
+        make_study(tmp_path, TWO + "invert: {diameters: [8 mm, 9 mm]}\n")

@@ -1,0 +1,155 @@
+"""What the spec says about failed runs is what happens."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import FakeSolver, lines, make_study
+
+from stemcal import workflow
+from stemcal.errors import RunsFailed
+from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.local import LocalExecutor
+from stemcal.study.store import StudyFolder
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> StudyFolder:
+    return StudyFolder(tmp_path / "out")
+
+
+def screen(tmp_path: Path, folder: StudyFolder, solver: FakeSolver, runs: str = "", workers: int = 0) -> dict[str, Any]:
+    study = make_study(tmp_path, f"runs: {{{runs}}}\n" if runs else "")
+    if not workers:
+        return workflow.screen(study, folder, InlineExecutor(), solver=solver)
+    with LocalExecutor(workers, study.runs.time_limit) as executor:
+        return workflow.screen(study, folder, executor, solver=solver)
+
+
+# ---- tries
+
+
+@pytest.mark.parametrize("tries", [1, 2, 4])
+def test_an_accident_is_begun_again_as_often_as_the_spec_says(tmp_path: Path, folder: StudyFolder, tries: int) -> None:
+    witness = tmp_path / "witness"
+    stage = screen(tmp_path, folder, FakeSolver(witness, trouble={5: "raise"}), f"tries: {tries}")
+    run = stage["design"]["runs"][5]
+    assert (run["status"], run["reason"]) == ("failed", "exception")
+    assert lines(witness).count("screen 5") == tries
+    assert ("begun" in run["message"]) == (tries > 1)
+
+
+def test_one_accident_is_forgiven_and_recorded(tmp_path: Path, folder: StudyFolder) -> None:
+    solver = FakeSolver(trouble={5: "exit"}, accident=tmp_path / "accident")
+    stage = screen(tmp_path, folder, solver, workers=2)
+    run = stage["design"]["runs"][5]
+    assert run["status"] == "ok"
+    record = folder.load(run["key"])
+    assert record is not None and record["provenance"]["tries"] == 2
+
+
+def test_physical_failures_are_not_begun_again(tmp_path: Path, folder: StudyFolder) -> None:
+    witness = tmp_path / "witness"
+    screen(tmp_path, folder, FakeSolver(witness, trouble={5: "failed"}), "tries: 9")
+    assert lines(witness).count("screen 5") == 1
+
+
+# ---- time limit
+
+
+def test_a_hung_run_times_out_and_the_others_go_on(tmp_path: Path, folder: StudyFolder) -> None:
+    begun = time.monotonic()
+    stage = screen(tmp_path, folder, FakeSolver(trouble={4: "hang"}), "time_limit: 3 s", workers=2)
+    assert time.monotonic() - begun < 30.0
+    statuses = [run["status"] for run in stage["design"]["runs"]]
+    assert statuses.count("failed") == 1 and stage["design"]["runs"][4]["reason"] == "timeout"
+    assert "time limit of 3 s" in stage["design"]["runs"][4]["message"]
+
+
+def test_a_longer_limit_gives_a_timed_out_run_another_chance(tmp_path: Path, folder: StudyFolder) -> None:
+    witness = tmp_path / "witness"
+    solver = FakeSolver(witness, trouble={4: "hang"}, accident=tmp_path / "once")
+    screen(tmp_path, folder, solver, "time_limit: 3 s", workers=2)
+    screen(tmp_path, folder, solver, "time_limit: 3 s", workers=2)
+    screen(tmp_path, folder, solver, "time_limit: 2 s", workers=2)
+    assert lines(witness).count("screen 4") == 1  # no hope of another answer
+    stage = screen(tmp_path, folder, solver, "time_limit: 1 h", workers=2)
+    assert lines(witness).count("screen 4") == 2
+    assert all(run["status"] == "ok" for run in stage["design"]["runs"])
+
+
+# ---- quorum, stopping
+
+
+def test_quorum(tmp_path: Path, folder: StudyFolder) -> None:
+    """11 of 12 succeed: 0.91 is met, 0.92 is not."""
+    solver = FakeSolver(trouble={7: "nan"})
+    assert screen(tmp_path, folder, solver, "quorum: 0.91")["runs_failed"] == 1
+    with pytest.raises(RunsFailed, match=r"1 of 12 runs failed, runs.quorum 0.92 asks for 12[\s\S]*run 8: nan"):
+        screen(tmp_path, folder, solver, "quorum: 0.92")
+
+
+def test_a_validation_without_a_single_force_is_no_validation(tmp_path: Path, folder: StudyFolder) -> None:
+    class AtOtherDiameters(FakeSolver):
+        def solve(self, request: Any) -> Any:
+            if request.stage == "validate":
+                raise ValueError("no licence")
+            return super().solve(request)
+
+    study = make_study(tmp_path, "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n")
+    with pytest.raises(RunsFailed, match="3 of 3"):
+        workflow.calibrate(study, folder, InlineExecutor(), solver=AtOtherDiameters())
+    assert not folder.has_stage("validate")
+
+
+def test_stop_at_the_first_failure(tmp_path: Path, folder: StudyFolder) -> None:
+    witness = tmp_path / "witness"
+    solver = FakeSolver(witness, trouble={3: "failed"})
+    with pytest.raises(RunsFailed, match=r"run 4 failed, and runs\.keep_going is false"):
+        screen(tmp_path, folder, solver, "keep_going: false")
+    assert len(lines(witness)) == len(folder.keys()) == 4
+    assert screen(tmp_path, folder, solver)["runs_failed"] == 1
+    assert len(lines(witness)) == 12
+
+
+# ---- censored forces
+
+
+def test_a_rising_force_is_marked_and_told_of(tmp_path: Path, folder: StudyFolder) -> None:
+    stage = screen(tmp_path, folder, FakeSolver(trouble={0: "rising", 9: "rising"}))
+    runs = stage["design"]["runs"]
+    assert [run["run"] for run in runs if run["censored"]] == [1, 10]
+    assert all(run["status"] == "ok" and run["force"] is not None for run in runs)
+    assert any(note.startswith("In runs 1, 10 the force still rose") for note in stage["notes"])
+
+
+def test_a_rising_force_is_a_failure_if_the_spec_says_so(tmp_path: Path, folder: StudyFolder) -> None:
+    witness = tmp_path / "witness"
+    solver = FakeSolver(witness, trouble={0: "rising"})
+    warned = screen(tmp_path, folder, solver)
+    bound = warned["design"]["runs"][0]["force"]
+    stage = screen(tmp_path, folder, solver, "censored: fail")
+    run = stage["design"]["runs"][0]
+    assert (run["status"], run["reason"], run["force"], run["censored"]) == ("failed", "censored", None, True)
+    assert f"at least {bound:g} N" in run["message"]
+    assert stage["runs_failed"] == 1
+    assert len(lines(witness)) == 12  # another judgement of the same records
+
+
+def test_changing_the_judgement_makes_the_stage_stale(tmp_path: Path, folder: StudyFolder) -> None:
+    from stemcal.errors import UsageError
+
+    screen(tmp_path, folder, FakeSolver())
+    study = make_study(tmp_path, "runs: {censored: fail}\n")
+    with pytest.raises(UsageError, match=r"runs\.censored changed"):
+        workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+
+
+def test_what_determines_no_answer_recomputes_nothing(tmp_path: Path, folder: StudyFolder) -> None:
+    witness = tmp_path / "witness"
+    screen(tmp_path, folder, FakeSolver(witness))
+    screen(tmp_path, folder, FakeSolver(witness), "tries: 5, time_limit: 30 s, quorum: 1, keep_going: false")
+    assert len(lines(witness)) == 12

@@ -1,0 +1,107 @@
+"""The closed loop on a force that no quadratic fits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import FakeSolver, make_study
+
+from stemcal import workflow
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.spec import load_study
+from stemcal.study.store import StudyFolder
+
+TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@dataclass(frozen=True)
+class Curved(FakeSolver):
+    """F = 100·exp(0.6a + 0.2b)·(d/8)², a and b coded by the range; fails where told to."""
+
+    fails: frozenset[int] = field(default_factory=frozenset)
+
+    def solve(self, request: Request) -> Answer:
+        """Answer, or fail in a row of the refining."""
+        if request.stage == "refine" and request.row in self.fails:
+            return Answer("failed", reason="inverted", message="element 3 turned inside out")
+        a = (request.levels["yield_stress"] - 15.0) / 5.0
+        b = (request.levels["failure_strain"] - 0.03) / 0.02
+        return Answer("ok", force=100.0 * math.exp(0.6 * a + 0.2 * b) * (request.diameter / 8.0) ** 2)
+
+
+def refined(tmp_path: Path, options: str, solver: FakeSolver) -> tuple[dict[str, Any], StudyFolder]:
+    study, folder = make_study(tmp_path, TWO + options), StudyFolder(tmp_path / "out")
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
+    workflow.invert(study, folder, solver)
+    return workflow.refine(study, folder, InlineExecutor(), solver=solver), folder
+
+
+def test_ends_within_the_tolerance(tmp_path: Path) -> None:
+    """110 = 100·exp(0.6a + 0.2b) exactly at the end; the surface alone was off by more."""
+    stage, folder = refined(tmp_path, "refine: {tolerance_percent: 0.001}\n", Curved())
+    first, last = stage["rows"][0], stage["rows"][-1]
+    assert abs(first["error_percent"]) > 0.1 and stage["converged"] and len(stage["rows"]) <= 4
+    assert last["force"] == pytest.approx(110.0, rel=1e-5)
+    a = (stage["solution"]["yield_stress"] - 15.0) / 5.0
+    b = (stage["solution"]["failure_strain"] - 0.03) / 0.02
+    assert 0.6 * a + 0.2 * b == pytest.approx(math.log(1.1), abs=1e-5)
+    assert (folder.path / "refine.csv").read_text("utf-8").count("\n") == len(stage["rows"]) + 1
+
+
+def test_the_first_point_is_the_solution_of_the_surface(tmp_path: Path) -> None:
+    stage, folder = refined(tmp_path, "refine: {budget: 1}\n", Curved())
+    invert = folder.read_stage("invert")
+    assert stage["rows"][0]["coded"] == pytest.approx(invert["coded"])
+    assert stage["rows"][0]["predicted"] == pytest.approx(110.0)
+    assert stage["rows"][0]["prediction_interval"] == pytest.approx(invert["prediction_interval"])
+
+
+def test_a_failed_run_is_stepped_back_from(tmp_path: Path) -> None:
+    stage, _ = refined(tmp_path, "refine: {tolerance_percent: 0.001}\n", Curved(fails=frozenset({0})))
+    assert stage["rows"][0]["reason"] == "inverted" and stage["rows"][0]["error_percent"] is None
+    assert stage["rows"][1]["how"] == "back" and stage["converged"]
+
+
+def test_only_failures_are_an_error(tmp_path: Path) -> None:
+    with pytest.raises(RunsFailed, match="none of 3 runs succeeded"):
+        refined(tmp_path, "refine: {budget: 3}\n", Curved(fails=frozenset(range(9))))
+
+
+def test_a_budget_spent_says_so(tmp_path: Path) -> None:
+    stage, _ = refined(tmp_path, "refine: {tolerance_percent: 1e-9, budget: 2}\n", Curved())
+    assert not stage["converged"] and len(stage["rows"]) == 2
+    assert any("still" in note for note in stage["notes"])
+
+
+def test_validation_takes_the_refined_parameters(tmp_path: Path) -> None:
+    study = make_study(tmp_path, TWO + "refine: {tolerance_percent: 0.001}\n")
+    folder = StudyFolder(tmp_path / "out")
+    stage = workflow.calibrate(study, folder, InlineExecutor(), solver=Curved())
+    assert stage["parameters"] == folder.read_stage("refine")["parameters"]
+    assert [row["error_percent"] for row in stage["rows"]] == pytest.approx([0.0, 0.0, 0.0], abs=2e-3)
+
+
+def test_running_again_computes_nothing(tmp_path: Path) -> None:
+    study, folder = make_study(tmp_path, TWO), StudyFolder(tmp_path / "out")
+    solver = Curved()
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
+    workflow.invert(study, folder, solver)
+    once = workflow.refine(study, folder, InlineExecutor(), solver=solver)
+    keys = folder.keys()
+    assert workflow.refine(study, folder, InlineExecutor(), solver=solver) == once
+    assert folder.keys() == keys
+
+
+def test_a_table_cannot_refine(tmp_path: Path) -> None:
+    study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
+    workflow.fit_surface(study, folder, InlineExecutor())
+    workflow.invert(study, folder)
+    with pytest.raises(UsageError, match="a table answers only what it holds"):
+        workflow.refine(study, folder, InlineExecutor())

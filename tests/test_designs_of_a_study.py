@@ -1,0 +1,139 @@
+"""The designs and fits that a spec can choose, through the stages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fakes import FakeSolver, lines, make_study
+
+from stemcal import workflow
+from stemcal.errors import SpecError, UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.stages.layout import design_radius, screening_design, surface_design
+from stemcal.study.store import StudyFolder
+
+THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "runs"),
+    [
+        ("", "plackett-burman", 12),
+        ("runs: 20", "plackett-burman", 20),
+        ("fold_over: true", "plackett-burman, folded over", 24),
+        ("design: fractional-factorial", "fractional-factorial", 32),
+        ("design: fractional-factorial, runs: 16", "fractional-factorial", 16),
+        ("design: definitive-screening", "definitive-screening", 21),
+    ],
+)
+def test_screening_designs_by_name(tmp_path: Path, options: str, kind: str, runs: int) -> None:
+    design = screening_design(make_study(tmp_path, f"screen: {{{options}}}\n"), FakeSolver())
+    assert (design.kind, len(design.coded)) == (kind, runs)
+    assert {level["density"] for level in design.levels} <= {1000.0, 1100.0, 1200.0}
+
+
+@pytest.mark.parametrize(
+    ("options", "runs", "reach", "radius"),
+    [
+        ("design: box-behnken, centre_points: 3", 15, 1.0, 2**0.5),
+        ("design: full-factorial", 27, 1.0, 3**0.5),
+        ("design: latin-hypercube, runs: 25", 25, 1.0, 3**0.5),
+        ("design: sobol, runs: 16", 16, 1.0, 3**0.5),
+        ("alpha: spherical", 20, 3**0.5, 3**0.5),
+        ("alpha: orthogonal, centre_points: 2", 16, 1.2872, 3**0.5),
+        ("extra_runs: 4", 24, 8**0.25, 8**0.25),
+    ],
+)
+def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach: float, radius: float) -> None:
+    study = make_study(tmp_path, THREE.format(options))
+    design = surface_design(study, FakeSolver(), study.rsm.factors)
+    assert design.coded.shape == (runs, 3)
+    levels = np.array([[row["yield_stress"], row["failure_strain"]] for row in design.levels])
+    assert np.all(levels >= np.array([10.0, 0.01]) - 1e-12)
+    assert np.all(levels <= np.array([20.0, 0.05]) + 1e-12)
+    assert design.coding.half_step[0] == pytest.approx(5.0 / reach, rel=1e-4)
+    assert design_radius(study, 3) == pytest.approx(radius, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "rsm: {factors: [density, yield_stress], design: box-behnken}\n",
+            "box-behnken exists for 3 to 7 factors, not 2",
+        ),
+        (THREE.format("design: sobol, runs: 9"), "9 runs cannot carry the 10 coefficients of 3 factors; take 20"),
+        (THREE.format("runs: 30"), "the size of central-composite follows from the factors"),
+        ("screen: {design: taguchi}\n", "screen.design"),
+        ("screen: {fold_over: 1}\n", "screen.fold_over"),
+    ],
+)
+def test_choices_without_sense_are_found_by_check(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(SpecError, match=message):
+        make_study(tmp_path, text)
+
+
+def test_a_size_that_does_not_exist_is_refused_with_the_next_one(tmp_path: Path) -> None:
+    study = make_study(tmp_path, "screen: {runs: 10}\n")
+    with pytest.raises(UsageError, match="multiple of 4 above 9, such as 12"):
+        screening_design(study, FakeSolver())
+
+
+def test_a_fold_over_computes_only_the_new_runs(tmp_path: Path) -> None:
+    witness, folder = tmp_path / "witness", StudyFolder(tmp_path / "out")
+    solver = FakeSolver(witness)
+    workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=solver)
+    before = len(lines(witness))
+    stage = workflow.screen(
+        make_study(tmp_path, "screen: {fold_over: true}\n"), folder, InlineExecutor(), solver=solver
+    )
+    assert (before, len(lines(witness))) == (12, 24)
+    assert any("clear of two-factor interactions" in note for note in stage["notes"])
+    assert stage["effects"][3]["verdict"].startswith("yield_stress matters")
+
+
+def test_extra_runs_compute_only_themselves(tmp_path: Path) -> None:
+    witness, folder = tmp_path / "witness", StudyFolder(tmp_path / "out")
+    solver = FakeSolver(witness)
+    workflow.fit_surface(
+        make_study(tmp_path, THREE.format("centre_points: 1")), folder, InlineExecutor(), solver=solver
+    )
+    before = len(lines(witness))
+    more = make_study(tmp_path, THREE.format("centre_points: 1, extra_runs: 3"))
+    workflow.fit_surface(more, folder, InlineExecutor(), solver=solver)
+    assert before == 15 and before < len(lines(witness)) <= 18
+
+
+def test_a_reduced_surface_goes_on_to_the_solution(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path / "out")
+    study = make_study(tmp_path, THREE.format("reduce: backward"))
+    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    terms = {row["term"] for row in stage["coefficients"]}
+    assert {"1", "yield_stress", "failure_strain", "failure_strain^2"} <= terms
+    assert set(stage["reduction"]["dropped"]).isdisjoint(terms)
+    found = workflow.invert(study, folder, solver=FakeSolver())
+    assert found["predicted"] == pytest.approx(110.0, abs=1e-6)
+    a = (found["solution"]["yield_stress"] - 15.0) / 5.0
+    b = (found["solution"]["failure_strain"] - 0.03) / 0.02
+    c = (found["solution"]["strain_rate_c"] - 90.0) / 10.0
+    assert 100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b + 0.5 * a * b + 0.1 * c == pytest.approx(110.0, abs=1e-3)
+
+
+def test_the_surface_stage_tells_its_shape(tmp_path: Path) -> None:
+    study = make_study(tmp_path, THREE.format("centre_points: 2"))
+    stage = workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=FakeSolver())
+    assert len(stage["ridge"]) == 5 and stage["ridge"][0]["predicted"] == pytest.approx(100.0)
+    assert stage["ridge"][-1]["radius"] == pytest.approx(8**0.25)
+    assert stage["canonical"]["eigenvalues"][0] > 0.0
+    assert stage["second_opinion"]["largest_difference"] < 5.0
+
+
+def test_plan_tells_what_the_designs_can_find(tmp_path: Path) -> None:
+    planned = workflow.plan(make_study(tmp_path), None, FakeSolver())
+    screening, surface, validation = planned["stages"]
+    assert screening["quality"]["residual_df"] == 2
+    assert screening["quality"]["terms"][0]["power"]["2"] == pytest.approx(0.4707, abs=1e-4)
+    assert surface["quality"]["residual_df"] == 10 and validation["quality"] is None
+    assert any("±1/3" in note for note in planned["notes"])
