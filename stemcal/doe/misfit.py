@@ -6,6 +6,7 @@ Each measured response has its own surface over the same factors. What its varia
     pooled     as measured; a response without sd gets the coefficient of variation of the others
     misfit     no sd anywhere, more responses than factors: variance ∝ measured², its size told by the misfit
     surface    no sd anywhere, too few responses to tell: the surface's part alone
+    joint      one observation by itself, with the scatter that the misfit of all has told
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from stemcal.doe.surface import Surface
 from stemcal.doe.terms import term_columns, term_gradient
 from stemcal.errors import UsageError
 
-Scatter = Literal["measured", "pooled", "misfit", "surface"]
+Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
 _FINEST = 1e-4
 _CLOUD = 11
@@ -45,12 +46,14 @@ class Observation:
 class Misfit:
     """D(x) of several observations; made by `misfit_of`.
 
-    `scale_known` is False where the variances are known up to a common factor only.
+    `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
+    freedom behind variances that were estimated, 0 where they count as exact.
     """
 
     observations: tuple[Observation, ...]
     variance: Array
     scatter: Scatter
+    scale_df: int = 0
 
     @property
     def scale_known(self) -> bool:
@@ -112,6 +115,14 @@ class Misfit:
         kept = [i for i in range(len(self.observations)) if i != index]
         scatter: Scatter = "surface" if not self.scale_known and len(kept) <= self.k else self.scatter
         return Misfit(tuple(self.observations[i] for i in kept), self.variance[kept], scatter)
+
+    def alone(self, index: int, least: float) -> Misfit:
+        """Keep one observation, with the scatter known now that the least misfit of all is `least`."""
+        kept, variance = self.observations[index : index + 1], self.variance[[index]]
+        if self.scale_known:
+            return Misfit(kept, variance, self.scatter)
+        floor = (_FINEST * self.measured[index]) ** 2
+        return Misfit(kept, np.maximum(variance * least / self.df, floor), "joint", self.df)
 
 
 def misfit_of(observations: Sequence[Observation]) -> Misfit:

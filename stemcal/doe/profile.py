@@ -5,6 +5,7 @@ holds all v whose D rises above the least by no more than
 
     χ²(1, level)                          where the variances are known
     Dmin·F(1, m − k; level)/(m − k)       where their common factor is told by the misfit of m observations
+    F(1, df; level)                       where they were estimated before, with df degrees of freedom
 
 See Venzon and Moolgavkar, Applied Statistics 37 (1988) 87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 An end that reaches the edge of the region is an end of the region, not of what the data allow.
@@ -62,6 +63,8 @@ def allowed_rise(misfit: Misfit, least: float, level: float = 0.95) -> float:
     """Return how much the misfit may rise above its least within the confidence interval of one factor."""
     from scipy.special import chdtri, fdtri
 
+    if misfit.scale_df:
+        return float(fdtri(1.0, misfit.scale_df, level))
     if misfit.scale_known:
         return float(chdtri(1.0, 1.0 - level))
     return float(least * fdtri(1.0, misfit.df, level) / misfit.df)

@@ -61,7 +61,8 @@ def solve_jointly(study: Study, stage: Mapping[str, Any]) -> dict[str, Any]:
     at_target = surface_through(stage, stage["design"]["runs"])
     point = assess_point(at_target, fit.coded, region.low, region.high, region.radius).as_dict(coding)
     sure = certainty(study, coding, misfit, region, "the joint fit")
-    alone = certainty(study, coding, misfit_over([target], [at_target]), region, f"{target.diameter:g} mm alone")
+    single = _alone(study, misfit, fit) or misfit_over([target], [at_target])
+    alone = certainty(study, coding, single, region, f"{target.diameter:g} mm alone")
     joint = _joint_entry(study, coding, misfit, region, fit)
     return {
         "target": target.force,
@@ -81,6 +82,13 @@ def solve_jointly(study: Study, stage: Mapping[str, Any]) -> dict[str, Any]:
         "certainty_alone": alone,
         "notes": _notes(joint, misfit, fit) + sure["sentences"] + alone["sentences"],
     }
+
+
+def _alone(study: Study, misfit: Misfit, fit: JointFit) -> Misfit | None:
+    """Return the misfit of the calibration diameter by itself; None if the joint fit leaves it out."""
+    diameters = [target.diameter for target in study.joint_targets]
+    at = study.calibration_target.diameter
+    return misfit.alone(diameters.index(at), fit.misfit) if at in diameters else None
 
 
 def _surfaces(study: Study, stage: Mapping[str, Any]) -> list[Surface]:

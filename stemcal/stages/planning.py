@@ -43,6 +43,7 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
         "to_run": sum(stage["to_run"] for stage in stages),
         "seconds": None if None in seconds else sum(seconds),
         "notes": [part.remark for part in wanted if part.remark]
+        + _decided_later(study)
         + [note for part in wanted if part.design is not None for note in foretell(part.design)],
     }
 
@@ -56,6 +57,12 @@ class Asked:
     settled: bool
     remark: str = ""
     design: Design | None = None
+
+
+def _decided_later(study: Study) -> list[str]:
+    """Say how many runs may come on top, one by one."""
+    later = {"climb": study.climb and study.climb.steps + 1, "refine": study.refine and study.refine.budget}
+    return [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:

@@ -85,7 +85,7 @@ def test_report_writes_figures_once(done: Path) -> None:
     assert command("report", REPLAY, "--out", done).exit_code == 0
     figures = done / "figures"
     assert {path.suffix for path in figures.iterdir()} == {".svg", ".png", ".txt"}
-    assert len(list(figures.glob("*.png"))) == 12
+    assert len(list(figures.glob("*.png"))) == 13
     (figures / "pareto.png").unlink()
     before = (figures / "residuals.png").stat().st_mtime_ns
     assert command("report", REPLAY, "--out", done).exit_code == 0

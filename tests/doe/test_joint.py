@@ -9,6 +9,7 @@ from synthetic import DIAMETERS, exact, misfit, region, surfaces
 from stemcal.doe.designs import central_composite
 from stemcal.doe.joint import best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.misfit import Observation, best_fit, misfit_of
+from stemcal.doe.profile import allowed_rise
 from stemcal.doe.region import Region
 from stemcal.doe.surface import fit_surface
 from stemcal.errors import UsageError
@@ -98,3 +99,16 @@ def test_surfaces_must_have_the_same_factors() -> None:
     with pytest.raises(UsageError, match="same factors"):
         misfit_of([Observation("8 mm", surfaces()[0], 1.0), Observation("9 mm", other, 1.0)])
     assert len(DIAMETERS) == 5
+
+
+def test_one_alone_takes_the_scatter_that_all_have_told() -> None:
+    """Relative variance of one: least misfit over its degrees of freedom, and F in place of χ² in its interval."""
+    fitted = surfaces()
+    data = misfit(exact(fitted, TRUTH) * [1.0, 1.02, 0.97, 1.01, 0.99], None, fitted=fitted)
+    least = data.value(best_fit(data, region()))
+    single = data.alone(1, least)
+    assert single.scatter == "joint" and single.scale_df == 3
+    assert single.variance[0] == pytest.approx(least / 3 * single.measured[0] ** 2)
+    assert allowed_rise(single, 0.0) == pytest.approx(10.128, abs=1e-3)
+    known = misfit(exact(fitted, TRUTH), 0.05, fitted=fitted)
+    assert known.alone(1, 5.0).variance == pytest.approx(known.variance[1:2])
