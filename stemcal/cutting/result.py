@@ -132,7 +132,7 @@ class PeakWatch:
 
 
 # The stroke was long enough if the force ends below this share of its peak.
-_FALLEN = 0.9
+FALLEN = 0.9
 # Ratios of energies mean nothing before the blade has done this share of its work.
 _BEGINNING = 0.1
 # Shares above which a result is to be looked at before it is used, percent.
@@ -152,7 +152,7 @@ def evaluate(curve: ForceHistory, history: History, elements: int, wall: float) 
     peak = int(np.argmax(curve.force_filtered))
     if curve.force_filtered[peak] <= 0.0:
         raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
-    fallen = bool(curve.force_filtered[-1] < _FALLEN * curve.force_filtered[peak])
+    fallen = bool(curve.force_filtered[-1] < FALLEN * curve.force_filtered[peak])
     checks = {
         "energy_drift_percent": history.drift_percent(),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),

@@ -34,6 +34,7 @@ from stemcal.fem.kernels.hexahedron import (
     strain_increment,
     velocity_gradient,
 )
+from stemcal.fem.kernels.hourglass import dot3
 from stemcal.fem.kernels.plasticity import (
     double_dot,
     elastic_trial,
@@ -76,12 +77,6 @@ def inverse(a: Floats, b: Floats, c: Floats) -> Floats:
     cy = (c[1] * a[2] - c[2] * a[1], c[2] * a[0] - c[0] * a[2], c[0] * a[1] - c[1] * a[0])
     cz = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
     return a[0] * cx[0] + a[1] * cx[1] + a[2] * cx[2], cx, cy, cz
-
-
-@inlined
-def dot3(a: Floats, b: Floats) -> float:
-    """Return a·b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined

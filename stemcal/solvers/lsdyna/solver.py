@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.cutting.result import moving_mean
+from stemcal.cutting.result import FALLEN, moving_mean
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.command.reductions import NoResult
 from stemcal.solvers.command.rooms import discard, run_folder
@@ -32,8 +32,6 @@ DECK = "run.k"
 _MESSAGES = ("messag", "mes0000", "d3hsp")
 _TAIL_BYTES = 20_000
 _CURVE_POINTS = 200
-# The stroke was long enough if the force ends below this share of its peak.
-_FALLEN = 0.9
 
 
 @dataclass(frozen=True)
@@ -151,7 +149,7 @@ def peak_answer(contact: ContactForce, scale: float, window: float, speed: float
     peak = int(np.argmax(filtered))
     if filtered[peak] <= 0.0:
         raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
-    fallen = bool(filtered[-1] < _FALLEN * filtered[peak])
+    fallen = bool(filtered[-1] < FALLEN * filtered[peak])
     travel = speed * time - gap
     keep = np.unique(np.linspace(0, len(time) - 1, _CURVE_POINTS).round().astype(int))
     details: dict[str, Any] = {
