@@ -25,6 +25,7 @@ from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
 from stemcal.fem.kernels.full import POINT_RATE_FACTOR, POINT_ROWS
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
+from stemcal.fem.kernels.nodes import CHUNK
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.timestep import stable_step
 from stemcal.fem.mesh import Mesh
@@ -90,7 +91,7 @@ def start(model: Model) -> State:
             reach=np.full(1, np.inf),
             trouble=np.full(1, -1, dtype=np.int64),
         ),
-        ledger=Ledger(np.zeros((len(model.tools), 3)), *(np.zeros(1) for _ in range(4))),
+        ledger=_ledger(len(model.tools), len(body.x)),
         material=material,
         friction=model.contact.numbers(),
         settings=Settings(
@@ -102,6 +103,11 @@ def start(model: Model) -> State:
             shear=model.material.shear_modulus,
         ),
     )
+
+
+def _ledger(tools: int, nodes: int) -> Ledger:
+    sums = np.zeros((-(-nodes // CHUNK), 4))
+    return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
 
 
 def _body(model: Model, material: MaterialNumbers) -> Body:

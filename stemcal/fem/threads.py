@@ -1,21 +1,25 @@
-"""One large model on several cores: the step's internal forces shared out to threads, the rest as ever.
+"""One large model on several cores: a step's elements and nodes shared out to threads, the rest as ever.
 
-Each thread computes some blocks of elements and stores their corner forces; then each sums those of some nodes, in the
-order in which a single thread would have added them. So the result has the same bits whatever the number of threads.
-The kernels release the interpreter lock, plain threads do.
+Each thread advances a run of blocks and subtracts their corner forces from the nodes. A node between the runs of two
+threads belongs to the first of them; the later one puts each of its forces there into a row of its own, and these are
+added, one by one and in order, when all threads are done. So every node collects its forces in the order of a single
+thread and the result has the same bits whatever the number of threads. The kernels release the interpreter lock, plain
+threads do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import LANES, SCRATCH_ROWS
-from stemcal.fem.kernels.element import store_internal_forces, sum_internal_forces
-from stemcal.fem.kernels.march import REACHED, finish_step, renew_time_step
+from stemcal.fem.kernels.element import add_internal_forces
+from stemcal.fem.kernels.march import REACHED, finish_step, mean_step, meet_tools, renew_time_step
+from stemcal.fem.kernels.nodes import add_late_forces, kick_and_drift
 from stemcal.fem.state import State
 
 Ints = NDArray[np.int32]
@@ -27,61 +31,75 @@ class ThreadedMarch:
 
     def __init__(self, state: State, count: int) -> None:
         self._count = count
-        self._pool = ThreadPoolExecutor(count)
-        blocks = state.body.blocks
-        self._forces = np.zeros((len(blocks), 3, 8, LANES))
-        self._first, self._places = corner_places(blocks, len(state.body.x))
+        self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
+        body = state.body
+        self._block_ends = np.linspace(0, len(body.blocks), count + 1).astype(int)
+        self._chunk_ends = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int)
+        self._targets, self._late = force_rows(body.blocks, self._block_ends, len(body.x))
+        state.body = body._replace(f=np.concatenate([body.f, np.zeros((len(self._late), 3))]))
         self._scratch = [np.zeros(SCRATCH_ROWS * LANES) for _ in range(count)]
-        self._block_ends = np.linspace(0, len(blocks), count + 1).astype(int)
-        self._node_ends = np.linspace(0, len(state.body.x), count + 1).astype(int)
 
     def __enter__(self) -> ThreadedMarch:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._pool.shutdown()
+        if self._pool is not None:
+            self._pool.shutdown()
 
     def __call__(self, until: float, state: State) -> int:
         """Advance the model to time `until`; returns why it stopped."""
-        body, clock = state.body, state.clock
+        body, clock, ledger, tools = state.body, state.clock, state.ledger, state.tools
         while clock.time[0] < until:
             outcome = renew_time_step(body, state.topology, clock, state.material, state.settings)
             if outcome != REACHED:
                 return int(outcome)
-            self._together(self._compute, state)
-            self._together(self._sum, state)
-            outcome = finish_step(
-                body, state.topology, state.tools, state.edge, state.candidates, clock, state.ledger,
-                state.friction, state.settings,
-            )  # fmt: skip
+            self._together(self._add_internal_forces, state)
+            add_late_forces(body.f, self._late, len(body.x))
+            meet_tools(
+                body, state.topology, tools, state.edge, state.candidates, clock, ledger, state.friction, state.settings
+            )
+            self._together(self._move_nodes, state)
+            outcome = finish_step(body, tools, clock, ledger)
             if outcome != REACHED:
                 return int(outcome)
         return REACHED
 
     def _together(self, work: Callable[[State, int], None], state: State) -> None:
-        """Do a share of the work in each thread and wait for all."""
-        list(self._pool.map(lambda thread: work(state, thread), range(self._count)))
+        """Do a share of the work in each thread, the first in this one, and wait for all."""
+        others = [self._pool.submit(work, state, thread) for thread in range(1, self._count)] if self._pool else []
+        work(state, 0)
+        wait(others)
+        for other in others:
+            other.result()
 
-    def _compute(self, state: State, thread: int) -> None:
+    def _add_internal_forces(self, state: State, thread: int) -> None:
         mine = slice(self._block_ends[thread], self._block_ends[thread + 1])
         body = state.body
-        store_internal_forces(
-            self._scratch[thread], body.blocks[mine], body.x, body.v, body.state[mine], self._forces[mine],
+        add_internal_forces(
+            self._scratch[thread], body.blocks[mine], self._targets[mine], body.x, body.v, body.state[mine], body.f,
             state.clock.step_before[0], state.material,
         )  # fmt: skip
 
-    def _sum(self, state: State, thread: int) -> None:
-        begin, end = self._node_ends[thread], self._node_ends[thread + 1]
-        sum_internal_forces(self._forces, self._first, self._places, state.body.f, begin, end)
+    def _move_nodes(self, state: State, thread: int) -> None:
+        begin, end = self._chunk_ends[thread], self._chunk_ends[thread + 1]
+        kick_and_drift(state.body, mean_step(state.clock), state.clock.step[0], state.ledger.node_sums, begin, end)
 
 
-def corner_places(blocks: Ints, nodes: int) -> tuple[Ints, Ints]:
-    """Return where the forces of each node stand: (N + 1,) first place, and (places, 3) rows (block, corner, lane).
+def force_rows(blocks: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints]:
+    """Return the row of the nodal forces for each corner, and the nodes of the rows after the first `nodes`.
 
-    Within a node the places follow the order of the single-threaded scatter: block, corner, lane.
+    Blocks ends[t]…ends[t+1]−1 are thread t's. A corner at a node that an earlier thread meets as well gets a row of
+    its own; these follow the nodes' rows in the order of block, corner, lane.
     """
-    flat = blocks.ravel()
-    order = np.argsort(flat, kind="stable")
-    first = np.searchsorted(flat[order], np.arange(nodes + 1))
-    places = np.stack(np.unravel_index(order, blocks.shape), axis=1)
-    return first.astype(np.int32), places.astype(np.int32)
+    owner = np.full(nodes, -1)
+    targets = blocks.copy()
+    late: list[Ints] = []
+    used = nodes
+    for thread, (begin, end) in enumerate(pairwise(ends)):
+        mine = blocks[begin:end]
+        owner[mine[owner[mine] < 0]] = thread
+        shared = owner[mine] < thread
+        late.append(mine[shared])
+        targets[begin:end][shared] = np.arange(used, used + shared.sum(), dtype=np.int32)
+        used += shared.sum()
+    return targets, np.concatenate(late)

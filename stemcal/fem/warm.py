@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import shutil
+import time
+from contextlib import suppress
+from pathlib import Path
 
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.compile import CACHE
@@ -10,6 +13,10 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
+
+
+# A cache of other sources that nobody has used for so long is swept away.
+_KEPT_DAYS = 30.0
 
 
 def warm() -> None:
@@ -24,6 +31,16 @@ def warm() -> None:
         shutil.rmtree(CACHE, ignore_errors=True)
         CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
         _smallest_simulation()
+    sweep(CACHE)
+
+
+def sweep(cache: Path) -> None:
+    """Remove what older sources left beside this cache; every use of a cache renews the time of its folder."""
+    oldest = time.time() - _KEPT_DAYS * 86400.0
+    for folder in cache.parent.glob("kernels-*-numba-*"):
+        with suppress(OSError):  # somebody else may be sweeping
+            if folder != cache and folder.stat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _smallest_simulation() -> None:

@@ -88,7 +88,7 @@ def test_one_point_element_equals_its_twin(name: str, form: str) -> None:
     body, m = state.body, state.material
     before, v = body.state.copy(), body.v
     x, f = body.x, body.f.copy()
-    add_internal_forces(body.scratch, body.blocks, x, v, body.state, body.f, DT, m)
+    add_internal_forces(body.scratch, body.blocks, body.blocks, x, v, body.state, body.f, DT, m)
     failed = 0
     for e, corners in enumerate(state.topology.hexes):
         old, new = before[e // LANES, :, e % LANES], body.state[e // LANES, :, e % LANES]
@@ -154,7 +154,7 @@ def flattened(to: float) -> np.ndarray:
     body = state.body
     body.state[0, rows.ALIVE, 0] = 0.0
     body.x[:, 0] = np.where(body.x[:, 0] < 0.5, 1.0 - to, body.x[:, 0])
-    add_internal_forces(body.scratch, body.blocks, body.x, body.v, body.state, body.f, DT, state.material)
+    add_internal_forces(body.scratch, body.blocks, body.blocks, body.x, body.v, body.state, body.f, DT, state.material)
     return body.f
 
 

@@ -11,7 +11,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
-from stemcal.fem.threads import corner_places
+from stemcal.fem.threads import force_rows
 
 WEDGE = Tool(corners=((2.5, 0.1), (3.0, 2.0), (2.0, 2.0)), radius=0.1, height=2.001, speed=-200.0, edge=2.5)
 
@@ -42,15 +42,13 @@ def test_threads_change_no_bit(threads: int) -> None:
         np.testing.assert_array_equal(getattr(one, name), getattr(many, name), err_msg=name)
 
 
-def test_places_follow_the_single_threaded_order() -> None:
-    """Two elements in one block of 16 lanes that share four nodes: lane 0 before lane 1 at the same corner."""
+def test_corners_between_two_threads_get_rows_of_their_own() -> None:
+    """Two elements in two blocks of one lane that share four nodes: the second thread's four corners there are late."""
     mesh = brick((2.0, 1.0, 1.0), (2, 1, 1))
-    lanes = np.minimum(np.arange(16), 1)
-    blocks = mesh.hexes[lanes].reshape(1, 16, 8).transpose(0, 2, 1)
-    first, places = corner_places(blocks, len(mesh.nodes))
-    assert first[-1] == len(places) == 16 * 8
-    for node in range(len(mesh.nodes)):
-        mine = places[first[node] : first[node + 1]]
-        assert all(blocks[tuple(place)] == node for place in mine)
-        keys = [tuple(place) for place in mine]
-        assert keys == sorted(keys)
+    blocks = np.ascontiguousarray(mesh.hexes.reshape(2, 8, 1))
+    targets, late = force_rows(blocks, np.array([0, 1, 2]), len(mesh.nodes))
+    shared = np.isin(blocks[1], blocks[0])
+    np.testing.assert_array_equal(targets[0], blocks[0])
+    np.testing.assert_array_equal(targets[1][~shared], blocks[1][~shared])
+    np.testing.assert_array_equal(targets[1][shared], len(mesh.nodes) + np.arange(4))
+    np.testing.assert_array_equal(late, blocks[1][shared])

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from stemcal.fem.kernels.compile import cache_folder
-from stemcal.fem.warm import warm
+from stemcal.fem.warm import sweep, warm
 
 WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
 
@@ -64,3 +65,14 @@ def test_a_damaged_cache_is_recovered(tmp_path: Path) -> None:
     assert after
     assert run(tmp_path).returncode == 0
     assert {file: file.stat().st_mtime_ns for file in entries(tmp_path)} == after
+
+
+def test_caches_of_older_sources_are_swept_after_a_month(tmp_path: Path) -> None:
+    """The cache in use and one used 29 days ago stay, one of 31 days goes, and nothing else is touched."""
+    now = time.time()
+    for name, days in (("kernels-a-numba-1", 90), ("kernels-b-numba-1", 29), ("kernels-c-numba-1", 31), ("other", 90)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "entry.nbi").write_bytes(b"")
+        os.utime(tmp_path / name, (now - 86400 * days,) * 2)
+    sweep(tmp_path / "kernels-a-numba-1")
+    assert sorted(folder.name for folder in tmp_path.iterdir()) == ["kernels-a-numba-1", "kernels-b-numba-1", "other"]

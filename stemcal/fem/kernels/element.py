@@ -20,7 +20,7 @@ from stemcal.fem.kernels.block import (
     LANES,
     PLASTIC_STRAIN,
     RATE_FACTOR,
-    STATE,
+    STATE_ROWS,
     STRESS,
     VELOCITIES,
     VISCOUS_LENGTH,
@@ -28,7 +28,6 @@ from stemcal.fem.kernels.block import (
     YIELD_RATE,
     add,
     fetch,
-    keep,
     load,
     load3,
     load6,
@@ -102,7 +101,33 @@ def stress_row(i: int, stress: Floats, pressure: float, taken: Floats, per_volum
 
 
 @inlined
-def element(scratch: Array, lane: int, dt: float, material: Floats) -> None:
+def hourglass_forces(
+    state: Array, lane: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats,
+    L: Floats, R: Floats, dt: float, material: Floats,
+) -> Floats:  # fmt: skip
+    """Return the forces on the four hourglass modes and their power."""
+    memory = material.hourglass_memory
+    gain = load(state, HOURGLASS_STIFFNESS, lane) * (memory * dt + (1.0 - memory))
+    q4, p4 = resist(load3(state, HOURGLASS_FORCE, lane), modal_rate(4, u, v, w, x, y, z, L), R, gain, memory)
+    q5, p5 = resist(load3(state, HOURGLASS_FORCE + 3, lane), modal_rate(5, u, v, w, x, y, z, L), R, gain, memory)
+    q6, p6 = resist(load3(state, HOURGLASS_FORCE + 6, lane), modal_rate(6, u, v, w, x, y, z, L), R, gain, memory)
+    q7, p7 = resist(load3(state, HOURGLASS_FORCE + 9, lane), modal_rate(7, u, v, w, x, y, z, L), R, gain, memory)
+    return (q4, q5, q6, q7), p4 + p5 + p6 + p7
+
+
+@inlined
+def corner_forces(
+    i: int, stress: Floats, pressure: float, Q: Floats, x: Floats, y: Floats, z: Floats,
+    bx: Floats, by: Floats, bz: Floats, volume: float,
+) -> Floats:  # fmt: skip
+    """Return component i of the forces on the eight corners."""
+    q4, q5, q6, q7 = Q
+    row = stress_row(i, stress, pressure, taken_from_stress(q4, q5, q6, q7, i, x, y, z), 1.0 / volume)
+    return corners(modal_forces(row, (q4[i], q5[i], q6[i], q7[i]), bx, by, bz))
+
+
+@inlined
+def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats) -> None:
     """Advance one element by one step: from corner positions and velocities to corner forces and new state."""
     x = modes(load8(scratch, COORDINATES, lane))
     y = modes(load8(scratch, COORDINATES + 8, lane))
@@ -119,101 +144,63 @@ def element(scratch: Array, lane: int, dt: float, material: Floats) -> None:
     de, R = strain_increment(Lm, dt), spin_rotation(Lm, dt)
 
     # the stress that follows
-    old = rotate_tensor(R, load6(scratch, STATE + STRESS, lane))
-    back = rotate_tensor(R, load6(scratch, STATE + BACK_STRESS, lane))
+    old, back = rotate_tensor(R, load6(state, STRESS, lane)), rotate_tensor(R, load6(state, BACK_STRESS, lane))
     trial = elastic_trial(old, de, material.bulk, material.shear)
-    factor, strain = load(scratch, STATE + RATE_FACTOR, lane), load(scratch, STATE + PLASTIC_STRAIN, lane)
+    factor, strain = load(state, RATE_FACTOR, lane), load(state, PLASTIC_STRAIN, lane)
     stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
-    alive = load(scratch, STATE + ALIVE, lane) if strain < load(scratch, STATE + FAILURE_STRAIN, lane) else 0.0
-    pressure = bulk_viscosity(de, dt, load(scratch, STATE + VISCOUS_LENGTH, lane), material)
-
-    # the resistance of the four hourglass modes
-    memory = material.hourglass_memory
-    gain = load(scratch, STATE + HOURGLASS_STIFFNESS, lane) * (memory * dt + (1.0 - memory))
-    Q = STATE + HOURGLASS_FORCE
-    q4, p4 = resist(load3(scratch, Q, lane), modal_rate(4, u, v, w, x, y, z, L), R, gain, memory)
-    q5, p5 = resist(load3(scratch, Q + 3, lane), modal_rate(5, u, v, w, x, y, z, L), R, gain, memory)
-    q6, p6 = resist(load3(scratch, Q + 6, lane), modal_rate(6, u, v, w, x, y, z, L), R, gain, memory)
-    q7, p7 = resist(load3(scratch, Q + 9, lane), modal_rate(7, u, v, w, x, y, z, L), R, gain, memory)
+    alive = load(state, ALIVE, lane) if strain < load(state, FAILURE_STRAIN, lane) else 0.0
+    pressure = bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
+    work = 0.5 * (double_dot(old, de) + double_dot(stress, de)) - pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
-    tx = stress_row(0, stress, pressure, taken_from_stress(q4, q5, q6, q7, 0, x, y, z), 1.0 / volume)
-    ty = stress_row(1, stress, pressure, taken_from_stress(q4, q5, q6, q7, 1, x, y, z), 1.0 / volume)
-    tz = stress_row(2, stress, pressure, taken_from_stress(q4, q5, q6, q7, 2, x, y, z), 1.0 / volume)
-    hx, hy, hz = (q4[0], q5[0], q6[0], q7[0]), (q4[1], q5[1], q6[1], q7[1]), (q4[2], q5[2], q6[2], q7[2])
-    store8(scratch, FORCES, lane, corners(modal_forces(tx, hx, bx, by, bz)), alive)
-    store8(scratch, FORCES + 8, lane, corners(modal_forces(ty, hy, bx, by, bz)), alive)
-    store8(scratch, FORCES + 16, lane, corners(modal_forces(tz, hz, bx, by, bz)), alive)
+    Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, dt, material)
+    store8(scratch, FORCES, lane, corner_forces(0, stress, pressure, Q, x, y, z, bx, by, bz, volume), alive)
+    store8(scratch, FORCES + 8, lane, corner_forces(1, stress, pressure, Q, x, y, z, bx, by, bz, volume), alive)
+    store8(scratch, FORCES + 16, lane, corner_forces(2, stress, pressure, Q, x, y, z, bx, by, bz, volume), alive)
 
     # what the element keeps
-    store6(scratch, STATE + STRESS, lane, stress, alive)
-    store6(scratch, STATE + BACK_STRESS, lane, back, alive)
-    store3(scratch, Q, lane, q4, alive)
-    store3(scratch, Q + 3, lane, q5, alive)
-    store3(scratch, Q + 6, lane, q6, alive)
-    store3(scratch, Q + 9, lane, q7, alive)
-    work = 0.5 * (double_dot(old, de) + double_dot(stress, de)) - pressure * (de[0] + de[1] + de[2])
-    add(scratch, STATE + INTERNAL_ENERGY, lane, volume * work if alive > 0.0 else 0.0)
-    add(scratch, STATE + HOURGLASS_ENERGY, lane, dt * (p4 + p5 + p6 + p7) if alive > 0.0 else 0.0)
-    store(scratch, STATE + PLASTIC_STRAIN, lane, strain)
-    store(scratch, STATE + ALIVE, lane, alive)
-    store(scratch, STATE + YIELD_RATE, lane, equivalent_rate(de, dt) if q > static_yield else 0.0)
-    store(scratch, STATE + VOLUME, lane, volume)
+    store6(state, STRESS, lane, stress, alive)
+    store6(state, BACK_STRESS, lane, back, alive)
+    for m in range(4):
+        store3(state, HOURGLASS_FORCE + 3 * m, lane, Q[m], alive)
+    add(state, INTERNAL_ENERGY, lane, volume * work if alive > 0.0 else 0.0)
+    add(state, HOURGLASS_ENERGY, lane, dt * power if alive > 0.0 else 0.0)
+    store(state, PLASTIC_STRAIN, lane, strain)
+    store(state, ALIVE, lane, alive)
+    store(state, YIELD_RATE, lane, equivalent_rate(de, dt) if q > static_yield else 0.0)
+    store(state, VOLUME, lane, volume)
+
+
+@kernel
+def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
+    """Advance the elements of one block: a function of its own, or LLVM would not vectorise the loop."""
+    for lane in range(LANES):
+        element(scratch, state, lane, dt, material)
 
 
 @inlined
-def run_block(scratch: Array, corners: Any, x: Array, v: Array, state: Array, dt: float, material: Floats) -> None:
-    """Advance the elements of one block; their corner forces stay in the scratch."""
-    fetch(scratch, corners, x, v, state)
-    for lane in range(LANES):  # the loop that must vectorise
-        element(scratch, lane, dt, material)
-    keep(scratch, state)
+def run_block(
+    b: int, scratch: Array, blocks: Any, x: Array, v: Array, state: Array, dt: float, material: Floats
+) -> None:
+    """Advance block b from the motion of its nodes, and work out the rate factors of its next step."""
+    states, following = state.reshape(state.size), min(b + 1, blocks.shape[0] - 1) * STATE_ROWS * LANES
+    fetch(scratch, blocks[b], x, v, states, following)
+    advance(scratch, state[b].reshape(STATE_ROWS * LANES), dt, material)
     for lane in range(LANES):
-        state[RATE_FACTOR, lane] = rate_factor(state[YIELD_RATE, lane], material.rate_c, material.rate_exponent)
+        rate = state[b, YIELD_RATE, lane]
+        state[b, RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
 
 
 @kernel
 def add_internal_forces(
-    scratch: Array, blocks: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
+    scratch: Array, blocks: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
 ) -> None:
-    """Subtract the internal forces of all elements from the nodal forces and advance the elements' state."""
+    """Subtract the internal forces of all elements from the nodal forces and advance the elements' state.
+
+    `targets`, shaped as `blocks`, names the row of `f` for each corner: the node itself, or where several threads share
+    the elements (`stemcal.fem.threads`) a row apart.
+    """
     for b in range(blocks.shape[0]):
         if stands(state[b]):
-            run_block(scratch, blocks[b], x, v, state[b], dt, material)
-            scatter(scratch, blocks[b], f)
-
-
-@kernel
-def store_internal_forces(
-    scratch: Array,
-    blocks: Any,
-    x: Array,
-    v: Array,
-    state: Array,
-    forces: Array,
-    dt: float,
-    material: Floats,
-) -> None:
-    """Advance some blocks and store their corner forces, (blocks, 3, 8, lanes): one thread's share of a step."""
-    for b in range(blocks.shape[0]):
-        if not stands(state[b]):
-            forces[b] = 0.0
-            continue
-        run_block(scratch, blocks[b], x, v, state[b], dt, material)
-        for i in range(3):
-            for a in range(8):
-                for lane in range(LANES):
-                    forces[b, i, a, lane] = scratch[(FORCES + 8 * i + a) * LANES + lane]
-
-
-@kernel
-def sum_internal_forces(forces: Array, first: Any, places: Any, f: Array, begin: int, end: int) -> None:
-    """Subtract the stored corner forces from nodes begin…end−1, in the order in which one thread would have.
-
-    Node n collects from ``places[first[n]:first[n + 1]]``, rows (block, corner, lane).
-    """
-    for n in range(begin, end):
-        for p in range(first[n], first[n + 1]):
-            b, a, lane = places[p, 0], places[p, 1], places[p, 2]
-            for i in range(3):
-                f[n, i] -= forces[b, i, a, lane]
+            run_block(b, scratch, blocks, x, v, state, dt, material)
+            scatter(scratch, targets[b], f)

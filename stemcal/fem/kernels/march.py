@@ -1,6 +1,7 @@
 """The time loop: central differences from one output to the next.
 
-One step reads: add internal forces, erode, look for contact, add contact forces, kick and drift, move the tools.
+One step reads: add internal forces, meet the tools (erode, look for contact, add contact forces), kick and drift,
+finish (book energies, move the tools and the clock).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from stemcal.fem.kernels.compile import kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.full import add_full_internal_forces
-from stemcal.fem.kernels.nodes import kick_and_drift, mirror_ghosts
+from stemcal.fem.kernels.nodes import add_chunks, kick_and_drift, mirror_ghosts
 from stemcal.fem.kernels.search import erode, list_faces_under_edge, list_near_nodes
 from stemcal.fem.kernels.timestep import stable_step
 
@@ -70,6 +71,7 @@ class Ledger(NamedTuple):
     tool_work: Array  # (1,) of the moving tools
     external_work: Array  # (1,) of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) carried away by nodes without elements
+    node_sums: Array  # (chunks, 4) of the last step, as `kick_and_drift` leaves them
 
 
 class Settings(NamedTuple):
@@ -111,7 +113,7 @@ def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: F
     if body.points.shape[0] > 0:
         add_full_internal_forces(topology.hexes, body.points, body.x, body.v, body.state, body.f, dt, material)
     else:
-        add_internal_forces(body.scratch, body.blocks, body.x, body.v, body.state, body.f, dt, material)
+        add_internal_forces(body.scratch, body.blocks, body.blocks, body.x, body.v, body.state, body.f, dt, material)
 
 
 @kernel
@@ -154,7 +156,7 @@ def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
 
 
 @kernel
-def finish_step(
+def meet_tools(
     body: Floats,
     topology: Floats,
     tools: Floats,
@@ -164,22 +166,30 @@ def finish_step(
     ledger: Floats,
     friction: Floats,
     settings: Floats,
-) -> int:
-    """Do what follows the internal forces: erode, contact, kick, drift; returns why the march must end, or REACHED."""
-    dt = clock.step[0]
-    kick = 0.5 * (clock.step_before[0] + dt)
+) -> None:
+    """Erode what has failed and add the contact forces."""
     eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
     ledger.lost_kinetic[0] += lost
     if eroded > 0 or clock.reach[0] > settings.margin:
         look_for_contact(body, topology, tools, edge, candidates, clock, settings)
-    add_contact_forces(body, tools, edge, candidates, dt, friction, settings)
-    work, external, fastest = kick_and_drift(
-        body.x, body.v, body.f, body.push, body.loads, body.inverse_mass, body.free, body.driven, kick, dt
-    )
+    add_contact_forces(body, tools, edge, candidates, clock.step[0], friction, settings)
+
+
+@kernel
+def mean_step(clock: Floats) -> float:
+    """Return the time between the middles of the step before and of this one, by which velocities are kicked."""
+    return 0.5 * (clock.step_before[0] + clock.step[0])
+
+
+@kernel
+def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> int:
+    """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or REACHED."""
+    dt = clock.step[0]
+    work, external, fastest = add_chunks(ledger.node_sums)
     mirror_ghosts(body.x, body.v, body.ghosts)
     ledger.contact_work[0] += work
     ledger.external_work[0] += external
-    clock.reach[0] += dt * (fastest + move_tools(tools, ledger, kick, dt))
+    clock.reach[0] += dt * (fastest + move_tools(tools, ledger, mean_step(clock), dt))
     clock.time[0] += dt
     clock.step_before[0] = dt
     clock.steps[0] += 1
@@ -206,7 +216,9 @@ def march(
         if outcome != REACHED:
             return outcome
         add_forces_inside(body, topology, clock, material)
-        outcome = finish_step(body, topology, tools, edge, candidates, clock, ledger, friction, settings)
+        meet_tools(body, topology, tools, edge, candidates, clock, ledger, friction, settings)
+        kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, 0, len(ledger.node_sums))
+        outcome = finish_step(body, tools, clock, ledger)
         if outcome != REACHED:
             return outcome
     return REACHED

@@ -13,43 +13,63 @@ from stemcal.fem.kernels.compile import kernel
 Array = NDArray[np.float64]
 
 
+# Nodes are advanced in chunks of this many, each with its own sums, so that threads may share the chunks out and the
+# sums of all keep their bits.
+CHUNK = 4096
+
+
 @kernel
-def kick_and_drift(
-    x: Array,
-    v: Array,
-    f: Array,
-    push: Array,
-    loads: Array,
-    inverse_mass: Array,
-    free: Array,
-    driven: Array,
-    kick: float,
-    drift: float,
-) -> tuple[float, float, float]:
-    """Advance velocities by `kick` and positions by `drift`, and set the forces back to the loads.
+def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int, end: int) -> None:
+    """Advance velocities by `kick` and positions by `drift` in chunks begin…end−1, and set forces back to the loads.
 
         v ← v + kick·(f + push)/m on free components, the driven velocity on the others,   x ← x + drift·v
 
-    Work is force times mean velocity times `kick`. Returns that of the contact forces, that of loads and driven
-    components, and the largest speed.
+    Work is force times mean velocity times `kick`. Row c of `sums` gets chunk c's work of the contact forces, work of
+    loads and driven components, largest and summed squared speed.
+    """
+    x, v, f, push, loads = body.x, body.v, body.f, body.push, body.loads
+    inverse_mass, free, driven = body.inverse_mass, body.free, body.driven
+    for c in range(begin, end):
+        work, external, fastest, total = 0.0, 0.0, 0.0, 0.0
+        for n in range(c * CHUNK, min((c + 1) * CHUNK, x.shape[0])):
+            speed2 = 0.0
+            for i in range(3):
+                old, force = v[n, i], f[n, i] + push[n, i]
+                new = (old + kick * force * inverse_mass[n]) * free[n, i] + driven[n, i]
+                work += push[n, i] * (old + new)
+                external += loads[n, i] * (old + new) * free[n, i] - 2.0 * (force - loads[n, i]) * driven[n, i]
+                v[n, i] = new
+                x[n, i] += drift * new
+                speed2 += new * new
+                f[n, i] = loads[n, i]
+                push[n, i] = 0.0
+            fastest = max(fastest, speed2)
+            total += speed2
+        sums[c, 0], sums[c, 1], sums[c, 2], sums[c, 3] = 0.5 * kick * work, 0.5 * kick * external, fastest, total
+
+
+@kernel
+def add_chunks(sums: Array) -> tuple[float, float, float]:
+    """Return over all chunks the work of contact, that of loads and driven components, and the largest speed.
+
+    `max` passes over NaN; 0·Σv² is NaN if any speed is not finite.
     """
     work, external, fastest, total = 0.0, 0.0, 0.0, 0.0
-    for n in range(x.shape[0]):
-        speed2 = 0.0
+    for c in range(sums.shape[0]):
+        work += sums[c, 0]
+        external += sums[c, 1]
+        fastest = max(fastest, sums[c, 2])
+        total += sums[c, 3]
+    return work, external, sqrt(fastest) + 0.0 * total
+
+
+@kernel
+def add_late_forces(f: Array, nodes: Any, first: int) -> None:
+    """Add row first + k of the forces to that of node ``nodes[k]``, for each k in order, and set it to zero."""
+    for k in range(nodes.shape[0]):
         for i in range(3):
-            old, force = v[n, i], f[n, i] + push[n, i]
-            new = (old + kick * force * inverse_mass[n]) * free[n, i] + driven[n, i]
-            work += push[n, i] * (old + new)
-            external += loads[n, i] * (old + new) * free[n, i] - 2.0 * (force - loads[n, i]) * driven[n, i]
-            v[n, i] = new
-            x[n, i] += drift * new
-            speed2 += new * new
-            f[n, i] = loads[n, i]
-            push[n, i] = 0.0
-        fastest = max(fastest, speed2)
-        total += speed2
-    # `max` passes over NaN; 0·Σv² is NaN if any speed is not finite
-    return 0.5 * kick * work, 0.5 * kick * external, sqrt(fastest) + 0.0 * total
+            f[nodes[k], i] += f[first + k, i]
+            f[first + k, i] = 0.0
 
 
 @kernel
