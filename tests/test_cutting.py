@@ -8,6 +8,8 @@ from math import pi, radians, sin, tan
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from stemcal.cutting import (
     Blade,
@@ -280,3 +282,23 @@ def test_the_real_case(edge_over: str) -> None:
         assert result.kinetic_ratio_percent < 5.0
         peaks.append(result.peak_force)
     np.testing.assert_allclose(peaks, peaks[0], rtol=0.005)
+
+
+@pytest.mark.slow
+def test_a_cut_right_through_the_stem() -> None:
+    """9 mm of travel part an 8 mm stem: balance within 5 % to the end, no force on the blade, the ends apart."""
+    test = ShearTest(MATERIAL, loading=Loading(duration=5.4), discretisation=Discretisation(symmetry="quarter"))
+    model = build(test)
+    history = simulate(model, test.loading.duration)
+    travel = test.loading.speed * history.time - test.loading.gap
+    assert np.abs(history.balance).max() < 0.05 * history.external.max()
+    assert np.all(history.force[travel > 8.5, 0] == 0.0)
+    # the part that holds the far end has no element left in the plane of the cut
+    topology, standing = model.mesh.topology(), history.standing
+    pairs = [(e, n) for e, row in enumerate(topology.neighbours) for n in row if n >= 0 and standing[e] and standing[n]]
+    links = coo_matrix((np.ones(len(pairs)), tuple(zip(*pairs, strict=True))), shape=(len(standing),) * 2)
+    part = connected_components(links, directed=False)[1]
+    x = model.mesh.nodes[model.mesh.hexes, 0]
+    in_the_plane = standing & (x.min(axis=1) < 1e-9)
+    assert travel[-1] > 8.9
+    assert not np.any(part[in_the_plane] == part[x.mean(axis=1).argmax()])

@@ -14,7 +14,6 @@ from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 
-
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
 
