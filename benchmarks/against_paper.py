@@ -19,6 +19,7 @@ from stemcal.report.style import BLUE, FAINT, GREEN, ORANGE, new_figure, styled
 
 LAWS = {"paper": "the paper's law", "cowper_symonds": "Cowper and Symonds' law"}
 TABLES = {"screen": ("Table 6", "o", BLUE), "rsm": ("Table 9", "s", ORANGE), "validate": ("Table 13", "^", GREEN)}
+END = 400.0  # of both axes, N
 PICTURE = CONFIGS.parent / "docs" / "images" / "parity.png"
 
 
@@ -50,19 +51,19 @@ def forces(cases: list[Case], results: list[CuttingResult]) -> tuple[np.ndarray,
 def plot_parity(cases: list[Case], by_law: dict[str, list[CuttingResult]], picture: Path) -> None:
     """Draw our forces over the paper's, one panel per law, with the line of equality and a fifth to either side."""
     table = np.array([case.table for case in cases])
-    figure = new_figure(7.2, 3.8)
+    figure = new_figure(7.2, 4.2)
     with styled():
         panels = figure.subplots(1, len(by_law), sharex=True, sharey=True)
         for axes, (law, results) in zip(panels, by_law.items(), strict=True):
             paper, force = forces(cases, results)
-            ends = np.array([0.0, 1.05 * max(paper.max(), force.max())])
-            axes.fill_between(ends, 0.8 * ends, 1.2 * ends, color=FAINT, alpha=0.2, linewidth=0)
+            ends = np.array([0.0, END])
+            axes.fill_between(ends, 0.8 * ends, 1.2 * ends, color="#e6e9ed", linewidth=0)
             axes.plot(ends, ends, color=FAINT, linewidth=0.8)
             for name, (label, mark, colour) in TABLES.items():
                 axes.plot(paper[table == name], force[table == name], mark, color=colour, markersize=4.5, label=label)
             axes.set_title(LAWS[law])
             axes.set_xlabel("paper's LS-DYNA force, N")
-            axes.set_aspect("equal")
+            axes.set(xlim=(0.0, END), ylim=(0.0, END), aspect="equal")
         panels[0].set_ylabel("embedded solver's force, N")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.savefig(picture, dpi=160)

@@ -4,20 +4,25 @@ python benchmarks/speed.py kernel     the element kernel, blocked against elemen
 python benchmarks/speed.py solver     the whole solver on the paper's 8 mm case, full model
 python benchmarks/speed.py scaling    cost and memory from 1,000 to 1,000,000 elements
 python benchmarks/speed.py threads    two threads against one on 200,000 elements
+python benchmarks/speed.py study      the shipped study: kernels to be compiled, compiled, and with 4 mesh phases
 """
 
 from __future__ import annotations
 
 import os
 import platform
+import re
+import shutil
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from cases import paper_cases, tests_of
+from cases import SPEC, paper_cases, tests_of
 from numba import njit
 
 from stemcal import cutting
@@ -141,7 +146,36 @@ def threads() -> None:
     print(f"{len(model.mesh.hexes):,d} elements: two threads are {ratio:.2f} times as fast as one")
 
 
+def study() -> None:
+    """Print the time of `stemcal run configs/wild-chrysanthemum.yaml` and its ratio to two others."""
+    shipped = SPEC.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        phased = place / "phases.yaml"
+        half = shipped.replace("symmetry: quarter", "symmetry: half")
+        text, changed = re.subn("(?m)^solver:$", "solver:\n  phases: 4", half)
+        assert changed == 1
+        phased.write_text(text, encoding="utf-8")
+        shutil.copytree(SPEC.parent / "data", place / "data")
+        cold = study_seconds(SPEC, place / "cold", place / "cache")
+        warmed = study_seconds(SPEC, place / "warm", place / "cache")
+        print(f"study: {cold:.0f} s with kernels to be compiled, {warmed:.0f} s with kernels compiled", flush=True)
+        phases = study_seconds(phased, place / "phases", place / "cache")
+        print(f"with 4 mesh phases (half models): {phases:.0f} s, {phases / warmed:.1f} times as long")
+
+
+def study_seconds(spec: Path, out: Path, cache: Path) -> float:
+    """Return how long a whole study takes in a process of its own."""
+    environment = {**os.environ, "STEMCAL_CACHE_DIR": str(cache)}
+    begin = time.perf_counter()
+    command = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out)]
+    subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - begin
+
+
+TOPICS = {"kernel": kernel, "solver": solver, "scaling": scaling, "threads": threads, "study": study}
+
 if __name__ == "__main__":
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
-    for name in sys.argv[1:] or ["kernel", "solver", "scaling", "threads"]:
-        {"kernel": kernel, "solver": solver, "scaling": scaling, "threads": threads}[name]()
+    for name in sys.argv[1:] or TOPICS:
+        TOPICS[name]()
