@@ -14,13 +14,18 @@ from stemcal import __version__  # noqa: E402
 
 project = "stemcal"
 author = "The stemcal developers"
+project_copyright = author
 release = version = __version__
-extensions = ["myst_parser", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "mathml"]
+html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = "stemcal"
 exclude_patterns = ["_build"]
 suppress_warnings = ["myst.header"]
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
+html_show_sourcelink = False
 
 generated.write(HERE / "reference")

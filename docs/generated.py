@@ -1,4 +1,4 @@
-"""The reference pages that are made from the code: commands, spec, glossary."""
+"""The reference pages that are made from the code: commands, spec, stage files, glossary."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NOTICE = "<!-- Made from the code by docs/generated.py; changes here are lost. -
 
 def write(folder: Path) -> None:
     """Write the pages; one that would not change is left alone."""
-    pages = {"commands.md": commands(), "spec.md": spec(), "glossary.md": glossary()}
+    pages = {"commands.md": commands(), "spec.md": spec(), "stages.md": stages(), "glossary.md": glossary()}
     for name, text in pages.items():
         path = folder / name
         text = f"{NOTICE}\n{text}\n"
@@ -110,6 +110,23 @@ def glossary() -> str:
     return "\n\n".join(
         ["# Glossary", "The same as `stemcal explain TERM`.", _table(("Term", "Meaning", "Source"), rows)]
     )
+
+
+def stages() -> str:
+    """Return what a study leaves, key by key and column by column, and the exit codes."""
+    import stagefiles
+
+    parts = [
+        "# Stage files, key by key",
+        "As the published study leaves them when it is computed from its printed forces (`configs/paper-replay.yaml`). "
+        "`[]` stands for each element of a list, `*` for the name of a factor. Forces are in N, lengths in mm, factors "
+        "in the unit of the spec; what could not be computed is `null`. A joint fit, "
+        "a climb or a refinement adds its own. `schema_version` rises when a key changes its meaning or goes.",
+    ]
+    for title, head, rows in stagefiles.stage_files():
+        parts += [f"## {title}", _table(head, rows)]
+    codes = _table(("Code", "Error", "Meaning"), stagefiles.exit_codes())
+    return "\n\n".join([*parts, "## Exit codes", codes])
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

@@ -33,16 +33,17 @@ from stemcal.stages.artefacts import (
 from stemcal.stages.audit import audit_screening, audit_surface, audit_validation, sentences
 from stemcal.stages.auditing import audit_all, require_printed_runs
 from stemcal.stages.climbing import climb_to_target, recentred
-from stemcal.stages.joining import run_diameters, solve_jointly
+from stemcal.stages.joining import further_responses, run_diameters, solve_jointly
 from stemcal.stages.layout import screening_design, surface_design, surface_factors
 from stemcal.stages.lineage import read_fresh, stage_before
 from stemcal.stages.planning import plan
 from stemcal.stages.policy import censored_remarks
 from stemcal.stages.refining import close_loop
+from stemcal.stages.refining_jointly import close_jointly
 from stemcal.stages.remarks import error_remark, sign_remarks, table_remarks
-from stemcal.stages.stepping import simulating
+from stemcal.stages.stepping import simulating, simulating_at
 from stemcal.stages.surfacing import beside, fit_terms
-from stemcal.stages.turning import assess_published, solve
+from stemcal.stages.turning import assess_published, solve, weighed
 from stemcal.study.model import Study
 from stemcal.study.store import StudyFolder
 
@@ -137,10 +138,11 @@ def fit_surface(
         design = surface_design(centred, solver, names)
         requests = design.requests(study.targets.calibrate_at)
         answers = answer_all(requests, solver, folder, executor, watch, study.runs)
-        with reasons_given(requests, answers):
-            result, reduction, reduced = fit_terms(study, design, forces(answers))
         stage |= coding_entry(study, design)
         stage["design"] = design_entry(design, requests, answers, solver)
+        stage["design"]["runs"] = weighed(study, stage["design"]["runs"])
+        with reasons_given(requests, answers):
+            result, reduction, reduced = fit_terms(study, design, stage["design"]["runs"])
         told, described = beside(study, design, result)
         stage |= result.as_dict() | reduction | told
         if study.joint_targets:
@@ -173,13 +175,13 @@ def refine(
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> Stage:
-    """Simulate at the solution and correct it until the simulated force is right."""
+    """Simulate at the solution and correct it until the simulated force is right, at every diameter of a joint fit."""
     solver = solver or make_solver(study)
     with folder:
-        simulate = simulating("refine", study, solver, folder, executor, watch)
+        simulate = simulating_at("refine", study, solver, folder, executor, watch)
         surface, solution = (read_fresh(study, solver, folder, stage) for stage in ("rsm", "invert"))
-        stage = head(study, solver, folder, "refine") | close_loop(study, surface, solution, simulate)
-        return leave(folder, stage)
+        close = close_jointly if study.joint_targets else close_loop
+        return leave(folder, head(study, solver, folder, "refine") | close(study, surface, solution, simulate))
 
 
 def audit(study: Study, folder: StudyFolder, executor: Executor, watch: Watch = ignore) -> Stage:
@@ -221,6 +223,7 @@ def validate(
         for row, request, answer in zip(stage["rows"], requests, answers, strict=True):
             entry = run_entry(request, answer, solver)
             row |= {name: entry[name] for name in ("status", "censored", "reason", "message", "key")}
+            row |= further_responses(study, request.diameter, entry)
         stage["published"] = audit_validation(study)
         stage["notes"] += censored_remarks(answers) + table_remarks(study, solver) + sentences(stage["published"])
         return leave(folder, stage)

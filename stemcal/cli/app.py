@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 from stemcal import __version__
 from stemcal.cli import (
     audit,
+    augment,
     check,
     climb,
     demo,
@@ -70,6 +71,7 @@ app.command(rich_help_panel=STAGES)(run.run)
 app.command(rich_help_panel=STAGES)(screen.screen)
 app.command(rich_help_panel=STAGES)(climb.climb)
 app.command(rich_help_panel=STAGES)(rsm.rsm)
+app.command(rich_help_panel=STAGES)(augment.augment)
 app.command(rich_help_panel=STAGES)(invert.invert)
 app.command(rich_help_panel=STAGES)(refine.refine)
 app.command(rich_help_panel=STAGES)(validate.validate)

@@ -41,18 +41,19 @@ def say_json(data: Any) -> None:
 
 
 def warn(sentence: str) -> None:
-    """Print a warning on stderr."""
-    _labelled("warning", "yellow", sentence)
+    """Print a warning on stderr, on a terminal broken between words."""
+    _labelled("warning", "yellow", sentence, whole=not stderr().is_terminal)
 
 
 def fail(message: str) -> None:
     """Print an error message on stderr; long lines are left whole, so that paths can be copied."""
-    _labelled("error", "red", message)
+    _labelled("error", "red", message, whole=True)
 
 
 def note(sentence: str) -> None:
     """Print a remark on stderr."""
-    stderr().print(sentence, style="dim", soft_wrap=True)
+    console = stderr()
+    console.print(sentence, style="dim", soft_wrap=not console.is_terminal)
 
 
 class _ToWarnings(logging.Handler):
@@ -76,16 +77,17 @@ def waiting(what: str, quiet: bool) -> AbstractContextManager[object]:
     return nullcontext() if quiet or not console.is_terminal else console.status(what)
 
 
-def _labelled(label: str, colour: str, text: str) -> None:
+def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
     from rich.text import Text
 
-    stderr().print(Text.assemble((f"{label}: ", f"bold {colour}"), text), soft_wrap=True)
+    stderr().print(Text.assemble((f"{label}: ", f"bold {colour}"), text), soft_wrap=whole)
 
 
 def can_show(text: str) -> bool:
-    """Tell whether stdout's encoding has every character of `text`."""
+    """Tell whether stdout's encoding has every character of `text`, also while a live display stands in for it."""
+    stream = getattr(sys.stdout, "rich_proxied_file", sys.stdout)
     try:
-        text.encode(getattr(sys.stdout, "encoding", None) or "ascii")
+        text.encode(getattr(stream, "encoding", None) or "ascii")
     except (UnicodeEncodeError, LookupError):
         return False
     return True

@@ -35,4 +35,5 @@ def demo(folder: Folder = Path("stemcal-demo"), workers: Workers = None, quiet: 
         raise UsageError(f"{folder}: {error.strerror}; choose another folder") from None
     run(spec, out=folder / "results", workers=workers, quiet=quiet)
     if not quiet:
-        note(f"open {folder / 'results' / 'report.html'} in a browser; change {spec} and give: stemcal run {spec}")
+        note(f"open {folder / 'results' / 'report.html'} in a browser")
+        note(f"then change {spec} and give: stemcal run {spec} --out {folder / 'results'}")

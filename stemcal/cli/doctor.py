@@ -31,8 +31,10 @@ def doctor(as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal doctor[/bold]
     """
-    from stemcal.cli.console import say, say_json
+    from stemcal.cli.console import note, say, say_json
 
+    if not as_json:
+        note("looking; the first time the solver is compiled, which takes about half a minute")
     findings = [found for look in CHECKS for found in look()]
     if as_json:
         rows = [asdict(found) for found in findings]

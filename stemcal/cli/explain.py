@@ -8,7 +8,19 @@ import typer
 
 from stemcal.cli.options import AsJson
 
-Term = Annotated[str | None, typer.Argument(metavar="[TERM]", help="A word of the tables, the report or the spec.")]
+
+def _beginning(typed: str) -> list[str]:
+    """Return the terms that begin as what was typed, for the shell to complete."""
+    from stemcal.report.glossary import GLOSSARY
+
+    names = {name for entry in GLOSSARY for name in (entry.term, *entry.aliases)}
+    return sorted(name for name in names if name.lower().startswith(typed.lower()))
+
+
+Term = Annotated[
+    str | None,
+    typer.Argument(metavar="[TERM]", help="A word of the tables, the report or the spec.", autocompletion=_beginning),
+]
 
 
 def explain(term: Term = None, as_json: AsJson = False) -> None:

@@ -23,9 +23,13 @@ def init(
     path = Path(name).with_name(f"{stem}.yaml")
     text = template(stem)
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
         raise UsageError(f"{path} exists already; choose another name or remove it first") from None
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
     say(str(path))
-    note(f"edit it, then: stemcal check {path}; stemcal plan {path}; stemcal run {path}")
+    given = f'"{path}"' if " " in str(path) else path
+    note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")

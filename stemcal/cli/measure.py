@@ -82,6 +82,9 @@ def shear(
         float | None, typer.Option(metavar="MM", help="Grade to calibrate at.", show_default="the middle one")
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Replace the targets section of this spec.")] = None,
+    travel_and_work: Annotated[
+        bool, typer.Option("--travel-and-work", help="Targets for travel to the maximum and work done by then, too.")
+    ] = False,
     force_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER", show_default="by name")] = None,
     displacement_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER", show_default="by name")] = None,
     force_unit: Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")] = None,
@@ -107,7 +110,7 @@ def shear(
     form = _form(encoding, separator, decimal)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
     tests = _tests(folder, pattern, index, how, exclude or [], alpha)
-    section = targets_section(tests, calibrate_at)
+    section = targets_section(tests, calibrate_at, travel_and_work)
     _finish_shear(tests, section, spec, out, as_json, quiet)
 
 

@@ -52,7 +52,7 @@ def _sheet(found: dict[str, Any], workers: int) -> Sheet:
     total = f"{counted(found['to_run'], 'run')} to compute"
     if found["seconds"] is not None:
         elapsed = found["seconds"] / max(1, min(workers, found["to_run"]))
-        total += f": about {duration(found['seconds'])} of one core"
+        total += f": about {duration(found['seconds'])} of one core".replace("about under", "under")
         total += f", {duration(elapsed)} with {counted(workers, 'worker')}" if workers > 1 else ""
     return Sheet(
         f"Plan of {found['study']}",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -18,25 +18,33 @@ if TYPE_CHECKING:
 Name = Annotated[str, typer.Argument(metavar="NAME", help="A figure, the beginning of some names, all, or list.")]
 
 
-def plot(name: Name, spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
+Format = Annotated[Literal["gif", "mp4"], typer.Option("--format", help="Of an animation; mp4 needs ffmpeg.")]
+
+
+def plot(name: Name, spec: Spec, out: Out = None, film: Format = "gif", as_json: AsJson = False) -> None:
     """Draw figures of a study as SVG and PNG into the folder figures of the study folder.
 
     NAME may be the beginning of several names: contour draws all contour plots, fracture all fractured stems. list
-    shows the names there are, all draws everything.
+    shows the names there are, all draws everything. animation shows the cut at the calibration diameter as a short
+    film, animation-7mm at another; view shows the cut stem in space, by pyvista with the extra view.
 
     Example: [bold]stemcal plot list configs/smoke.yaml[/bold]
     """
     from stemcal.cli.console import say, say_json
+    from stemcal.cli.requested import CAPTIONS, is_requested, requestable, write_requested
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.report.gallery import write_figures
 
     study = read_study(spec)
     folder = existing_folder(study, out)
-    plots = plots_of(study, folder)
-    if name == "list":
-        lines = [f"{found.name}: {found.caption}" for found in plots]
+    if is_requested(name):
+        lines = [str(write_requested(study, folder, name, film))]
+    elif name == "list":
+        lines = [f"{drawing.name}: {drawing.caption}" for drawing in plots_of(study, folder)]
+        lines += [f"{title}: {CAPTIONS[title.partition('-')[0]]}" for title in requestable(study, folder)]
     else:
-        lines = [str(path) for path in write_figures(chosen(plots, name), folder.path / "figures")]
+        found = chosen(plots_of(study, folder), name)
+        lines = [str(path) for path in write_figures(found, folder.path / "figures")]
     if as_json:
         say_json({"schema_version": 1, "stage": "plot", "names" if name == "list" else "files": lines})
     else:
@@ -68,7 +76,7 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
 
 
 def draw_all(study: Study, folder: StudyFolder) -> Path:
-    """Write all figures of a study unless they are there for the same stages; returns their folder."""
+    """Write the figures of a report unless they are there for the same stages; returns their folder."""
     from stemcal import __version__
     from stemcal.report.gallery import write_figures
     from stemcal.study.durable import digest
@@ -78,6 +86,6 @@ def draw_all(study: Study, folder: StudyFolder) -> Path:
     stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
     made_for = digest([__version__, str(study.targets), stages])
     if not mark.is_file() or mark.read_text("utf-8") != made_for:
-        write_figures(plots_of(study, folder), where)
+        write_figures([found for found in plots_of(study, folder) if not found.on_request], where)
         mark.write_text(made_for, encoding="utf-8")
     return where

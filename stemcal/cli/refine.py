@@ -15,7 +15,8 @@ def refine(
 ) -> None:
     """Simulate at the solution, add the point, refit and step, until the simulated force is right.
 
-    It ends within refine.tolerance_percent of the measured force, or after refine.budget simulations. With a
+    It ends within refine.tolerance_percent of the measured force, or after refine.budget simulations. A joint fit
+    (invert.diameters) is simulated at each of its diameters; it also ends when the fit no longer moves. With a
     section refine in the spec it is part of `stemcal run`, and the validation takes the refined parameters.
 
     Example: [bold]stemcal refine configs/wild-chrysanthemum.yaml[/bold]

@@ -20,12 +20,17 @@ def schema(out: Target = None) -> None:
     Example: [bold]stemcal schema --out stemcal.schema.json[/bold]
     """
     from stemcal.cli.console import note, say, say_json
+    from stemcal.errors import UsageError
     from stemcal.study.durable import as_json, write_durably
     from stemcal.study.schema import json_schema
 
     if out is None:
         say_json(json_schema())
         return
-    write_durably(out, as_json(json_schema()))
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        write_durably(out, as_json(json_schema()))
+    except OSError as error:
+        raise UsageError(f"{out}: {error.strerror}; choose another place") from None
     say(str(out))
     note(f"at the top of a spec beside it: # yaml-language-server: $schema={out.name}")

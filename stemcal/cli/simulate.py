@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
     from stemcal.study.model import Study
 
+SPARK = 30  # columns of the curve drawn while a test goes on
 SCALARS = (
     "peak_force",
     "peak_force_raw",
@@ -99,7 +101,7 @@ def simulate(
     from stemcal.solvers.embedded import simulate as shear_test
 
     with waiting("one virtual shear test", quiet) as status:
-        result = shear_test(study, levels, diameter, symmetry, watch=live(status), frames=frames)
+        result = shear_test(study, levels, diameter, symmetry, watch=live(status, _stroke(study)), frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -116,19 +118,27 @@ def simulate(
                 note(f"wrote {path}")
 
 
-def live(status: object) -> Callable[[float, float], None] | None:
-    """Return what shows travel and force while the test goes on; None where nobody looks on."""
+def live(
+    status: object, stroke: float, clock: Callable[[], float] = time.monotonic
+) -> Callable[[float, float], None] | None:
+    """Return what shows travel (of the stroke, mm), force and time left while a test goes on; None if nobody looks."""
     if not hasattr(status, "update"):
         return None
     from stemcal.cli.console import can_show
     from stemcal.cli.sketch import sparkline
+    from stemcal.report.numbers import duration
 
     forces: list[float] = []
+    began = 0.0  # with the first report: what was compiled or built before says nothing of the time left
 
     def watch(travel: float, force: float) -> None:
+        nonlocal began
+        began = began if forces else clock()
         forces.append(force)
-        drawn = sparkline(forces) if can_show("▁█") else ""
-        status.update(f"{travel:.2f} mm, {force:.0f} N {drawn}")
+        done = max(0.0, travel / stroke)
+        drawn = sparkline(forces, max(1, round(SPARK * done))) if can_show("▁█") else ""
+        left = duration((clock() - began) * max(0.0, 1.0 / done - 1.0)) if done > 0.02 else "…"
+        status.update(f"{travel:.2f} of {stroke:.2f} mm, {left} left, {force:3.0f} N {drawn}")
 
     return watch
 
@@ -147,6 +157,11 @@ def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, 
             raise UsageError(f"--set {setting}: no factor {name!r}{_suggestion(name, list(levels))}")
         levels[name] = _number(setting, text)
     return levels
+
+
+def _stroke(study: Study) -> float:
+    """Return how far the blade comes from touching the stem on, mm."""
+    return study.loading.speed * study.loading.duration - study.loading.gap
 
 
 def _number(setting: str, text: str) -> float:

@@ -7,8 +7,10 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stemcal.doe.regression import NEGLIGIBLE, Array, LeastSquares, f_test, stars
+from stemcal.doe.regression import NEGLIGIBLE, Array, LeastSquares, f_test, fit_least_squares, stars
+from stemcal.doe.within import Pooled, Within
 
 # Design points closer than this in coded units are the same point.
 _SAME_POINT = 1e-6
@@ -33,7 +35,10 @@ class AnovaRow:
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """The residual split into what replicates scatter (pure error) and what the quadratic misses."""
+    """The residual split into what replicates scatter (pure error) and what the quadratic misses.
+
+    With scatter known within the runs (`within_df` > 0) that is the pure error; it lies outside the residual then.
+    """
 
     sum_of_squares: float
     df: int
@@ -42,6 +47,8 @@ class LackOfFit:
     f: float | None
     p: float | None
     deterministic: bool
+    within_df: int = 0
+    within_common: float | None = None
 
     @property
     def testable(self) -> bool:
@@ -49,10 +56,11 @@ class LackOfFit:
         return self.f is not None
 
 
-def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
+def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -> LackOfFit:
     """Split the residual over exactly repeated design points; within a block, where there are blocks.
 
-    Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test.
+    Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test, unless the
+    scatter `within` the runs is known. Each point then counts once: its repetition is no second answer.
     """
     blocks = fit.matrix[:, fit.matrix.shape[1] - fit.blocks :]
     keys = np.round(np.column_stack([coded, blocks]) / _SAME_POINT).astype(np.int64)
@@ -66,9 +74,19 @@ def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
     pure = 0.0 if deterministic else pure
     df = fit.df - pure_df
     lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
+    inner = within.pooled(coded, w) if within is not None else Pooled(0.0, 0, None)
+    if inner.df:
+        lof = _residual_of_distinct(fit, group) if deterministic else lof
+        pure, pure_df = pure + inner.sum_of_squares, inner.df + (0 if deterministic else pure_df)
     test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
     f, p = test if test else (None, None)
-    return LackOfFit(lof, df, pure, pure_df, f, p, deterministic)
+    return LackOfFit(lof, df, pure, pure_df, f, p, deterministic, inner.df, inner.common)
+
+
+def _residual_of_distinct(fit: LeastSquares, group: NDArray[np.int64]) -> float:
+    """Return the residual sum of squares of the same fit to one run of each group."""
+    _, first = np.unique(group, return_index=True)
+    return fit_least_squares(fit.matrix[first], fit.response[first], fit.weights[first], fit.blocks).residual_ss
 
 
 def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:

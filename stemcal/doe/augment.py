@@ -72,7 +72,9 @@ def d_optimal_runs(
         return np.empty((0, k))
     points = rows_missing(coded, _grid(k) if candidates is None else np.asarray(candidates, dtype=float))
     if len(points) < count:
-        raise UsageError(f"augmentation: {count} further runs asked for, {len(points)} candidates are left")
+        raise UsageError(
+            f"rsm.extra_runs: {count} further runs asked for, the design leaves room for {len(points)}; ask for no more"
+        )
     phi, base = columns(points), columns(np.asarray(coded, dtype=float))
     information = base.T @ base + _RIDGE * np.eye(base.shape[1])
     chosen: list[int] = []

@@ -11,9 +11,9 @@ from itertools import product
 
 import numpy as np
 
-from stemcal.doe.augment import d_optimal_runs, fold_over
+from stemcal.doe.augment import d_optimal_runs, fold_over, rows_missing
 from stemcal.doe.box_behnken import box_behnken
-from stemcal.doe.composite import Core, axial_distance, central_composite
+from stemcal.doe.composite import Core, axes, axial_distance, blocked_composite, central_composite
 from stemcal.doe.definitive import definitive_screening
 from stemcal.doe.factorial import fraction, full_factorial
 from stemcal.doe.plackett_burman import cyclic_design, pydoe_design
@@ -30,6 +30,7 @@ __all__ = [
     "central_composite",
     "plackett_burman",
     "screening_runs",
+    "surface_blocks",
     "surface_radius",
     "surface_reach",
     "surface_runs",
@@ -102,7 +103,9 @@ def plackett_burman(k: int, kind: str = "plackett-burman", runs: int | None = No
 class SurfaceOptions:
     """What may be chosen about a design for a response surface; each design takes what concerns it.
 
-    `runs` and `seed` are for space-filling designs, `extra_runs` D-optimal runs are added to any design.
+    `runs` and `seed` are for space-filling designs. `blocks` splits a composite into corners and axial points,
+    each with its share of the centre points and with the α that keeps them orthogonal. Runs are added to any design:
+    `extra_runs` D-optimal ones, in batches each of which knows those before, and axial points at the distance `axial`.
     """
 
     design: str = "central-composite"
@@ -111,15 +114,35 @@ class SurfaceOptions:
     core: Core = "full"
     runs: int | None = None
     seed: int = 0
-    extra_runs: int = 0
+    extra_runs: int | tuple[int, ...] = 0
+    blocks: bool = False
+    axial: float | None = None
+
+    @property
+    def batches(self) -> tuple[int, ...]:
+        """Sizes of the batches of extra runs."""
+        return (self.extra_runs,) if isinstance(self.extra_runs, int) else self.extra_runs
 
     def size(self, k: int) -> int:
         """Return the number of space-filling runs: as given, or twice the terms of a quadratic."""
         return self.runs if self.runs is not None else _RUNS_PER_TERM * ((k + 1) * (k + 2) // 2)
 
 
+def _composite(k: int, options: SurfaceOptions) -> Array:
+    if options.blocks:
+        return _blocked(k, options)[0]
+    return central_composite(k, options.centre_points, options.alpha, options.core)
+
+
+def _blocked(k: int, options: SurfaceOptions) -> tuple[Array, list[str]]:
+    """Return a composite in two blocks; the corners get the odd centre point."""
+    corners, axial = (options.centre_points + 1) // 2, options.centre_points // 2
+    design, number = blocked_composite(k, corners, axial, options.core)
+    return design, [str(block) for block in number]
+
+
 SURFACES: dict[str, Callable[[int, SurfaceOptions], Array]] = {
-    "central-composite": lambda k, o: central_composite(k, o.centre_points, o.alpha, o.core),
+    "central-composite": lambda k, o: _composite(k, o),
     "box-behnken": lambda k, o: box_behnken(k, o.centre_points),
     "full-factorial": lambda k, _o: full_factorial(k, 3),
     "latin-hypercube": lambda k, o: latin_hypercube(k, o.size(k), o.seed),
@@ -134,9 +157,25 @@ def surface_runs(k: int, options: SurfaceOptions) -> Array:
     if k < 1:
         raise UsageError(f"rsm.factors: {k} factors; give at least one")
     design = SURFACES[options.design](k, options)
-    if not options.extra_runs:
+    for count in options.batches:
+        if count:
+            design = np.vstack([design, d_optimal_runs(design, count, _candidates(k, options))])
+    if options.axial is None:
         return design
-    return np.vstack([design, d_optimal_runs(design, options.extra_runs, _candidates(k, options))])
+    if not 0.0 < options.axial <= surface_reach(k, options) + 1e-9:
+        reach = surface_reach(k, options)
+        raise UsageError(f"rsm.axial: {options.axial:g} must be above 0 and not beyond the design's reach, {reach:.4g}")
+    return np.vstack([design, rows_missing(design, options.axial * axes(k))])
+
+
+def surface_blocks(k: int, options: SurfaceOptions) -> list[str] | None:
+    """Return the block of each run of `surface_runs`, None without blocks; added runs count to the last block."""
+    if not options.blocks:
+        return None
+    if options.design != "central-composite":
+        raise UsageError(f"rsm.blocks: {options.design} has no orthogonal blocks; write design: central-composite")
+    labels = _blocked(k, options)[1]
+    return labels + [labels[-1]] * (len(surface_runs(k, options)) - len(labels))
 
 
 def _candidates(k: int, options: SurfaceOptions) -> Array:
@@ -151,7 +190,13 @@ def surface_reach(k: int, options: SurfaceOptions) -> float:
     """Return the coded distance at which a factor's low and high lie: max(α, 1) of a composite, else 1."""
     if options.design != "central-composite":
         return 1.0
-    return max(1.0, axial_distance(k, options.alpha, options.centre_points, options.core))
+    return max(1.0, _alpha(k, options))
+
+
+def _alpha(k: int, options: SurfaceOptions) -> float:
+    if options.blocks:
+        return float(np.abs(_blocked(k, options)[0]).max())
+    return axial_distance(k, options.alpha, options.centre_points, options.core)
 
 
 def surface_radius(k: int, options: SurfaceOptions) -> float:
@@ -163,6 +208,6 @@ def surface_radius(k: int, options: SurfaceOptions) -> float:
     if options.design == "box-behnken":
         return float(np.linalg.norm(box_behnken(k, 0), axis=1).max())
     if options.design == "central-composite":
-        alpha = axial_distance(k, options.alpha, options.centre_points, options.core)
-        return alpha if options.alpha == "rotatable" else max(alpha, k**0.5)
+        alpha = _alpha(k, options)
+        return alpha if options.alpha == "rotatable" and not options.blocks else max(alpha, k**0.5)
     return float(k**0.5)

@@ -6,6 +6,7 @@ that any point of the region gives: no fit can be better than that.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,12 +58,20 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
     )
 
 
-def leave_one_out(misfit: Misfit, region: Region) -> list[float]:
-    """Return the error at each observation, predicted by a fit to the others (empty for a single one)."""
-    if len(misfit.observations) < 2:
+def leave_one_out(misfit: Misfit, region: Region, groups: Sequence[object] | None = None) -> list[float]:
+    """Return the error at each observation, predicted by a fit to the others (empty for a single one).
+
+    With `groups`, one label per observation, a fit leaves out all observations of a group.
+    """
+    labels = list(range(len(misfit.observations))) if groups is None else list(groups)
+    if len(set(labels)) < 2:
         return []
-    points = [best_fit(misfit.without(i), region) for i in range(len(misfit.observations))]
-    return [float(misfit.errors_percent(x)[i]) for i, x in enumerate(points)]
+    errors: dict[int, float] = {}
+    for group in dict.fromkeys(labels):
+        members = [i for i, label in enumerate(labels) if label == group]
+        found = misfit.errors_percent(best_fit(misfit.without(*members), region))
+        errors |= {i: float(found[i]) for i in members}
+    return [errors[i] for i in range(len(labels))]
 
 
 def best_worst_error(misfit: Misfit, region: Region) -> tuple[float, Array]:

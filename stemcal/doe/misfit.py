@@ -3,7 +3,7 @@
 Each measured response has its own surface over the same factors. What its variance is made of:
 
     measured   sd²/n of the measured mean, and s²·(1 + p/n) of the surface, the mean variance of one more run
-    pooled     as measured; a response without sd gets the coefficient of variation of the others
+    pooled     as measured; a value without sd gets the coefficient of variation of the others of its kind
     misfit     no sd anywhere, more responses than factors: variance ∝ measured², its size told by the misfit
     surface    no sd anywhere, too few responses to tell: the surface's part alone
     joint      one observation by itself, with the scatter that the misfit of all has told
@@ -17,6 +17,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stemcal.doe.levelset import Objective, optimise
 from stemcal.doe.region import Region
@@ -33,13 +34,14 @@ _CLOUD = 11
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """A measured mean with the surface that predicts it."""
+    """A measured mean with the surface that predicts it; `kind` is what was measured."""
 
     label: str
     surface: Surface
     measured: float
     sd: float | None = None
     n: int | None = None
+    kind: str = "force"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +112,14 @@ class Misfit:
             lambda points: self.many(points) / scale,
         )
 
-    def without(self, index: int) -> Misfit:
-        """Leave one observation out; the others keep their weights."""
-        kept = [i for i in range(len(self.observations)) if i != index]
+    def without(self, *left_out: int) -> Misfit:
+        """Leave observations out; the others keep their weights."""
+        return self.only([i for i in range(len(self.observations)) if i not in left_out])
+
+    def only(self, kept: Sequence[int]) -> Misfit:
+        """Keep some of the observations, with their weights."""
         scatter: Scatter = "surface" if not self.scale_known and len(kept) <= self.k else self.scatter
-        return Misfit(tuple(self.observations[i] for i in kept), self.variance[kept], scatter)
+        return Misfit(tuple(self.observations[i] for i in kept), self.variance[list(kept)], scatter)
 
     def alone(self, index: int, least: float) -> Misfit:
         """Keep one observation, with the scatter known now that the least misfit of all is `least`."""
@@ -136,12 +141,24 @@ def misfit_of(observations: Sequence[Observation]) -> Misfit:
         return Misfit(tuple(observations), measured**2, "misfit")
     scatter: Scatter = "measured" if known.all() else "pooled" if known.any() else "surface"
     if known.any():
-        typical = float(np.sqrt(np.mean((spread[known] / measured[known]) ** 2)))
-        spread = np.where(known, spread, typical * measured)
+        spread = _pooled(measured, spread, np.array([o.kind for o in observations]))
     laboratory = np.nan_to_num(spread) ** 2 / [o.n or 1 for o in observations]
     floor = (_FINEST * measured) ** 2
     variance = laboratory + [_surface_variance(o.surface) for o in observations]
     return Misfit(tuple(observations), np.maximum(variance, floor), scatter)
+
+
+def _pooled(measured: Array, spread: Array, kinds: NDArray[np.str_]) -> Array:
+    """Give values without sd the coefficient of variation of their kind, or of all where their kind has none."""
+    variation = (spread / measured) ** 2
+    overall = np.nanmean(variation)
+    filled = spread.copy()
+    for kind in np.unique(kinds):
+        own = variation[(kinds == kind) & np.isfinite(variation)]
+        typical = np.sqrt(own.mean() if own.size else overall)
+        unknown = (kinds == kind) & ~np.isfinite(spread)
+        filled[unknown] = typical * measured[unknown]
+    return filled
 
 
 def _surface_variance(surface: Surface) -> float:

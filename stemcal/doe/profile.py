@@ -27,6 +27,7 @@ from stemcal.doe.terms import term_gradient
 GRID = 25
 FIXED, FREE = 0.5, 0.75
 _CLOUD, _SEEDS = 9, 3
+_SMALL_PART = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +153,16 @@ def unseen_directions(misfit: Misfit, x: Array) -> Array:
     _, sizes, rows = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
     return np.asarray(rows[rank:])
+
+
+def moved_together(direction: Array) -> list[float]:
+    """Scale a direction so that its largest part is 1, parts below a twentieth left out.
+
+    >>> moved_together(np.array([-0.2, 0.4, 0.01]))
+    [-0.5, 1.0, 0.0]
+    """
+    scaled = direction / direction[int(np.argmax(np.abs(direction)))]
+    return [float(part) if abs(part) >= _SMALL_PART else 0.0 for part in scaled]
 
 
 def identifiability(source: str, profiles: Sequence[Profile], shown: Sequence[str]) -> str:

@@ -15,9 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stemcal.doe.blocks import block_columns
+from stemcal.doe.estimable import still_estimable
 from stemcal.doe.regression import Array, LeastSquares, f_test, fit_least_squares, not_estimable
 from stemcal.doe.surface import Surface, fit_surface
 from stemcal.doe.terms import term_columns, term_names
+from stemcal.doe.within import Within
 from stemcal.errors import UsageError
 
 Terms = frozenset[str]
@@ -60,7 +63,15 @@ class Reduction:
 
 
 def reduce_surface(
-    coded: ArrayLike, response: ArrayLike, names: Sequence[str], method: str = "backward", alpha: float = 0.1
+    coded: ArrayLike,
+    response: ArrayLike,
+    names: Sequence[str],
+    method: str = "backward",
+    alpha: float = 0.1,
+    weights: ArrayLike | None = None,
+    blocks: Sequence[object] | None = None,
+    within: Within | None = None,
+    drop: bool = False,
 ) -> Reduction:
     """Choose the terms of a surface.
 
@@ -70,14 +81,23 @@ def reduce_surface(
         Take out the weakest term while its p exceeds alpha; take in the strongest (with the linear terms it
         needs) while its p is below alpha; or step either way, from the full and from the empty model, while
         AICc falls.
+    weights, blocks, within, drop
+        As `fit_surface` takes them; with `drop` the full model is what the runs can still estimate.
     """
     if method not in METHODS:
         raise UsageError(f"rsm.reduce: no method {method!r}; choose one of {', '.join(METHODS)}")
     y = np.asarray(response, dtype=float)
     present = np.isfinite(y)
-    problem = _Problem(term_columns(np.asarray(coded, dtype=float)[present]), y[present], tuple(term_names(names)))
+    problem = _Problem(
+        term_columns(np.asarray(coded, dtype=float)[present]),
+        y[present],
+        tuple(term_names(names)),
+        np.ones(int(present.sum())) if weights is None else np.asarray(weights, dtype=float)[present],
+        block_columns(blocks, present)[0],
+        drop and not present.all(),
+    )
     chosen, steps = METHODS[method](problem, alpha)
-    surface = fit_surface(coded, response, names, terms=sorted(chosen))
+    surface = fit_surface(coded, response, names, sorted(chosen), weights, blocks, within)
     return Reduction(method, surface, tuple(steps), tuple(t for t in problem.terms[1:] if t not in chosen))
 
 
@@ -97,14 +117,22 @@ class _Problem:
     columns: Array
     response: Array
     terms: tuple[str, ...]
+    weights: Array
+    apart: Array
+    drop: bool
+
+    def full(self) -> Terms:
+        """Return every term; where failed runs count, those that the runs left can estimate."""
+        kept = still_estimable(self.columns, self.terms) if self.drop else range(len(self.terms))
+        return frozenset(self.terms[i] for i in kept if i > 0)
 
     def fit(self, chosen: Terms) -> LeastSquares | None:
         """Fit the chosen terms and the mean; None if the runs cannot estimate them."""
         places = [i for i, term in enumerate(self.terms) if i == 0 or term in chosen]
-        matrix = self.columns[:, places]
-        if not_estimable(matrix, [self.terms[i] for i in places]):
+        matrix = np.column_stack([self.columns[:, places], self.apart])
+        if not_estimable(matrix, [str(i) for i in range(matrix.shape[1])]):
             return None
-        return fit_least_squares(matrix, self.response)
+        return fit_least_squares(matrix, self.response, self.weights, self.apart.shape[1])
 
     def removable(self, chosen: Terms) -> list[str]:
         """Return the terms that no other chosen term is made of."""
@@ -143,9 +171,12 @@ def _backward(problem: _Problem, alpha: float) -> Search:
 
 
 def _start(problem: _Problem) -> Terms:
-    chosen = frozenset(problem.terms[1:])
+    chosen = problem.full()
     if problem.fit(chosen) is None:
-        raise UsageError("rsm.reduce: the runs cannot estimate the full quadratic; use forward")
+        raise UsageError(
+            "rsm.reduce: backward starts from the full quadratic, which the runs cannot estimate; write forward, or "
+            "where runs have failed rsm.inestimable: drop"
+        )
     return chosen
 
 
@@ -183,7 +214,7 @@ def _p_of_gain(problem: _Problem, chosen: Terms, term: str) -> float:
 
 
 def _by_aicc(problem: _Problem, _alpha: float) -> Search:
-    full = frozenset(problem.terms[1:])
+    full = problem.full()
     starts = [frozenset[str](), full] if math.isfinite(problem.aicc(full)) else [frozenset[str]()]
     return min((_descend(problem, start) for start in starts), key=lambda found: problem.aicc(found[0]))
 

@@ -135,7 +135,9 @@ def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
     return [term for term, part in zip(terms, null_space.T, strict=True) if np.any(np.abs(part) > 1e-7)]
 
 
-def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: str) -> None:
+def require_estimable(
+    matrix: Array, terms: Sequence[str], n_failed: int, what: str, remedy: str = "repair those runs"
+) -> None:
     """Refuse a fit that the runs at hand cannot support.
 
     Raises
@@ -153,7 +155,7 @@ def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: 
     if n_failed:
         raise RunsFailed(
             f"{what}: {n_failed} of {n + n_failed} runs failed; the {n} left cannot estimate {listed}; "
-            "repair those runs and start the stage again"
+            f"{remedy} and start the stage again"
         )
     raise UsageError(
         f"{what}: {n} runs cannot estimate {listed} ({p} coefficients); take a design with more runs or levels"

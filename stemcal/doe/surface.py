@@ -4,31 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from stemcal.doe.anova import AnovaRow, anova_table, lack_of_fit
-from stemcal.doe.influence import RunDiagnostics, press, run_diagnostics, variance_inflation
+from stemcal.doe.anova import AnovaRow, LackOfFit, anova_table, lack_of_fit
+from stemcal.doe.blocks import block_columns, block_effects
+from stemcal.doe.estimable import largest_inflation, still_estimable
+from stemcal.doe.fit_statistics import (
+    Coefficient,
+    adequate_precision,
+    adjusted_r2,
+    coefficients_of,
+    cv_percent,
+    share_explained,
+)
+from stemcal.doe.influence import RunDiagnostics, press, run_diagnostics
 from stemcal.doe.regression import Array, LeastSquares, fit_least_squares, require_estimable, t_quantile
-from stemcal.doe.surface_notes import DETERMINISTIC, surface_notes
+from stemcal.doe.surface_notes import DETERMINISTIC, Losses, surface_notes
 from stemcal.doe.terms import term_columns, term_gradient, term_names
+from stemcal.doe.within import Within
 from stemcal.errors import UsageError
 
 __all__ = ["DETERMINISTIC", "Coefficient", "Surface", "fit_surface"]
 
-
-@dataclass(frozen=True)
-class Coefficient:
-    """One coded coefficient with its 95 % interval and variance inflation factor."""
-
-    term: str
-    value: float
-    standard_error: float | None
-    low: float | None
-    high: float | None
-    vif: float | None
+ErrorSource = Literal["residual", "within"]
+_REMEDY = {
+    False: "repair those runs, or leave such terms out (rsm.inestimable: drop),",
+    True: "repair those runs",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +42,8 @@ class Surface:
 
     `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
     such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
+    `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
+    is larger.
     """
 
     names: tuple[str, ...]
@@ -60,6 +67,8 @@ class Surface:
     response: Array
     weights: Array
     block_effects: dict[str, float]
+    terms_dropped: tuple[str, ...] = ()
+    error_source: ErrorSource = "residual"
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -125,6 +134,8 @@ class Surface:
             "runs_failed": self.runs_failed,
             "runs_diagnostics": [run.as_dict() for run in self.runs_diagnostics],
             **({"block_effects": self.block_effects} if self.block_effects else {}),
+            **({"terms_dropped": list(self.terms_dropped)} if self.terms_dropped else {}),
+            **({"error_source": self.error_source} if self.error_source != "residual" else {}),
             "notes": list(self.notes),
         }
 
@@ -136,6 +147,8 @@ def fit_surface(
     terms: Sequence[str] | None = None,
     weights: ArrayLike | None = None,
     blocks: Sequence[object] | None = None,
+    within: Within | None = None,
+    drop: bool = False,
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
@@ -152,28 +165,47 @@ def fit_surface(
         Relative precision of each response: its variance is σ²/w.
     blocks : sequence of n labels, optional
         Which runs were made together; each block gets a level of its own.
+    within : Within, optional
+        The scatter known within each run: a pure error.
+    drop : bool
+        Leave out products and squares that can no longer be estimated because runs failed, instead of refusing.
 
     Raises
     ------
     RunsFailed, UsageError
         If the runs at hand, or the design, cannot estimate every term.
     """
+    points, y = _checked_points(coded, response, names)
+    present = np.isfinite(y)
+    w = _checked_weights(weights, y.size)[present]
+    apart, labels = block_columns(blocks, present)
+    whole, wanted = term_columns(points), _kept(names, terms)
+    every, n_failed = term_names(names), int(np.sum(~present))
+    kept = _still_kept(whole[present], wanted, every) if drop and n_failed and y.size > n_failed else wanted
+    matrix = np.column_stack([whole[present][:, kept], apart])
+    columns = [*(every[i] for i in kept), *(f"block {label}" for label in labels[:-1])]
+    require_estimable(matrix, columns, n_failed, "response surface", _REMEDY[drop])
+    fit = fit_least_squares(matrix, y[present], w, apart.shape[1])
+    dropped = tuple(every[i] for i in wanted if i not in kept)
+    losses = Losses(n_failed, dropped, largest_inflation(whole[:, wanted]))
+    rows = (np.flatnonzero(present) + 1).tolist()
+    scatter = None if within is None else within.at(present)
+    return _surface(fit, _Runs(points[present], rows, tuple(names), kept, labels, scatter, losses))
+
+
+def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
     points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if points.ndim != 2 or points.shape != (y.size, len(names)):
         raise UsageError(
             f"response surface: design of shape {points.shape} does not go with {y.size} responses and "
             f"{len(names)} factors"
         )
-    present = np.isfinite(y)
-    w = _checked_weights(weights, y.size)[present]
-    kept = _kept(names, terms)
-    apart, labels = _block_columns(blocks, present)
-    matrix = np.column_stack([term_columns(points[present])[:, kept], apart])
-    listed = [term_names(names)[i] for i in kept]
-    n_failed = int(np.sum(~present))
-    require_estimable(matrix, [*listed, *(f"block {label}" for label in labels[:-1])], n_failed, "response surface")
-    fit = fit_least_squares(matrix, y[present], w, apart.shape[1])
-    return _surface(fit, points[present], (np.flatnonzero(present) + 1).tolist(), names, kept, labels, n_failed)
+    return points, y
+
+
+def _still_kept(columns: Array, wanted: Sequence[int], every: Sequence[str]) -> list[int]:
+    """Return the places of the wanted terms that these runs can still estimate."""
+    return [wanted[i] for i in still_estimable(columns[:, wanted], [every[i] for i in wanted])]
 
 
 def _checked_weights(weights: ArrayLike | None, n: int) -> Array:
@@ -195,104 +227,62 @@ def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
     return [i for i, term in enumerate(known) if i == 0 or term in terms]
 
 
-def _block_columns(blocks: Sequence[object] | None, present: NDArray[np.bool_]) -> tuple[Array, list[str]]:
-    """Code B blocks by B − 1 columns whose effects, with the last block's, add up to zero."""
-    if blocks is None:
-        return np.empty((int(present.sum()), 0)), []
-    if len(blocks) != present.size:
-        raise UsageError(f"response surface: {len(blocks)} block labels for {present.size} runs; give one per run")
-    of_run = [str(block) for block, there in zip(blocks, present, strict=True) if there]
-    labels = list(dict.fromkeys(of_run))
-    if len(labels) < 2:
-        return np.empty((len(of_run), 0)), []
-    number = np.array([labels.index(label) for label in of_run])
-    coding = np.vstack([np.eye(len(labels) - 1), -np.ones(len(labels) - 1)])
-    return coding[number], labels
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """What a fit was made from: the runs that succeeded, the places of its terms, what was lost."""
+
+    design: Array
+    rows: list[int]
+    names: tuple[str, ...]
+    kept: list[int]
+    labels: list[str]
+    within: Within | None
+    losses: Losses
 
 
-def _surface(
-    fit: LeastSquares,
-    design: Array,
-    rows: Sequence[int],
-    names: Sequence[str],
-    kept: Sequence[int],
-    labels: Sequence[str],
-    n_failed: int,
-) -> Surface:
-    every = term_names(names)
+def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
+    every, kept = term_names(runs.names), runs.kept
     terms = [every[i] for i in kept]
-    split = lack_of_fit(design, fit)
-    diagnostics = run_diagnostics(design, fit, rows, split)
-    missed, precision = press(fit), _adequate_precision(fit)
-    coefficients = _coefficients(fit, terms)
+    split = lack_of_fit(runs.design, fit, runs.within)
+    diagnostics = run_diagnostics(runs.design, fit, runs.rows, split, runs.within)
+    missed, precision = press(fit), adequate_precision(fit)
+    mean_square, df, source = _error(fit, split)
+    coefficients = coefficients_of(fit, terms, mean_square, df)
     inflation = [c.vif for c in coefficients if c.vif is not None]
     beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
     beta[kept] = fit.coefficients[: len(kept)]
     covariance[np.ix_(kept, kept)] = fit.unscaled_covariance[: len(kept), : len(kept)]
     return Surface(
-        names=tuple(names),
+        names=runs.names,
         coefficients=coefficients,
         anova=anova_table(fit, terms, split),
-        r2=_share_explained(fit.residual_ss, fit),
-        adjusted_r2=_adjusted_r2(fit),
-        predicted_r2=None if missed is None else _share_explained(missed, fit),
+        r2=share_explained(fit.residual_ss, fit),
+        adjusted_r2=adjusted_r2(fit),
+        predicted_r2=None if missed is None else share_explained(missed, fit),
         adequate_precision=precision,
         press=missed,
-        cv_percent=_cv_percent(fit),
+        cv_percent=cv_percent(fit),
         lack_of_fit_testable=split.testable,
         runs_diagnostics=diagnostics,
-        runs_failed=n_failed,
-        notes=tuple(surface_notes(fit, split, diagnostics, precision, inflation, n_failed)),
-        design=design,
+        runs_failed=runs.losses.failed,
+        notes=tuple(surface_notes(fit, split, diagnostics, precision, inflation, runs.losses)),
+        design=runs.design,
         beta=beta,
         unscaled_covariance=covariance,
-        mean_square=fit.mean_square,
-        df=fit.df,
+        mean_square=mean_square,
+        df=df,
         response=fit.response,
         weights=fit.weights,
-        block_effects=_block_effects(fit, labels),
+        block_effects=block_effects(fit, runs.labels),
+        terms_dropped=runs.losses.dropped,
+        error_source=source,
     )
 
 
-def _block_effects(fit: LeastSquares, labels: Sequence[str]) -> dict[str, float]:
-    if not labels:
-        return {}
-    effects = [float(value) for value in fit.coefficients[-fit.blocks :]]
-    return dict(zip(labels, [*effects, -sum(effects)], strict=True))
-
-
-def _coefficients(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:
-    errors, inflation = fit.standard_errors, variance_inflation(fit)
-    t = t_quantile(0.95, fit.df) if fit.df else 0.0
-    out = []
-    for i, term in enumerate(terms):
-        value, error = float(fit.coefficients[i]), None if errors is None else float(errors[i])
-        low, high = (None, None) if error is None else (value - t * error, value + t * error)
-        out.append(Coefficient(term, value, error, low, high, float(inflation[i - 1]) if i else None))
-    return tuple(out)
-
-
-def _share_explained(missed: float, fit: LeastSquares) -> float | None:
-    """1 − missed/SS, with SS what the terms may explain: the corrected total less the blocks."""
-    return None if fit.flat or fit.null_ss == 0.0 else 1.0 - missed / fit.null_ss
-
-
-def _adjusted_r2(fit: LeastSquares) -> float | None:
-    """1 − s²/(SS/(n − B)), with SS as in R² and B = 1, or the number of blocks."""
-    if fit.mean_square is None or fit.flat or fit.null_ss == 0.0:
-        return None
-    return 1.0 - fit.mean_square * (len(fit.response) - 1 - fit.blocks) / fit.null_ss
-
-
-def _adequate_precision(fit: LeastSquares) -> float | None:
-    """(max ŷ − min ŷ) / √(p·s²/n): signal over noise at the design points, block levels aside."""
-    if fit.mean_square is None or fit.exact:
-        return None
-    n, p = fit.matrix.shape
-    fitted = fit.matrix[:, : p - fit.blocks] @ fit.coefficients[: p - fit.blocks]
-    return float(np.ptp(fitted) / np.sqrt(p * fit.mean_square / n))
-
-
-def _cv_percent(fit: LeastSquares) -> float | None:
-    """100·s/ȳ."""
-    return None if fit.mean_square is None or fit.mean == 0.0 else 100.0 * float(np.sqrt(fit.mean_square)) / fit.mean
+def _error(fit: LeastSquares, split: LackOfFit) -> tuple[float | None, int, ErrorSource]:
+    """Return the error of intervals: the residual, or the scatter within the runs where that is larger."""
+    if split.within_df:
+        within = split.pure_sum_of_squares / split.pure_df
+        if fit.mean_square is None or within > fit.mean_square:
+            return within, split.pure_df, "within"
+    return fit.mean_square, fit.df, "residual"

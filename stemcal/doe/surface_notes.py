@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from stemcal.doe.anova import LackOfFit
 from stemcal.doe.influence import RunDiagnostics
@@ -14,21 +15,35 @@ DETERMINISTIC = "lack of fit cannot be tested: the solver is deterministic"
 _ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 
+@dataclass(frozen=True)
+class Losses:
+    """What failed runs have cost: how many failed, the terms left out, the variance inflation as planned."""
+
+    failed: int
+    dropped: tuple[str, ...]
+    inflation_planned: float
+
+
 def surface_notes(
     fit: LeastSquares,
     split: LackOfFit,
     diagnostics: Sequence[RunDiagnostics],
     precision: float | None,
     inflation: Sequence[float],
-    n_failed: int,
+    losses: Losses,
 ) -> list[str]:
     """Say what the fit, its runs and their failures mean for the trust in it."""
     notes = []
-    if n_failed:
+    if losses.failed:
         notes.append(
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed; the surface is fitted to the others, "
+            f"{losses.failed} of {len(fit.response) + losses.failed} runs failed; the surface is fitted to the others, "
             f"with {fit.df} residual df; the design is no longer as planned (largest variance inflation "
-            f"{max(inflation, default=1.0):.2f})."
+            f"{max(inflation, default=1.0):.2f}, as planned {losses.inflation_planned:.2f})."
+        )
+    if losses.dropped:
+        notes.append(
+            f"The runs left cannot estimate {', '.join(losses.dropped)}: these terms are left out. What they stand for "
+            "is now in the other coefficients, and the surface must not be trusted beyond the runs it has."
         )
     if max(inflation, default=1.0) > _ENTANGLED:
         notes.append(
@@ -41,10 +56,33 @@ def surface_notes(
         notes.append("As many coefficients as runs: the surface passes through every run and knows no error.")
     elif fit.exact:
         notes.append("The quadratic passes through every run exactly: no F can be formed.")
-    notes += _lack_of_fit_notes(split)
+    notes += _within_notes(fit, split) if split.within_df else _lack_of_fit_notes(split)
     if precision is not None and precision < _ADEQUATE:
         notes.append(f"Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
     return notes + _influence_notes(split, diagnostics)
+
+
+def _within_notes(fit: LeastSquares, split: LackOfFit) -> list[str]:
+    scatter = (split.pure_sum_of_squares / split.pure_df) ** 0.5
+    notes = [
+        f"Pure error is the scatter within the runs over mesh phases: {scatter:.4g} for the mean of a run, with "
+        f"{split.pure_df} df. It is what the mesh leaves open, no scatter of an experiment, and stands beside the "
+        "residual, which already contains it."
+    ]
+    if split.within_common is not None:
+        notes.append(
+            f"What a place of the mesh does to all runs alike (standard deviation {split.within_common:.4g}) is taken "
+            "out of it: that shifts the whole surface and is in no interval."
+        )
+    if fit.mean_square is None or scatter**2 > fit.mean_square:
+        notes.append("It is larger than the residual: all intervals are made from it, the F tests from the residual.")
+    if split.deterministic:
+        repeated = fit.df - split.df
+        notes.append(
+            f"{repeated} repeated runs add no information: they only raise the residual df to {fit.df}; for the lack "
+            "of fit every point counts once."
+        )
+    return notes
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> list[str]:

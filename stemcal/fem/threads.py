@@ -20,7 +20,7 @@ from stemcal.fem.kernels.block import LANES, SCRATCH_ROWS
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.march import REACHED, finish_step, mean_step, meet_tools, renew_time_step
 from stemcal.fem.kernels.nodes import add_late_forces, kick_and_drift
-from stemcal.fem.state import State
+from stemcal.fem.state import State, aligned_zeros
 
 Ints = NDArray[np.int32]
 March = Callable[[float, State], int]
@@ -37,7 +37,7 @@ class ThreadedMarch:
         self._chunk_ends = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int)
         self._targets, self._late = force_rows(body.blocks, self._block_ends, len(body.x))
         state.body = body._replace(f=np.concatenate([body.f, np.zeros((len(self._late), 3))]))
-        self._scratch = [np.zeros(SCRATCH_ROWS * LANES) for _ in range(count)]
+        self._scratch = [aligned_zeros((SCRATCH_ROWS * LANES,)) for _ in range(count)]
 
     def __enter__(self) -> ThreadedMarch:
         return self

@@ -1,6 +1,8 @@
 """What the laboratory brings: stem diameters and shear-test curves, from the machine's files to targets.
 
 reading      files of any encoding, separator and decimal mark → a table of texts
+numerals     numbers as people and machines write them
+headings     names and units of columns
 columns      which column is force, which displacement, and in which unit
 samples      mean, standard deviation, intervals
 normality    does a sample look normal: Shapiro–Wilk, Anderson–Darling

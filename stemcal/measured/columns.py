@@ -3,25 +3,43 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from stemcal.errors import UsageError
 from stemcal.measured.reading import Table
 
-FORCE = ("force", "load", "kraft", "fuerza", "力", "载荷", "负荷", "荷重")
-TRAVEL = ("displacement", "travel", "extension", "stroke", "position", "crosshead", "deflection", "weg", "位移", "行程",
-          "变形")  # fmt: skip
-DIAMETER = ("diameter", "durchmesser", "diametro", "直径", "径", "reading", "measurement", "d1", "d2", "d3", "d4")
+FORCE = ("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "力", "载荷", "负荷", "荷重",
+         "試験力")  # fmt: skip
+TRAVEL = ("displacement", "travel", "extension", "stroke", "position", "crosshead", "deflection", "deformation",
+          "distance", "compression", "weg", "verformung", "desplazamiento", "deslocamento", "déplacement", "course",
+          "spostamento", "corsa", "位移", "行程", "变形", "変位", "ストローク")  # fmt: skip
+GERMAN = ("kraft", "weg")  # also at the end of a word: Standardkraft, Traversenweg
+DIAMETER = (
+    "diameter",
+    "durchmesser",
+    "diametro",
+    "diámetro",
+    "diamètre",
+    "直径",
+    "径",
+    "reading",
+    "measurement",
+    "d1",
+    "d2",
+    "d3",
+    "d4",
+)
 LABEL = ("stem", "sample", "specimen", "plant", "no", "no.", "nr", "nr.", "id", "number", "编号", "序号", "试样", "茎")
 FILE = ("file", "filename", "datei", "文件")
 GRADE = ("grade", "class", "等级", "分级")
 
-NEWTONS = {"N": 1.0, "kN": 1000.0, "mN": 0.001, "kgf": 9.80665, "gf": 0.00980665, "lbf": 4.4482216152605}
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 0.001, "µm": 0.001, "μm": 0.001, "in": 25.4}
 
-
-def find_column(table: Table, words: Sequence[str], what: str, given: str | None = None) -> int:
+def find_column(
+    table: Table, words: Sequence[str], what: str, given: str | None = None, known: Collection[str] = ()
+) -> int:
     """Return the column that `given` names (or numbers from 1), else the first whose name has one of the words.
+
+    One with a unit that is `known` goes before others: 应力/MPa is no force.
 
     Raises
     ------
@@ -33,7 +51,7 @@ def find_column(table: Table, words: Sequence[str], what: str, given: str | None
     found = matching(table, words)
     if not found:
         raise UsageError(f"{table.source}: no column for {what} among {_shown(table)}; name it with --{what}-column")
-    return found[0]
+    return next((column for column in found if table.units[column] in known), found[0])
 
 
 def matching(table: Table, words: Sequence[str]) -> list[int]:
@@ -46,10 +64,19 @@ def is_called(name: str, words: Sequence[str]) -> bool:
 
     >>> is_called("Max. Force (N)", FORCE), is_called("最大力/N", FORCE), is_called("reinforced", FORCE)
     (True, True, False)
+    >>> is_called("Standardkraft", FORCE), is_called("Prüfkraft in N", FORCE), is_called("Déplacement", TRAVEL)
+    (True, True, True)
     """
     lowered = name.lower()
-    parts = set(re.findall(r"[a-z]+\d?\.?|\d+", lowered)) | set(re.findall(r"[a-z]+", lowered))
-    return any(word in parts if word.isascii() else word in lowered for word in words)
+    parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
+    ends = tuple(word for word in words if word in GERMAN)
+    return any(word in lowered if _is_eastern(word) else word in parts for word in words) or any(
+        part.endswith(ends) for part in parts if ends
+    )
+
+
+def _is_eastern(word: str) -> bool:
+    return min(word) >= "\u2e80"
 
 
 def scale_of(table: Table, column: int, known: dict[str, float], default: str, given: str | None = None) -> float:

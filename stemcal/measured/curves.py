@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import FORCE, MILLIMETRES, NEWTONS, TRAVEL, find_column, matching, scale_of
+from stemcal.measured.columns import FORCE, TRAVEL, find_column, matching, scale_of
+from stemcal.measured.headings import MILLIMETRES, NEWTONS
+from stemcal.measured.numerals import is_missing
 from stemcal.measured.reading import Form, Table, read_table
 
 Array = NDArray[np.float64]
@@ -58,12 +60,19 @@ class Curve:
         """Travel of the blade at the maximum, mm."""
         return float(self.travel[int(np.argmax(self.force))])
 
+    @property
+    def work_to_max(self) -> float:
+        """What the blade has done by the maximum, ∫F du, mJ."""
+        end = int(np.argmax(self.force)) + 1
+        force, travel = self.force[:end], self.travel[:end]
+        return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(travel)))
+
 
 def read_curve(path: Path, how: CurveOptions = CurveOptions()) -> Curve:
     """Return the curve of one specimen."""
     table = read_table(path, how.form)
-    remarks = []
     across, up = _columns(table, how)
+    table, remarks = usable(table, across, up)
     force = np.array(table.numbers(up)) * scale_of(table, up, NEWTONS, "N", how.force_unit)
     travel = np.array(table.numbers(across)) * scale_of(table, across, MILLIMETRES, "mm", how.displacement_unit)
     if len(force) < 5:
@@ -90,9 +99,26 @@ def _columns(table: Table, how: CurveOptions) -> tuple[int, int]:
     unnamed = not matching(table, FORCE + TRAVEL) and table.columns[0] == "column 1" and len(table.columns) == 2
     across, up = ("1", "2") if unnamed else (None, None)
     return (
-        find_column(table, TRAVEL, "displacement", how.displacement_column or across),
-        find_column(table, FORCE, "force", how.force_column or up),
+        find_column(table, TRAVEL, "displacement", how.displacement_column or across, MILLIMETRES),
+        find_column(table, FORCE, "force", how.force_column or up, NEWTONS),
     )
+
+
+def usable(table: Table, *columns: int) -> tuple[Table, list[str]]:
+    """Return the table without rows that say nothing in the columns, and what was left out.
+
+    Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
+    the numbers stays, to be complained about.
+    """
+    cells = [[row[column] for column in columns] for row in table.rows]
+    last = max((i for i, row in enumerate(cells) if all(table.is_number(cell) for cell in row)), default=-1)
+    kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
+    remarks = []
+    if len(kept) < len(table.rows):
+        remarks.append(f"{len(table.rows) - len(kept)} rows without numbers for force or displacement are left out")
+    if table.unread:
+        remarks.append(f"{table.unread} more rows of numbers lie apart from the curve in the file and are not read")
+    return replace(table, rows=tuple(kept)), remarks
 
 
 def contact_begins(force: Array, preload: float) -> int:

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import DIAMETER, LABEL, MILLIMETRES, is_called, matching, scale_of
+from stemcal.measured.columns import DIAMETER, LABEL, is_called, matching, scale_of
+from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.normality import LEAST, NormalityTest, anderson_darling, shapiro_wilk
+from stemcal.measured.numerals import is_missing
 from stemcal.measured.reading import Form, Table, read_table
 from stemcal.measured.samples import Summary, summarise
 
@@ -100,7 +102,7 @@ def stems_of(table: Table) -> dict[str, list[float]]:
         for column in columns:
             value = table.number(row, column)
             if value is None:
-                if cells[column]:
+                if not is_missing(cells[column]):
                     raise UsageError(f"{table.source}: stem {name}: {cells[column]!r} is no number")
                 continue
             stems.setdefault(name, []).append(_checked(value * scale_of(table, column, MILLIMETRES, "mm"), name, table))

@@ -8,18 +8,21 @@ the preamble.
 from __future__ import annotations
 
 import codecs
+import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
+from stemcal.measured.headings import names_and_units
+from stemcal.measured.numerals import as_number
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
 MAX_BYTES = 64 * 2**20
+WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # xlsx and ods, xls
 _PROBED = 3000  # lines that decide on separator and decimal mark
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -42,10 +45,15 @@ class Table:
     units: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     first_line: int
+    unread: int = 0  # lines of as many numbers that lie apart from these
 
     def number(self, row: int, column: int) -> float | None:
         """Return a cell as a number, None if it is empty or a word."""
         return as_number(self.rows[row][column], self.form.decimal or ".")
+
+    def is_number(self, cell: str) -> bool:
+        """Tell whether a cell holds a number."""
+        return as_number(cell, self.form.decimal or ".") is not None
 
     def numbers(self, column: int) -> list[float]:
         """Return a column of numbers.
@@ -84,16 +92,26 @@ def read_table(path: Path, form: Form = Form()) -> Table:
     columns, units, top = _heading(lines, begin, width, separator, decimal)
     rows = tuple(tuple(_cells(line, separator)) for line in lines[begin:end] if line.strip())
     preamble = tuple(line.strip() for line in lines[:top] if line.strip())
-    return Table(str(path), Form(encoding, separator, decimal), preamble, columns, units, rows, begin + 1)
+    unread = _like_data([*lines[:begin], *lines[end:]], width, separator, decimal) if width > 1 else 0
+    return Table(str(path), Form(encoding, separator, decimal), preamble, columns, units, rows, begin + 1, unread)
+
+
+def _like_data(lines: Sequence[str], width: int, separator: str, decimal: str) -> int:
+    """Return how many lines hold as many cells, all of them numbers."""
+    split = (_cells(line, separator) for line in lines if line.strip())
+    return sum(len(cells) == width and all(as_number(cell, decimal) is not None for cell in cells) for cells in split)
 
 
 def _content(path: Path) -> bytes:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise UsageError(f"{path} is larger than {MAX_BYTES // 2**20} MiB; is this the file of one specimen?")
-        return path.read_bytes()
+        content = path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}") from None
+    if content.startswith(WORKBOOKS):
+        raise UsageError(f"{path} is a workbook; save its sheet as CSV in the spreadsheet program and give that")
+    return content
 
 
 def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
@@ -126,18 +144,6 @@ def _guesses(content: bytes) -> list[str]:
     return ["utf-8", *legacy, "latin-1"]
 
 
-def as_number(cell: str, decimal: str = ".") -> float | None:
-    """Return the number a cell holds, None if it holds none.
-
-    >>> as_number("3,5", ","), as_number("3,5"), as_number("−1.2e3"), as_number("7 mm")
-    (3.5, None, -1200.0, None)
-    """
-    text = cell.strip().strip('"').strip().replace("−", "-")
-    if decimal != ".":
-        text = text.replace(".", "x").replace(decimal, ".")
-    return float(text) if _NUMBER.fullmatch(text) else None
-
-
 def _candidates(form: Form) -> list[tuple[str, str]]:
     separators = [_named(form.separator, SEPARATORS, "--separator")] if form.separator else list(SEPARATORS.values())
     decimals = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
@@ -151,15 +157,21 @@ def _named(given: str, known: dict[str, str], option: str) -> str:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    cells = line.split() if separator == " " else line.strip("\r\n").split(separator)
+    if separator == " ":
+        cells = line.split()
+    elif '"' in line:  # a quoted cell may hold the separator
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    else:
+        cells = line.split(separator)
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
-def _score(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, bool, int]:
-    """Judge a way of splitting by the rows it finds, whether the header splits alike, and the columns."""
+def _score(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, bool, int, int]:
+    """Judge a way of splitting by the rows it finds, whether the header splits alike, the numbers, and the columns."""
     begin, end, width = _data(lines, separator, decimal)
     above = _cells(lines[begin - 1], separator) if 0 < begin < end else []
-    return end - begin, len(above) == width, width
+    cells = (cell for line in lines[begin:end] for cell in _cells(line, separator))
+    return end - begin, len(above) == width, sum(as_number(cell, decimal) is not None for cell in cells), width
 
 
 def _data(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, int, int]:
@@ -194,33 +206,5 @@ def _heading(
         above.append((index, cells))
     if above and lines[above[0][0]].startswith("#") and width == 1:
         above = []  # a remark, no name
-    if len(above) == 2 and all(bare_unit(cell) is not None for cell in above[0][1]):
-        units = tuple(bare_unit(cell) or "" for cell in above[0][1])
-        return tuple(above[1][1]), units, above[1][0]
-    if above:
-        names = above[0][1]
-        return tuple(names), tuple(unit_in(name) for name in names), above[0][0]
-    return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, begin
-
-
-_UNIT = r"[A-Za-zµμ%°][A-Za-z0-9µμ%/]{0,7}"
-
-
-def bare_unit(cell: str) -> str | None:
-    """Return the unit of a cell that holds nothing else: ``N``, ``[mm]``, ``(s)``; an empty cell has none.
-
-    >>> bare_unit("[mm]"), bare_unit("N"), bare_unit(""), bare_unit("Force (N)")
-    ('mm', 'N', '', None)
-    """
-    match = re.fullmatch(rf"[\[(（]?\s*({_UNIT})?\s*[\])）]?", cell)
-    return (match[1] or "") if match else None
-
-
-def unit_in(name: str) -> str:
-    """Return the unit in a column's name.
-
-    >>> unit_in("Force (kN)"), unit_in("位移/mm"), unit_in("Kraft [N]"), unit_in("Load, N"), unit_in("force")
-    ('kN', 'mm', 'N', 'N', '')
-    """
-    match = re.search(rf"(?:[\[(（]\s*({_UNIT})\s*[\])）]|[/,_]\s*({_UNIT}))\s*$", name)
-    return (match[1] or match[2]) if match else ""
+    columns, units, lines_taken = names_and_units([cells for _, cells in above], width)
+    return columns, units, above[lines_taken - 1][0] if lines_taken else begin

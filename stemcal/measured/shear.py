@@ -37,6 +37,7 @@ class Specimen:
             "diameter": self.diameter,
             "max_force": self.curve.max_force,
             "travel_at_max": self.curve.travel_at_max,
+            "work_to_max": self.curve.work_to_max,
             "trimmed_points": self.curve.trimmed,
             "excluded": self.excluded,
             "remarks": list(self.curve.remarks),
@@ -45,17 +46,23 @@ class Specimen:
 
 @dataclass(frozen=True)
 class GradeForces:
-    """The maximum forces of one grade; a suspect is named, and still counted."""
+    """The maximum forces of one grade; a suspect is named, and still counted.
+
+    `travel` (mm) and `work` (mJ) are those from the preload to the maximum.
+    """
 
     diameter: float
     summary: Summary
+    travel: Summary
+    work: Summary
     test: Grubbs | None
     suspect: str | None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the grade as JSON values."""
         test = self.test.as_dict() if self.test else None
-        return {"diameter": self.diameter, **self.summary.as_dict(), "grubbs": test, "suspect": self.suspect}
+        beside = {"travel": self.travel.as_dict(), "work": self.work.as_dict()}
+        return {"diameter": self.diameter, **self.summary.as_dict(), **beside, "grubbs": test, "suspect": self.suspect}
 
 
 @dataclass(frozen=True)
@@ -127,14 +134,23 @@ def measure_shear(
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
-    """Return the machine's files in a folder and those below it, sorted by name."""
+    """Return the machine's files in a folder and those below it, sorted by name, 7mm before 10mm."""
     if not folder.is_dir():
         raise UsageError(f"{folder} is no folder; give the one that holds a file per specimen")
     found = folder.rglob(pattern) if pattern else (p for p in folder.rglob("*") if p.suffix.lower() in _SUFFIXES)
-    files = sorted(path for path in found if path.is_file() and path.stem.lower() not in ("index", "specimens"))
+    files = sorted(
+        (path for path in found if path.is_file() and path.stem.lower() not in ("index", "specimens")), key=_by_number
+    )
     if not files:
-        raise UsageError(f"{folder}: no files {pattern or ', '.join('*' + s for s in _SUFFIXES)} in it")
+        books = sum(path.suffix.lower() in (".xls", ".xlsx", ".ods") for path in folder.rglob("*"))
+        remedy = f"; save its {books} workbooks as CSV" if books else "; name others with --pattern"
+        raise UsageError(f"{folder}: no files {pattern or ', '.join('*' + s for s in _SUFFIXES)} in it{remedy}")
     return files
+
+
+def _by_number(path: Path) -> list[tuple[bool, float, str]]:
+    """Return a key that sorts numbers within names by their value."""
+    return [(part.isdigit(), float(part) if part.isdigit() else 0.0, part) for part in re.split(r"(\d+)", str(path))]
 
 
 def read_index(path: Path, form: Form = Form()) -> dict[str, tuple[float, float | None]]:
@@ -187,4 +203,6 @@ def _grade(diameter: float, specimens: Sequence[Specimen], alpha: float) -> Grad
     forces = [specimen.curve.max_force for specimen in specimens]
     test = grubbs(forces, alpha)
     suspect = specimens[test.index].name if test and test.is_outlier else None
-    return GradeForces(diameter, summarise(forces), test, suspect)
+    travel = summarise([specimen.curve.travel_at_max for specimen in specimens])
+    work = summarise([specimen.curve.work_to_max for specimen in specimens])
+    return GradeForces(diameter, summarise(forces), travel, work, test, suspect)

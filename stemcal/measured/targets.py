@@ -6,15 +6,17 @@ import re
 from collections.abc import Sequence
 
 from stemcal.errors import UsageError
+from stemcal.measured.samples import Summary
 from stemcal.measured.shear import GradeForces, ShearTests
 
 _DIGITS = 4
 
 
-def targets_section(tests: ShearTests, calibrate_at: float | None = None) -> str:
+def targets_section(tests: ShearTests, calibrate_at: float | None = None, travel_and_work: bool = False) -> str:
     """Return the section as YAML: mean, standard deviation and number of specimens of every grade.
 
-    Without `calibrate_at` the parameters are calibrated at the middle grade.
+    Without `calibrate_at` the parameters are calibrated at the middle grade. With `travel_and_work` the travel to the
+    maximum and the work done by then stand beside the force.
     """
     diameters = [grade.diameter for grade in tests.grades]
     chosen = diameters[len(diameters) // 2] if calibrate_at is None else calibrate_at
@@ -22,14 +24,23 @@ def targets_section(tests: ShearTests, calibrate_at: float | None = None) -> str
         listed = ", ".join(f"{diameter:g}" for diameter in diameters)
         raise UsageError(f"--calibrate-at {chosen:g}: not measured; take one of {listed}")
     made_up = "  # SYNTHETIC data, not measured" if tests.synthetic else ""
-    lines = [f"targets:{made_up}", f"  calibrate_at: {chosen:g} mm", "  forces:", *map(_entry, tests.grades)]
+    lines = [f"targets:{made_up}", f"  calibrate_at: {chosen:g} mm", "  forces:"]
+    lines += [_entry(grade, travel_and_work) for grade in tests.grades]
     return "\n".join(lines) + "\n"
 
 
-def _entry(grade: GradeForces) -> str:
-    summary = grade.summary
-    spread = f", sd: {_short(summary.sd)} N" if summary.sd is not None else ""
-    return f"    - {{diameter: {grade.diameter:g} mm, force: {_short(summary.mean)} N{spread}, n: {summary.n}}}"
+def _entry(grade: GradeForces, travel_and_work: bool) -> str:
+    sd = _spread("sd", grade.summary, "N")
+    line = f"    - {{diameter: {grade.diameter:g} mm, force: {_short(grade.summary.mean)} N{sd}, n: {grade.summary.n}"
+    if travel_and_work:
+        travel, work = grade.travel, grade.work
+        line += f",\n       travel: {_short(travel.mean)} mm{_spread('travel_sd', travel, 'mm')}"
+        line += f",\n       work: {_short(work.mean)} mJ{_spread('work_sd', work, 'mJ')}"
+    return f"{line}}}"
+
+
+def _spread(name: str, summary: Summary, unit: str) -> str:
+    return f", {name}: {_short(summary.sd)} {unit}" if summary.sd is not None else ""
 
 
 def _short(value: float) -> str:

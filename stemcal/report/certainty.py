@@ -15,10 +15,13 @@ Stage = Mapping[str, Any]
 _BINS = 24
 
 
-def profiles(invert: Stage) -> Figure:
-    """Return the misfit of each factor with all others free: below the dashed line lies its interval."""
+def profiles(invert: Stage, labels: Mapping[str, str] | None = None) -> Figure:
+    """Return the misfit of each factor with all others free: below the dashed line lies its interval.
+
+    `labels` has what to write at the axis of a factor, its name by default.
+    """
     names = list(invert["solution"])
-    figure = new_figure(height=1.9 * len(names) + 0.3)
+    figure = new_figure(height=1.5 * len(names) + 0.4)
     with styled():
         for row, name in enumerate(names, 1):
             axes = figure.add_subplot(len(names), 1, row)
@@ -28,10 +31,10 @@ def profiles(invert: Stage) -> Figure:
             axes.axhline(1.0, color=FAINT, linestyle="--", linewidth=1)
             axes.axvline(invert["solution"][name], color=INK, linewidth=0.8)
             axes.set_ylim(0.0, 3.0)
-            axes.set_xlabel(name)
-            if row == 1:
+            axes.set_xlabel((labels or {}).get(name, name))
+            if row == 1 and "certainty_alone" in invert:
                 axes.legend(loc="upper right")
-        figure.supylabel("misfit above its least,\nin what 95 % allows", fontsize=9)
+        figure.supylabel("rise of the misfit (1: the 95 % limit)", fontsize=9)
     return figure
 
 
@@ -41,8 +44,8 @@ def _profile(axes: Axes, part: Stage, name: str, colour: str) -> None:
     axes.plot(curve["values"], [rise / allowed for rise in curve["rise"]], color=colour, label=part["source"])
 
 
-def corner(invert: Stage) -> Figure:
-    """Return the posterior: a histogram per factor, and the samples of each pair."""
+def corner(invert: Stage, labels: Mapping[str, str] | None = None) -> Figure:
+    """Return the posterior: a histogram per factor, and the samples of each pair; `labels` as for `profiles`."""
     posterior = invert["certainty"]["posterior"]
     samples = posterior["samples"]
     names = list(samples)
@@ -58,7 +61,9 @@ def corner(invert: Stage) -> Figure:
                     axes.set_yticks([])
                 else:
                     axes.plot(samples[across], samples[down], ".", color=BLUE, markersize=2, alpha=0.5)
-                _label(axes, down if column == 0 and row else "", across if row == len(names) - 1 else "")
+                at_left, at_foot = column == 0 and row > 0, row == len(names) - 1
+                named = labels or {}
+                _label(axes, named.get(down, down) if at_left else "", named.get(across, across) if at_foot else "")
     return figure
 
 

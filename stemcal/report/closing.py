@@ -15,10 +15,12 @@ Stage = Mapping[str, Any]
 
 def further_sheets(stage: Stage) -> list[Sheet]:
     """Return what only some stages have: a joint fit, intervals of the parameters, tests against the scatter."""
+    from stemcal.report.findings import response_sheets
+
     sheets = [_joint_sheet(stage)] if "joint" in stage else []
     sheets += [_interval_sheet(stage)] if "certainty" in stage else []
     tested = any(row.get("p_different") is not None for row in stage.get("rows", []))
-    return [*sheets, *([_test_sheet(stage)] if tested else [])]
+    return [*sheets, *response_sheets(stage), *([_test_sheet(stage)] if tested else [])]
 
 
 def _test_sheet(stage: Stage) -> Sheet:
@@ -131,10 +133,12 @@ def refine_sheet(stage: Stage) -> Sheet:
     from stemcal.report.sheets import Sheet
 
     names = list(stage["solution"])
+    jointly = "at_diameters" in stage
     rows = [
         (
             str(row["iteration"]),
             row["how"],
+            *([short(row["diameter"])] if jointly else []),
             *(significant(row["levels"][name]) for name in names),
             significant(row["predicted"]),
             f"{'in' if row['inside_interval'] else 'out'}side" if row["inside_interval"] is not None else "",
@@ -145,10 +149,15 @@ def refine_sheet(stage: Stage) -> Sheet:
     ]
     verdict = "within" if stage["converged"] else "not within"
     foot = (
-        f"Target {short(stage['target'])} N at {short(stage['diameter'])} mm; the best point is {verdict} "
+        f"Target {'at each diameter' if jointly else _target(stage)}; the best point is {verdict} "
         f"{short(stage['tolerance_percent'])} %, after {len(rows)} of {stage['budget']} runs.",
         "Surface: as it was then; the simulated force lies in- or outside its 95 % prediction interval.",
     )
-    columns = ("", "From", *names, "Surface,\nN", "Inter-\nval", "Simulated,\nN", "Error,\n%")
-    best = frozenset({stage["iteration"] - 1})
+    at = ("Diam.,\nmm",) if jointly else ()
+    columns = ("", "From", *at, *names, "Surface,\nN", "Inter-\nval", "Simulated,\nN", "Error,\n%")
+    best = frozenset(i for i, row in enumerate(stage["rows"]) if row["iteration"] == stage["iteration"])
     return Sheet("Simulated at the solution", columns, tuple(rows), texts=2, foot=foot, strong=best)
+
+
+def _target(stage: Stage) -> str:
+    return f"{short(stage['target'])} N at {short(stage['diameter'])} mm"

@@ -36,17 +36,38 @@ def pareto(screen: Stage) -> Figure:
     figure = new_figure(height=max(2.2, 0.9 + 0.24 * len(effects)))
     with styled():
         axes = figure.add_subplot()
-        names = [f"{_plain(e['factor'])}  {e['effect']:+.3g}" for e in effects]
+        names = [f"{_plain(e['factor'])}  {_signed(e['effect'])}" for e in effects]
         colours = [ORANGE if e["effect"] < 0 else BLUE for e in effects]
         axes.barh(names, [abs(e["effect"]) for e in effects], color=colours, height=0.7)
-        margin = (screen.get("lenth") or {}).get("me")
-        if margin is not None:
-            axes.axvline(margin, color=INK, linestyle="--", linewidth=1)
-            axes.annotate(
-                "Lenth ME ", (margin, -0.45), (-3, 0), textcoords="offset points", size=8, ha="right", va="center"
-            )
+        for limit, label, line in _limits(screen):
+            axes.axvline(limit, color=INK, linestyle=line, linewidth=1, label=label)
+        if axes.lines:
+            figure.legend(loc="outside upper right", ncols=3)
         axes.set_xlabel("|effect| on the maximum force, N")
     return figure
+
+
+def _limits(screen: Stage) -> list[tuple[float, str, str]]:
+    """Return the sizes from which an effect counts: value in N, name, line style.
+
+    The t test's limit in N is t₀·s, with the standard error s of an effect taken from the effects and their t.
+    """
+    lenth, pareto = screen.get("lenth") or {}, screen.get("pareto") or {}
+    limits = [(lenth.get("me"), "Lenth ME", "--"), (lenth.get("sme"), "Lenth SME", ":")]
+    tested = {row["factor"]: row["t"] for row in pareto.get("rows", []) if row["t"]}
+    errors = [abs(e["effect"]) / tested[e["factor"]] for e in screen["effects"] if e["factor"] in tested]
+    if errors and pareto.get("t_limit"):
+        limits.append((pareto["t_limit"] * max(errors), f"t test, p = {screen['alpha']:g}", "-."))
+    return [(value, label, line) for value, label, line in limits if value is not None]
+
+
+def _signed(effect: float) -> str:
+    """Return an effect with its sign and a decimal.
+
+    >>> _signed(-8.0), _signed(74.69)
+    ('−8.0', '+74.7')
+    """
+    return f"{effect:+.1f}".replace("-", "−")
 
 
 def half_normal(screen: Stage) -> Figure:
@@ -59,7 +80,10 @@ def half_normal(screen: Stage) -> Figure:
         axes = figure.add_subplot()
         pse = (screen.get("lenth") or {}).get("pse")
         if pse is not None:
-            axes.plot([0, scores[-1]], [0, pse * scores[-1]], color=FAINT, linestyle="--", label="chance (Lenth)")
+            axes.plot([0, scores[-1]], [0, pse * scores[-1]], color=FAINT, label="chance (Lenth)")
+        for limit, label, line in _limits(screen)[:2]:
+            axes.axhline(limit, color=FAINT, linestyle=line, linewidth=1, label=label)
+        if axes.lines:
             axes.legend(loc="upper left")
         for score, effect in zip(scores, effects, strict=True):
             chosen = effect["factor"] in screen["significant"]
@@ -138,9 +162,10 @@ def contours(rsm: Stage, pair: tuple[str, str], invert: Stage | None = None) -> 
         if invert:
             _mark_target(axes, natural, force, invert, pair)
         points = {tuple(run["levels"][name] for name in pair) for run in rsm["design"]["runs"]}
-        axes.plot(*zip(*sorted(points), strict=True), ".", color="white", markersize=4, label="runs")
-        axes.set_xlabel(_with_unit(rsm, across))
-        axes.set_ylabel(_with_unit(rsm, up))
+        dots: Any = {"color": "white", "markersize": 5, "markeredgecolor": "black", "markeredgewidth": 0.5}
+        axes.plot(*zip(*sorted(points), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
+        axes.set_xlabel(with_unit(rsm, across))
+        axes.set_ylabel(with_unit(rsm, up))
     return figure
 
 
@@ -157,7 +182,8 @@ def _mark_target(axes: Axes, natural: Sequence[Any], force: Any, invert: Stage, 
     )
 
 
-def _with_unit(rsm: Stage, name: str) -> str:
+def with_unit(rsm: Stage, name: str) -> str:
+    """Return a factor's name with its unit, for an axis."""
     unit = next((entry.get("unit", "1") for entry in rsm["factors"] if entry["factor"] == name), "1")
     return _plain(name if unit in ("1", "") else f"{name}, {unit}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,27 +22,44 @@ if TYPE_CHECKING:
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 
 
+# Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints tell as much.
+PLASTIC = "YlOrBr"
+EDGE = "#6d6a66"
+WHOLE = "#ffffe5"  # where it begins
+
+
 def fracture(shape: Shape, title: str = "") -> Figure:
     """Return side view and section; x runs along the stem, z up, the blade comes from above."""
-    import matplotlib
-    from matplotlib.colors import Normalize
-
-    standing = shape.plastic_strain[shape.standing]
-    scale = Normalize(0.0, max(float(np.max(standing, initial=0.0)), 1e-6))
-    figure = new_figure(width=6.4, height=4.6)
+    scale = strain_scale([shape])
+    figure = new_figure(width=6.4, height=3.9)
     with styled():
         panels = figure.subplots(2, 1, sharex=True)
         for axes, faces, label in zip(
             panels, (side_faces(shape), section_faces(shape)), ("side", "section"), strict=True
         ):
-            _draw(axes, shape, faces, scale)
+            draw_faces(axes, shape, faces, scale)
             axes.set_ylabel(f"{label}: z, mm")
         panels[1].set_xlabel("x, mm")
-        colours = matplotlib.cm.ScalarMappable(scale, "cividis")
-        figure.colorbar(colours, ax=list(panels), label="plastic strain").outline.set_visible(False)
+        colour_bar(figure, scale, list(panels))
         if title:
             figure.suptitle(title, fontsize=9, color=INK)
     return figure
+
+
+def strain_scale(shapes: Sequence[Shape]) -> Any:
+    """Return the scale of plastic strain over the elements that stand, one for all shapes."""
+    from matplotlib.colors import Normalize
+
+    largest = [float(np.max(shape.plastic_strain[shape.standing], initial=0.0)) for shape in shapes]
+    return Normalize(0.0, max(*largest, 1e-6))
+
+
+def colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
+    """Draw the scale beside the panels."""
+    import matplotlib
+
+    colours = matplotlib.cm.ScalarMappable(scale, PLASTIC)
+    figure.colorbar(colours, ax=panels, label="plastic strain", aspect=30).outline.set_visible(False)
 
 
 def side_faces(shape: Shape) -> tuple[Array, Array]:
@@ -62,6 +80,14 @@ def section_faces(shape: Shape) -> tuple[Array, Array]:
     normals = _normals(before)
     on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]
     return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
+
+
+def end_faces(shape: Shape) -> Array:
+    """Return the faces at the stem's end as they began, as (F, 4, 2) in y and z: its cross-section."""
+    corners, _ = _faces(shape.hexes, np.ones(len(shape.hexes), bool))
+    points = shape.reference[corners]
+    x = points[:, :, 0].mean(axis=1)
+    return np.asarray(points[x > x.max() - 1e-6][:, :, (1, 2)])
 
 
 def exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
@@ -88,19 +114,25 @@ def _edge(points: Array) -> float:
     return float(np.median(np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2))) if len(points) else 0.0
 
 
-def _draw(axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any) -> None:
+def draw_faces(
+    axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any, reach: float | None = None
+) -> list[Any]:
+    """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Polygon
 
     polygons, strain = faces
+    added: list[Any] = []
     for sign in (1.0, -1.0) if shape.symmetry == "quarter" else (1.0,):
-        body = PolyCollection(list(polygons * (sign, 1.0)), cmap="cividis", norm=scale, edgecolors=INK, linewidths=0.15)
+        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=PLASTIC, norm=scale, edgecolors=EDGE, linewidths=0.2)
         body.set_array(strain)
-        axes.add_collection(body)
+        added.append(axes.add_collection(body))
         for tool in shape.tools:
-            axes.add_patch(Polygon(tool * (sign, 1.0), facecolor=FAINT, edgecolor="none", alpha=0.45))
+            patch = Polygon(tool * (sign, 1.0), facecolor=FAINT, edgecolor="none", alpha=0.45)
+            added.append(axes.add_patch(patch))
     x, z = (shape.reference[:, i] for i in (0, 2))
-    reach = 1.05 * max(np.abs(x).max(), 1.0)
+    reach = reach or 1.05 * max(np.abs(x).max(), 1.0)
     axes.set_xlim(-reach, reach)
-    axes.set_ylim(1.6 * z.min(), 2.2 * z.max())
+    axes.set_ylim(1.6 * z.min(), 2.0 * z.max())
     axes.set_aspect("equal")
+    return added

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from stemcal.report import figures
 from stemcal.report.certainty import corner, profiles
+from stemcal.report.diagnostics import diagnostics, growth, ridge
 from stemcal.report.fracture import fracture
 from stemcal.report.numbers import short
-from stemcal.report.records import curves_of
+from stemcal.report.records import at_solution, curves_of
 from stemcal.report.relief import relief, solutions
 
 if TYPE_CHECKING:
@@ -28,13 +29,18 @@ Records = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: its name, the section it belongs to, its caption, and what draws it."""
+    """A figure: its name, the section it belongs to, its caption, and what draws it.
+
+    `on_request` figures are written by `stemcal plot` alone, not with the report.
+    """
 
     name: str
     section: str
     caption: str
     draw: Callable[[], Figure]
     on_page: bool = True
+    wide: bool = False
+    on_request: bool = False
 
 
 def gallery(study: Study, stages: Stages, records: Records) -> list[Plot]:
@@ -60,8 +66,11 @@ def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
 
 
 def _screening(screen: Stage) -> list[Plot]:
-    bars = "Effects by size, blue raises and orange lowers the force; dashed: Lenth's margin of error."
-    line = "Half-normal plot: effects far above the line are more than chance."
+    bars = (
+        "Effects by size, blue raises and orange lowers the force. Beyond Lenth's margin of error (ME) or the limit of "
+        "the t test an effect is more than chance; beyond the margin SME even as one of so many."
+    )
+    line = "Half-normal plot: effects above the line of chance and beyond Lenth's margins are more than chance."
     return [
         Plot("pareto", "screen", bars, partial(figures.pareto, screen)),
         Plot("half-normal", "screen", line, partial(figures.half_normal, screen)),
@@ -80,12 +89,24 @@ def _surface(rsm: Stage, invert: Stage | None) -> list[Plot]:
         ),
         Plot("residuals", "rsm", "What the surface leaves unexplained, run by run.", partial(figures.residuals, rsm)),
     ]
+    if rsm.get("runs_diagnostics"):
+        text = (
+            "Residuals against the normal law (on the line: normal) and in order of the runs (no trend: good), and how "
+            "much each run sways the surface (Cook's distance above 1, dashed: much)."
+        )
+        plots.append(Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True))
     for pair in combinations(rsm["names"], 2):
         over, name = f"{pair[0]} and {pair[1]}, {held}", "-".join(pair)
         plots += [
             Plot(f"contour-{name}", "rsm", f"Force over {over}.{key}", partial(figures.contours, rsm, pair, invert)),
             Plot(f"surface-{name}", "rsm", f"Relief of the force over {over}.", partial(relief, rsm, pair, invert)),
         ]
+    if rsm.get("ridge"):
+        text = (
+            "Ridge of steepest ascent: the largest force at each distance from the centre, with two standard errors, "
+            "and the coded values that give it."
+        )
+        plots.append(Plot("ridge", "rsm", text, partial(ridge, rsm, invert), wide=True))
     return plots
 
 
@@ -94,17 +115,18 @@ def _inversion(rsm: Stage, invert: Stage) -> list[Plot]:
         "Range of each factor over all solutions, in coded units; star: the chosen point; dashed: ±1, dotted: the "
         "reach of the design."
     )
-    return [Plot("solutions", "invert", caption, partial(solutions, rsm, invert)), *_certainty(invert)]
+    return [Plot("solutions", "invert", caption, partial(solutions, rsm, invert)), *_certainty(rsm, invert)]
 
 
-def _certainty(invert: Stage) -> list[Plot]:
+def _certainty(rsm: Stage, invert: Stage) -> list[Plot]:
     if "certainty" not in invert:
         return []
+    labels = {name: figures.with_unit(rsm, name) for name in invert["solution"]}
     caption = "Profile of each factor, the others free: where a curve is below the dashed line, the factor may be."
-    plots = [Plot("profiles", "invert", caption, partial(profiles, invert))]
+    plots = [Plot("profiles", "invert", caption, partial(profiles, invert, labels))]
     if invert["certainty"]["posterior"]:
         text = "Posterior of the parameters with uniform priors over the region; dashed: 95 %."
-        plots.append(Plot("posterior", "invert", text, partial(corner, invert)))
+        plots.append(Plot("posterior", "invert", text, partial(corner, invert, labels)))
     return plots
 
 
@@ -112,17 +134,23 @@ def _validation(study: Study, validate: Stage) -> list[Plot]:
     spread = {target.diameter: target.sd for target in study.targets.forces if target.sd is not None}
     bars = " Bars: standard deviation of the measurements." if spread else ""
     caption = f"Measured and simulated maximum force; the ringed diameter is the calibration's.{bars}"
-    return [Plot("validation", "validate", caption, partial(figures.validation, validate, spread))]
+    plots = [Plot("validation", "validate", caption, partial(figures.validation, validate, spread))]
+    if validate.get("measured_exponent") and validate.get("simulated_exponent"):
+        text = "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow."
+        plots.append(Plot("growth", "validate", text, partial(growth, validate)))
+    return plots
 
 
 def _runs(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
-        chosen = [label for label in curves if label.endswith(" mm")]
+        chosen = [label for label in curves if at_solution(label)]
         caption = "Force over blade travel: validation runs in colour, all others in grey."
         plots.append(Plot("force-travel", "runs", caption, partial(figures.force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for label, record in records.items():
+        if not at_solution(label):
+            continue
         plots += _run(label, record["details"], label == calibrated)
     return plots
 
@@ -135,11 +163,35 @@ def _run(label: str, details: Mapping[str, Any], on_page: bool) -> list[Plot]:
         draw = partial(figures.energies, details["energies"])
         plots.append(Plot(f"energies-{name}", "runs", caption, draw, on_page))
     if details.get("shape"):
-        caption = (
-            f"The cut stem of {label} at the end of the test, from the side and in section, coloured by plastic "
-            "strain; elements that failed are gone; grey: blade and supports."
+        plots += _pictures(label, name, details, on_page)
+    return plots
+
+
+def _pictures(label: str, name: str, details: Mapping[str, Any], on_page: bool) -> list[Plot]:
+    """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
+    packed, film = details["shape"], details.get("film")
+    mesh = f"The mesh of the stem of {label}: from the side with blade and supports (grey), and its cross-section."
+    cut = (
+        f"The cut stem of {label} at the end of the test, from the side and in section, coloured by plastic "
+        "strain; elements that failed are gone; grey: blade and supports."
+    )
+    plots = [
+        Plot(f"mesh-{name}", "runs", mesh, partial(_mesh, packed), on_page, wide=True, on_request=not on_page),
+        Plot(f"fracture-{name}", "runs", cut, partial(_fracture, packed), on_page, wide=True),
+    ]
+    if film:
+        way = f"How the stem of {label} is cut, in section: travel of the blade and force on it above each picture."
+        plots.append(
+            Plot(
+                f"frames-{name}",
+                "runs",
+                way,
+                partial(_frames, packed, film),
+                on_page,
+                wide=True,
+                on_request=not on_page,
+            )
         )
-        plots.append(Plot(f"fracture-{name}", "runs", caption, partial(_fracture, details["shape"]), on_page))
     return plots
 
 
@@ -147,3 +199,18 @@ def _fracture(packed: Mapping[str, Any]) -> Figure:
     from stemcal.cutting.shape import Shape
 
     return fracture(Shape.unpacked(packed))
+
+
+def _mesh(packed: Mapping[str, Any]) -> Figure:
+    from stemcal.cutting.shape import Shape
+    from stemcal.report.frames import mesh
+
+    return mesh(Shape.unpacked(packed))
+
+
+def _frames(packed: Mapping[str, Any], film: Mapping[str, Any]) -> Figure:
+    from stemcal.cutting.shape import Shape
+    from stemcal.report.frames import fracture_frames
+    from stemcal.solvers.film import frames_of
+
+    return fracture_frames(frames_of(Shape.unpacked(packed), film))

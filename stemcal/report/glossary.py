@@ -75,6 +75,20 @@ GLOSSARY: tuple[Entry, ...] = (
           "D. M. Allen, Technometrics 16 (1974) 125"),
     Entry("adequate precision", "Range of the predictions over their mean standard error; above 4 is wanted.", _MM),
     Entry("coefficient of variation", "Standard deviation in percent of the mean.", _MONT, ("cv", "cv_percent")),
+    Entry("Cook's distance", "How far all predictions move if one run is left out; above 1 that run sways the surface.",
+          "R. D. Cook, Technometrics 19 (1977) 15", ("cook",)),
+    Entry("leverage", "Share of a run in its own prediction; at 1 the surface goes through it whatever it says.", _MM),
+    Entry("VIF", "Variance inflation factor: by how much correlation with other terms widens a coefficient's variance.",
+          _MONT, ("variance inflation factor",)),
+    Entry("Box–Cox transformation", "The power of the response at which the surface fits best; 1 means leave it alone.",
+          "G. E. P. Box, D. R. Cox, J. R. Statist. Soc. B 26 (1964) 211", ("box cox", "lambda")),
+    Entry("stationary point", "Where the surface is level: a maximum, a minimum or a saddle.", _MM,
+          ("canonical", "saddle")),
+    Entry("fold-over", "The same design with all signs turned, added to it: it frees main effects of two-factor "
+          "interactions.", _BOX, ("fold_over",)),
+    Entry("climb", "Steps from the centre along the screening's slope until the force has passed the target; the next "
+          "design is centred on the best.", "G. E. P. Box, K. B. Wilson, J. R. Statist. Soc. B 13 (1951) 1",
+          ("steepest ascent",)),
     # ---- inversion, validation
     Entry("calibration", "The parameter set at which the surface meets the measured force.", _MM, ("inversion",)),
     Entry("solution set", "All points of the design region at which the surface takes the target: with several "
@@ -84,6 +98,21 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("prediction interval", "Where one further run at a point falls with 95 % probability.", _MM),
     Entry("error", "100·(measured − simulated)/measured: positive where the simulation is too soft.",
           "the wild chrysanthemum study, Table 13"),
+    Entry("profile likelihood", "The misfit with one factor held and all others free: where it stays low are the "
+          "values that the measured forces allow.", "D. J. Venzon, S. H. Moolgavkar, Applied Statistics 37 (1988) 87",
+          ("profile", "profiles")),
+    Entry("free", "Of a factor: its interval fills three quarters of its range or more, so the forces do not fix it.",
+          "A. Raue et al., Bioinformatics 25 (2009) 1923", ("identifiability", "of range", "identifiable")),
+    Entry("joint fit", "One set of parameters for several diameters at once, weighted by how well each is known.",
+          _MM, ("joint",)),
+    Entry("posterior", "What remains possible once the forces are known, as samples of the parameters; before, every "
+          "point of the region counted the same.", "J. Goodman, J. Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65"),
+    Entry("refinement", "Simulate at the solution, correct the surface by what it was off there, solve again, until "
+          "the simulated force meets the target.", "C. G. Broyden, Math. Comp. 19 (1965) 577", ("refine",)),
+    Entry("Welch's test", "Does the simulated force differ from the measured mean by more than the scatter? A large p "
+          "is no proof of agreement.", "B. L. Welch, Biometrika 34 (1947) 28", ("welch", "p_different")),
+    Entry("equivalence test", "Shows that two means agree within a margin (two one-sided tests), if it can be shown.",
+          "D. J. Schuirmann, J. Pharmacokinet. Biopharm. 15 (1987) 657", ("tost", "equivalence", "p_equivalent")),
     # ---- laboratory
     Entry("grade", "A class of stems by diameter: from half a step below to half a step above.",
           "the wild chrysanthemum study, section 2.3"),
@@ -98,6 +127,10 @@ GLOSSARY: tuple[Entry, ...] = (
           "S. Persson, Mechanics of Cutting Plant Material, ASAE 1987", ("exponent",)),
     Entry("preload", "Small force that the machine reads before the blade cuts; the curve begins where it is passed.",
           "the wild chrysanthemum study, section 2.3"),
+    Entry("travel", "Way of the blade from first touch; of a measured curve, from where the preload was passed.",
+          "the wild chrysanthemum study, section 2.3"),
+    Entry("work", "Area under force over travel up to the maximum, mJ.",
+          "S. Persson, Mechanics of Cutting Plant Material, ASAE 1987"),
     # ---- material
     Entry("density", "Mass over volume; matters only through inertia.", _BELY),
     Entry("elastic_modulus", "Stress over strain before yield, MPa.", _BELY, ("elastic modulus", "young's modulus")),
@@ -126,6 +159,9 @@ GLOSSARY: tuple[Entry, ...] = (
           ("energy_drift_percent", "energy balance")),
     Entry("time step", "Smallest element over the speed of sound, times a safety factor.",
           "R. Courant, K. Friedrichs, H. Lewy, Math. Ann. 100 (1928) 32", ("time_step_safety",)),
+    Entry("censored", "A force that still rose when the stroke ended: the true maximum is at least that.",
+          "W. Nelson, Applied Life Data Analysis, Wiley 1982", ("stroke",)),
+    Entry("quorum", "Share of a stage's runs that must succeed for its statistics to be made.", _MONT),
     Entry("penalty contact", "Pushes a node back in proportion to how deep it lies in a tool.", _BELY,
           ("penalty", "contact")),
     Entry("symmetry", "half cuts the stem lengthwise, quarter also across; forces are those of the whole stem.",

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
 from stemcal.report import words
+from stemcal.report.appendix import checks_sheet, design_sheet, page_sheets
 from stemcal.report.gallery import Plot, gallery
 from stemcal.report.numbers import interval, short, significant
 from stemcal.report.records import provenance_rows, read_records, run_warnings
-from stemcal.report.sheets import Sheet, run_sheet, sheets_of
+from stemcal.report.setting import setting_sheets
+from stemcal.report.sheets import Sheet, sheets_of
 from stemcal.report.style import inline
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ class Picture:
 
     svg: str
     caption: str
+    wide: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,9 +88,9 @@ def render(study: Study, folder: StudyFolder) -> str:
         outcome=words.outcome(stages),
         certainty=[*words.certainty(stages), *from_table(study, stages)],
         headline=headline(stages.get("invert"), study),
-        factors=factor_sheet(study),
+        setting=setting_sheets(study),
         sections=[section(name, stages, plots) for name in stages],
-        runs=[run_sheet(f"Runs: {TITLES[name].lower()}", stages[name]) for name in ("screen", "rsm") if name in stages],
+        runs=run_sheets(stages, records),
         pictures=pictures_of("runs", plots),
         provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
     )
@@ -126,12 +129,6 @@ def headline(invert: Stage | None, study: Study) -> list[dict[str, str]]:
     ]
 
 
-def factor_sheet(study: Study) -> Sheet:
-    """Return the factors with their ranges, as the spec gives them."""
-    rows = tuple((f.symbol, f.name, f.label, f.unit, short(f.low), short(f.high)) for f in study.factors)
-    return Sheet("Factors", ("", "Factor", "Meaning", "Unit", "Low", "High"), rows, texts=4)
-
-
 def fresh_stages(study: Study, folder: StudyFolder) -> tuple[Stages, list[str]]:
     """Return the stages that fit the spec and each other, and why the others are left out."""
     from stemcal.solvers import make_solver
@@ -164,12 +161,21 @@ def failures(stages: Stages) -> list[str]:
 def section(name: str, stages: Stages, plots: list[Plot]) -> Section:
     """Return a stage's tables, figures and notes."""
     stage = stages[name]
-    return Section(name, TITLES[name], tuple(sheets_of(stage)), pictures_of(name, plots), tuple(stage.get("notes", ())))
+    sheets = (*sheets_of(stage), *page_sheets(stage))
+    return Section(name, TITLES[name], sheets, pictures_of(name, plots), tuple(stage.get("notes", ())))
+
+
+def run_sheets(stages: Stages, records: Mapping[str, Mapping[str, Any]]) -> list[Sheet]:
+    """Return the designs run by run, and what the solver told of every run."""
+    done = [name for name in ("screen", "rsm") if name in stages]
+    designs = [design_sheet(f"Runs: {TITLES[name].lower()}", stages[name]) for name in done]
+    checks = checks_sheet(records)
+    return designs if checks is None else [*designs, checks]
 
 
 def pictures_of(section: str, plots: list[Plot]) -> tuple[Picture, ...]:
     """Return the drawn figures of a section."""
     return tuple(
-        Picture(inline(plot.draw(), f"{section}{number}", plot.caption), plot.caption)
+        Picture(inline(plot.draw(), f"{section}{number}", plot.caption), plot.caption, plot.wide)
         for number, plot in enumerate(plot for plot in plots if plot.section == section and plot.on_page)
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 Stage = Mapping[str, Any]
 Stages = Mapping[str, Stage]
 FORCE = "Maximum Shear Force/N"
+_NUMBER = re.compile(r"[<−-]?\d[\d.,]*( \*\*?)?")
 STARS = "** represents extremely significant effect (p < 0.01), * represents significant effect (p < 0.05)."
 
 
@@ -175,3 +177,13 @@ def _ratio(value: float | None) -> str:
 def _source(source: str, symbols: Mapping[str, str]) -> str:
     names: Sequence[str] = source.removesuffix("^2").split(":")
     return written(source, symbols) if any(name in symbols for name in names) else source
+
+
+def is_numeric(cells: Sequence[str]) -> bool:
+    """Tell whether most cells of a column that are not empty hold numbers.
+
+    >>> is_numeric(["−2.95", "0.0022 **", ""]), is_numeric(["X1", "X2"]), is_numeric(["90", "80", "failed (nan)"])
+    (True, False, True)
+    """
+    filled = [cell for cell in cells if cell]
+    return 2 * sum(_NUMBER.fullmatch(cell) is not None for cell in filled) > len(filled)

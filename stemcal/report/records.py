@@ -21,8 +21,22 @@ def runs_of(stage: Stage) -> Iterator[tuple[str, str]]:
     if stage["stage"] == "validate":
         for row in stage["rows"]:
             yield f"{short(row['diameter'])} mm", row.get("key", "")
+    for number, row in enumerate(stage["rows"] if stage["stage"] in ("climb", "refine") else [], 1):
+        yield f"{stage['stage']} {number}", row.get("key", "")
+    for part in stage.get("diameters", []):
+        for run in part["runs"]:
+            yield f"{stage['stage']} {run['run']} at {short(part['diameter'])} mm", run.get("key", "")
     for run in stage.get("design", {}).get("runs", []):
         yield f"{stage['stage']} {run['run']}", run.get("key", "")
+
+
+def at_solution(label: str) -> bool:
+    """Tell whether a label is that of a validation run, which alone is named by its diameter.
+
+    >>> at_solution("8 mm"), at_solution("rsm 3 at 8 mm"), at_solution("refine 1")
+    (True, False, False)
+    """
+    return label.endswith(" mm") and label.count(" ") == 1
 
 
 def read_records(stages: Iterable[Stage], folder: StudyFolder) -> dict[str, dict[str, Any]]:
@@ -66,7 +80,12 @@ def provenance_rows(records: Mapping[str, Mapping[str, Any]]) -> list[tuple[str,
     starts = sorted(p["started"] for p in distinct.values() if p.get("started"))
     if starts:
         ends = sorted(p["finished"] for p in distinct.values() if p.get("finished"))
-        rows.append(("Computed", f"{starts[0][:19]} to {ends[-1][:19]} UTC".replace("T", " ")))
+        rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
     seconds = sum(p.get("wall_seconds") or 0.0 for p in distinct.values())
     rows.append(("Computing time, all runs", duration(seconds)))
     return rows
+
+
+def _moment(stamp: str) -> str:
+    """Return a time stamp to the second, as people write it."""
+    return stamp[:19].replace("T", " ")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from stemcal.report.figures import with_unit
 from stemcal.report.style import BLUE, FAINT, INK, ORANGE, new_figure, styled
 from stemcal.report.terms import surface_value
 
@@ -33,7 +34,7 @@ def relief(rsm: Stage, pair: tuple[str, str], invert: Stage | None = None) -> Fi
             point = [invert["solution"][name] for name in pair]
             axes.plot(*([value] for value in point), [invert["predicted"]], "*", color=ORANGE, markersize=12, zorder=9)
         for setter, text in ((axes.set_xlabel, across), (axes.set_ylabel, up)):
-            setter(_labelled(rsm, text), fontsize=8)
+            setter(with_unit(rsm, text), fontsize=8)
         axes.set_zlabel("force, N", fontsize=8)
         axes.tick_params(labelsize=7)
         axes.view_init(elev=26, azim=-128)
@@ -46,11 +47,6 @@ def relief(rsm: Stage, pair: tuple[str, str], invert: Stage | None = None) -> Fi
 def _natural(rsm: Stage, name: str, coded: Any) -> Any:
     entry = rsm["coding"][name]
     return entry["center"] + entry["half_step"] * coded
-
-
-def _labelled(rsm: Stage, name: str) -> str:
-    unit = next((entry.get("unit", "1") for entry in rsm["factors"] if entry["factor"] == name), "1")
-    return (name if unit in ("1", "") else f"{name}, {unit}").replace("$", r"\$")
 
 
 def solutions(rsm: Stage, invert: Stage) -> Figure:

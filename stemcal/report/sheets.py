@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from stemcal.report.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet
-from stemcal.report.numbers import MISSING, fixed, interval, percent, probability, short, significant
+from stemcal.report.numbers import fixed, interval, percent, probability, short, significant
 from stemcal.report.terms import equation, symbols_of, written
 
 Stage = Mapping[str, Any]
@@ -15,7 +15,7 @@ Stage = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table: the first `texts` columns are words, the others numbers; `strong` rows stand out."""
+    """A table: the first `texts` columns are words, the others numbers; `strong` rows stand out, `long` words wrap."""
 
     title: str
     columns: tuple[str, ...]
@@ -23,6 +23,7 @@ class Sheet:
     texts: int = 1
     foot: tuple[str, ...] = ()
     strong: frozenset[int] = frozenset()
+    long: bool = False
 
 
 def sheets_of(stage: Stage) -> list[Sheet]:
@@ -180,20 +181,6 @@ def validation_sheet(stage: Stage) -> Sheet:
     )
     columns = ("Diameter, mm", "Role", "Measured, N", "Simulated, N", "Error, %")
     return Sheet("Measured against simulated force", columns, tuple(rows), texts=2, foot=foot)
-
-
-def run_sheet(title: str, stage: Stage) -> Sheet:
-    """Return the runs of a design: the varied levels and the force, or why there is none."""
-    runs: Sequence[Mapping[str, Any]] = stage["design"]["runs"]
-    varied = list(runs[0]["coded"]) if runs else []
-    rows = [(str(run["run"]), *(short(run["levels"][name]) for name in varied), _force_or_reason(run)) for run in runs]
-    return Sheet(title, ("Run", *varied, "Force, N"), tuple(rows), texts=0)
-
-
-def _force_or_reason(run: Mapping[str, Any]) -> str:
-    if run["force"] is not None:
-        return significant(run["force"])
-    return run.get("reason") or MISSING
 
 
 _SHEETS = {

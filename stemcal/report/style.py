@@ -70,6 +70,8 @@ def _settings() -> Any:
         "xtick.color": INK,
         "ytick.color": INK,
         "lines.linewidth": 1.4,
+        "grid.color": FAINT,
+        "grid.linewidth": 0.4,
         "legend.frameon": False,
         "legend.fontsize": 8,
         "svg.fonttype": "none",

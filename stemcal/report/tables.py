@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from stemcal.report.appendix import shape_sheets
+from stemcal.report.findings import spoken
 from stemcal.report.numbers import duration, fixed, significant
 from stemcal.report.sheets import Sheet, sheets_of
 
@@ -16,8 +18,9 @@ CROWDED = 8  # columns from which the gaps shrink, so that names stay whole in 8
 
 
 def stage_tables(stage: Mapping[str, Any]) -> list[RenderableType]:
-    """Return a stage's tables, ready to print one below the other."""
-    return [part for sheet in sheets_of(stage) for part in drawn(sheet)]
+    """Return a stage's tables and what it says in sentences, ready to print one below the other."""
+    sheets = [*sheets_of(stage), *shape_sheets(stage)]
+    return [*(part for sheet in sheets for part in drawn(sheet)), *spoken(stage)]
 
 
 def drawn(sheet: Sheet) -> list[RenderableType]:

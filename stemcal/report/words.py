@@ -9,6 +9,7 @@ from stemcal.report.numbers import fixed, interval, probability, short, signific
 
 Stage = Mapping[str, Any]
 Stages = Mapping[str, Stage]
+AGREES = 10  # percent
 
 
 def listed(words: Sequence[str]) -> str:
@@ -140,7 +141,21 @@ def _calibration_certainty(stage: Stage) -> list[str]:
             "One measured force cannot fix several parameters: other combinations meet it as well, with "
             f"{listed(ranges)}. The rule {stage['rule'].replace('_', ' ')} chose this one."
         )
+        known = stage.get("certainty", {})
+        sentences += [*known.get("sentences", []), *known.get("direction_sentences", [])]
     return sentences
+
+
+def _how_many(errors: Sequence[float]) -> str:
+    """Return how many errors are small enough, as a sentence goes on.
+
+    >>> _how_many([2.0, 20.0]), _how_many([20.0]), _how_many([1.0, 2.0])
+    ('1 of 2 lies', 'none lies', 'all lie')
+    """
+    good = sum(error <= AGREES for error in errors)
+    if good in (0, len(errors)):
+        return "all lie" if good else "none lies"
+    return f"{good} of {len(errors)} {'lies' if good == 1 else 'lie'}"
 
 
 def _validation_certainty(stage: Stage) -> list[str]:
@@ -150,7 +165,7 @@ def _validation_certainty(stage: Stage) -> list[str]:
         return ["No diameter besides the calibration's could be compared: nothing checks the result."]
     return [
         f"At the {counted(len(errors), 'diameter')} not used for calibration the error reaches "
-        f"{fixed(max(errors), 1)} %."
+        f"{fixed(max(errors), 1)} %; {_how_many(errors)} within {AGREES} %."
     ]
 
 

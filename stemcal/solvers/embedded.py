@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,11 +31,15 @@ from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import warm
+from stemcal.solvers.film import Film
+from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import EmbeddedSolver, Study
 
 # Points of the force-travel curve that a run's record keeps.
 _CURVE_POINTS = 200
+# Stages whose runs keep what pictures are made from: those at a solution.
+PICTURED = ("refine", "validate")
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
 # Element-steps per second of one core of a small machine, for estimates only.
@@ -63,12 +67,15 @@ class Embedded:
     def solve(self, request: Request) -> Answer:
         """Run the virtual shear tests that a request asks for; their mean is the answer."""
         try:
-            result = mean_over_phases([cutting.shear(test) for test in self._tests(request)])
+            tests = self._tests(request)
+            film = Film(tests[0].discretisation.integration.outputs) if request.stage in PICTURED else None
+            results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
-        details = _details(result)
-        if request.stage == "validate":
-            details |= pictured(result)
+        result = mean_over_phases(results)
+        details = _details(result) | _over_phases(results)
+        if film is not None:
+            details |= pictured(result, film)
         if result.energy_drift_percent > _WORST_DRIFT:
             message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
             return Answer("failed", reason="energy_drift", message=message, details=details)
@@ -181,15 +188,18 @@ def _seconds(test: ShearTest) -> float:
     return float(steps * len(mesh.hexes) / _RATE)
 
 
-def pictured(result: CuttingResult) -> dict[str, Any]:
-    """Return what pictures of a run are made from: energies over travel (mJ), thinned, and the shape it ended in."""
+def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
+    """Return what pictures of a run are made from: energies over travel (mJ), thinned, its end and how it got there."""
     history, keep = result.history, _kept(result)
     energies = {
         name: [round(float(v), 6) for v in getattr(history, name)[keep]]
         for name in ("travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external")
     }
     small = result.shape is not None and len(result.shape.nodes) <= LARGEST
-    return {"energies": energies, **({"shape": result.shape.packed()} if result.shape and small else {})}
+    if result.shape is None or not small:
+        return {"energies": energies}
+    frames = film.packed(result)
+    return {"energies": energies, "shape": result.shape.packed(), **({"film": frames} if frames else {})}
 
 
 def _kept(result: CuttingResult) -> NDArray[np.int64]:
@@ -210,3 +220,14 @@ def _details(result: CuttingResult) -> dict[str, Any]:
     if result.phase_peaks:
         scalars["phase_peaks"] = list(result.phase_peaks)
     return {**scalars, "warnings": list(result.warnings), "curve": curve}
+
+
+def _over_phases(results: Sequence[CuttingResult]) -> dict[str, list[float]]:
+    """Return travel and work to the peak of each mesh phase; nothing for a single one, whose curve tells."""
+    if len(results) == 1:
+        return {}
+    curves = [(result.history, result.peak_travel) for result in results]
+    return {
+        "phase_travels": [end for _, end in curves],
+        "phase_works": [work_until(curve.travel, curve.force_filtered, end) for curve, end in curves],
+    }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 DIAMETER = "diameter"
+MARKS = ("block", "weight")
 TABLE_VERSION = 1
 
 
@@ -33,7 +36,8 @@ class TableSolver:
 
     Notes
     -----
-    An empty force, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own force.
+    An empty force, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own force. The table of
+    ``rsm`` may say in a column ``block`` which runs were made together, in a column ``weight`` how much each counts.
     """
 
     inline = True  # answers faster than a worker process starts
@@ -41,6 +45,7 @@ class TableSolver:
     def __init__(self, study: Study) -> None:
         files = {stage: getattr(study.solver, stage, None) for stage in ("screen", "rsm", "validate")}
         self._sheets: dict[str, Sheet] = {}
+        self._marks: dict[str, list[dict[str, Any]]] = {}
         problems: list[SpecProblem] = []
         for stage, path in files.items():
             if path is not None:
@@ -53,9 +58,15 @@ class TableSolver:
         known |= {factor.name: factor.name for factor in study.factors}
         if stage == "validate":
             known |= {DIAMETER: DIAMETER, "diameter_mm": DIAMETER}
+        if stage == "rsm":
+            known = {mark: mark for mark in MARKS} | known
         required = {"screen": list(study.names), "validate": [DIAMETER]}.get(stage, [])
         try:
-            self._sheets[stage] = read_sheet(path, known, required)
+            sheet = read_sheet(path, known, required)
+            marks = [name for name in MARKS if name in sheet.columns and name not in study.names]
+            self._marks[stage] = [_marked(row, marks) for row in sheet.rows]
+            rows = tuple({name: value for name, value in row.items() if name not in marks} for row in sheet.rows)
+            self._sheets[stage] = replace(sheet, rows=rows)
         except SpecError as error:
             problems += error.problems
 
@@ -85,7 +96,8 @@ class TableSolver:
         force = sheet.responses[row]
         if force is None:
             return Answer("failed", reason="no_force", message=f"{sheet.place(row)}: no force is given")
-        return Answer("ok", force=force, details={"table": sheet.path.name, "line": sheet.lines[row]})
+        place = {"table": sheet.path.name, "line": sheet.lines[row]}
+        return Answer("ok", force=force, details=place | self._marks[request.stage][row])
 
     def given_design(self, stage: str) -> list[dict[str, float]]:
         """Return the rows of a table, level by factor; those of ``validate`` begin with the diameter."""
@@ -114,3 +126,8 @@ class TableSolver:
             if math.isclose(row[DIAMETER], request.diameter, rel_tol=1e-6):
                 return index
         return None
+
+
+def _marked(row: Mapping[str, float], marks: Sequence[str]) -> dict[str, Any]:
+    """Return block (as a label) and weight of a row."""
+    return {name: f"{row[name]:g}" if name == "block" else row[name] for name in marks}

@@ -46,10 +46,15 @@ def leave(folder: StudyFolder, stage: Stage) -> Stage:
     return stage
 
 
+_TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd", "phase_forces": "phase_forces"}
+
+
 def run_entry(request: Request, answer: Answer, solver: Solver) -> Stage:
-    """Return what a stage file tells of one run."""
+    """Return what a stage file tells of one run; ``sd`` is the scatter of the force over that many mesh ``phases``."""
+    told = {name: answer.details[detail] for name, detail in _TOLD.items() if detail in answer.details}
     return {
         "force": answer.force,
+        **(told if answer.ok else {}),
         "status": answer.status,
         "censored": is_censored(answer),
         "reason": answer.reason,
@@ -65,11 +70,18 @@ def design_entry(design: Design, requests: Sequence[Request], answers: Sequence[
             "run": request.row + 1,
             "levels": dict(request.levels),
             "coded": dict(zip(design.names, coded, strict=True)),
+            **_marks(design, request, answer),
             **run_entry(request, answer, solver),
         }
         for request, answer, coded in zip(requests, answers, design.coded.tolist(), strict=True)
     ]
     return {"kind": design.kind, "runs": runs}
+
+
+def _marks(design: Design, request: Request, answer: Answer) -> Stage:
+    """Return block and weight of a run: the design's, or those beside it in a table of runs."""
+    marks: Stage = {name: answer.details[name] for name in ("block", "weight") if name in answer.details}
+    return marks if design.blocks is None else {**marks, "block": design.blocks[request.row]}
 
 
 def coding_entry(study: Study, design: Design) -> Stage:
@@ -139,7 +151,8 @@ def _climb_tables(stage: Stage) -> dict[str, Table]:
 
 def _refine_tables(stage: Stage) -> dict[str, Table]:
     varied = list(stage["solution"])
-    columns = ["iteration", "how", *varied, "predicted", "force", "error_percent", "status", "reason"]
+    at = ["diameter"] if "at_diameters" in stage else []
+    columns = ["iteration", "how", *at, *varied, "predicted", "force", "error_percent", "status", "reason"]
     return {"refine": (columns, [{**row["levels"], **row} for row in stage["rows"]])}
 
 
@@ -157,8 +170,9 @@ def _runs_table(stage: Stage) -> Table:
     """Levels and force of every run, as a table solver reads them."""
     runs = stage["design"]["runs"]
     varied = list(runs[0]["coded"])
-    rows = [{"run": run["run"], **run["levels"], "force": run["force"]} for run in runs]
-    return ["run", *varied, "force"], rows
+    marks = [name for name in ("block", "weight") if name in runs[0]]
+    rows = [{**run["levels"], **{name: run.get(name) for name in ("run", *marks, "force")}} for run in runs]
+    return ["run", *varied, *marks, "force"], rows
 
 
 TABLES = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stemcal.study.model import Study, Target
@@ -13,19 +14,43 @@ if TYPE_CHECKING:
     from stemcal.doe.posterior import Posterior
     from stemcal.doe.profile import Profile
     from stemcal.doe.region import Region
+    from stemcal.doe.regression import Array
     from stemcal.doe.surface import Surface
 
 SAMPLES_KEPT = 500
 
 
-def misfit_over(targets: Sequence[Target], surfaces: Sequence[Surface]) -> Misfit:
-    """Return the misfit of measured forces, each with its surface."""
+@dataclass(frozen=True)
+class Measured:
+    """A measured mean at one diameter: of the ``force``, or of ``travel`` or ``work`` to the maximum force."""
+
+    diameter: float
+    response: str
+    value: float
+    sd: float | None = None
+    n: int | None = None
+
+    @property
+    def label(self) -> str:
+        """Name it as sentences do."""
+        return f"{self.diameter:g} mm" if self.response == "force" else f"{self.response} at {self.diameter:g} mm"
+
+
+def measured_of(target: Target, responses: Sequence[str]) -> list[Measured]:
+    """Return what was measured of these responses at one diameter."""
+    sd = {"force": target.sd, "travel": target.travel_sd, "work": target.work_sd}
+    given = {name: getattr(target, name) for name in responses}
+    return [Measured(target.diameter, name, value, sd[name], target.n) for name, value in given.items() if value]
+
+
+def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface]) -> Misfit:
+    """Return the misfit of measured means, each with its surface."""
     from stemcal.doe.misfit import Observation, misfit_of
 
     return misfit_of(
         [
-            Observation(f"{target.diameter:g} mm", surface, target.force, target.sd, target.n)
-            for target, surface in zip(targets, surfaces, strict=True)
+            Observation(mean.label, surface, mean.value, mean.sd, mean.n, mean.response)
+            for mean, surface in zip(measured, surfaces, strict=True)
         ]
     )
 
@@ -44,6 +69,7 @@ def certainty(study: Study, coding: Coding, misfit: Misfit, region: Region, sour
 
     best = best_fit(misfit, region)
     profiles = profiles_of(misfit, region, best)
+    unseen = unseen_directions(misfit, best)
     natural = [_natural(coding, j, (p.low, p.high)) for j, p in enumerate(profiles)]
     shown = [_shown(study, p.factor, ends) for p, ends in zip(profiles, natural, strict=True)]
     names = coding.names
@@ -57,7 +83,8 @@ def certainty(study: Study, coding: Coding, misfit: Misfit, region: Region, sour
         "share": {p.factor: p.share for p in profiles},
         "free": [p.factor for p in profiles if p.free],
         "profiles": {p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
-        "directions": [dict(zip(names, map(float, row), strict=True)) for row in unseen_directions(misfit, best)],
+        "directions": [dict(zip(names, map(float, row), strict=True)) for row in unseen],
+        "direction_sentences": [_unseen(study, coding, row) for row in unseen],
         "posterior": _posterior(coding, misfit, region) if study.invert.posterior else None,
         "sentences": [identifiability(source, profiles, shown)],
     }
@@ -70,6 +97,23 @@ def _natural(coding: Coding, j: int, coded: Sequence[float]) -> list[float]:
 def _shown(study: Study, name: str, ends: Sequence[float]) -> str:
     unit = study.factor(name).unit
     return f"{ends[0]:.4g} to {ends[1]:.4g}" + ("" if unit == "1" else f" {unit}")
+
+
+def _unseen(study: Study, coding: Coding, direction: Array) -> str:
+    """Say what moves together along a direction that no measurement sees, in natural units.
+
+    The largest part moves by one half step; parts below a twentieth of it are left out.
+    """
+    from stemcal.doe.profile import moved_together
+
+    steps = [value * half for value, half in zip(moved_together(direction), coding.half_step, strict=True)]
+    units = [study.factor(name).unit for name in coding.names]
+    moves = [
+        f"{name} {step:+.3g}{'' if unit == '1' else f' {unit}'}".replace("-", "−")
+        for name, step, unit in zip(coding.names, steps, units, strict=True)
+        if step != 0.0
+    ]
+    return f"Not seen: {' with '.join(moves)} changes no measured response here (to first order)."
 
 
 def _curve(coding: Coding, j: int, profile: Profile) -> dict[str, Any]:

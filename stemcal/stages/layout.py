@@ -27,6 +27,7 @@ class Design:
     coding: Coding
     coded: Array
     levels: tuple[Mapping[str, float], ...]
+    blocks: tuple[str, ...] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -58,13 +59,15 @@ def screening_design(study: Study, solver: Solver) -> Design:
 
 def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
     """Return the design of the spec over the named factors, or the rows the solver has."""
-    from stemcal.doe.designs import surface_runs
+    from stemcal.doe.designs import surface_blocks, surface_runs
 
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
-        coded = surface_runs(len(names), surface_options(study))
-        return Design("rsm", study.rsm.design, coding, coded, _levels(study, coding, coded))
+        options = surface_options(study)
+        coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
+        levels = _levels(study, coding, coded)
+        return Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
 
 
@@ -96,7 +99,17 @@ def surface_options(study: Study) -> SurfaceOptions:
     from stemcal.doe.designs import SurfaceOptions
 
     rsm = study.rsm
-    return SurfaceOptions(rsm.design, rsm.centre_points, rsm.alpha, rsm.core, rsm.runs, rsm.seed, rsm.extra_runs)
+    return SurfaceOptions(
+        rsm.design,
+        rsm.centre_points,
+        rsm.alpha,
+        rsm.core,
+        rsm.runs,
+        rsm.seed,
+        rsm.extra_runs,
+        rsm.blocks == "orthogonal",
+        rsm.axial,
+    )
 
 
 def surface_factors(study: Study, solver: Solver, screening: Mapping[str, Any] | None) -> tuple[list[str], list[str]]:

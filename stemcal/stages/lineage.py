@@ -30,6 +30,11 @@ _OPTIONS = {
     "validate": ("targets",),
     "audit": ("targets", "published", "loading"),
 }
+# Keys that earlier versions did not know, and what they hold where nobody uses them: then they are no input, so that
+# stage files of those versions stay fresh.
+_UNUSED_RSM = {"axial": None, "blocks": "none", "weights": "equal", "inestimable": "refuse"}
+_UNUSED_INVERT = {"responses": ["force"]}
+_UNUSED_TARGET = {"travel": None, "travel_sd": None, "work": None, "work_sd": None}
 
 
 def stage_before(study: Study, stage: str) -> str | None:
@@ -45,11 +50,12 @@ def stage_before(study: Study, stage: str) -> str | None:
 
 def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, str]:
     """Return the hash of each thing that a stage is made from."""
-    dump = study.model_dump(mode="json")
+    dump = _used_options(study)
     parts: dict[str, Any] = {"factors": dump["factors"], "calibrate_at": dump["targets"]["calibrate_at"]}
     parts |= {name: dump[name] for name in _OPTIONS[stage]}
     if stage == "rsm" and study.joint_targets:
         parts["diameters"] = [target.diameter for target in study.joint_targets]
+        parts |= {"responses": dump["invert"]["responses"]} if "responses" in dump["invert"] else {}
     if stage == "audit":
         parts["published"] = dump["published"]
     elif stage == "invert":
@@ -59,6 +65,26 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     if (before := stage_before(study, stage)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {name: digest(part)[:_SHORT] for name, part in parts.items()}
+
+
+def _used_options(study: Study) -> dict[str, Any]:
+    dump = study.model_dump(mode="json")
+    targets = dump["targets"]
+    return {
+        **dump,
+        "rsm": _without(dump["rsm"], _UNUSED_RSM),
+        "invert": _without(dump["invert"], _UNUSED_INVERT),
+        "targets": {**targets, "forces": [_without(target, _UNUSED_TARGET) for target in targets["forces"]]},
+    }
+
+
+def _without(options: Mapping[str, Any], unused: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out the options that hold what they hold when nobody uses them.
+
+    >>> _without({"alpha": "face", "axial": None}, {"axial": None})
+    {'alpha': 'face'}
+    """
+    return {name: value for name, value in options.items() if name not in unused or value != unused[name]}
 
 
 def _solver_parts(study: Study, solver: Solver, stage: str) -> dict[str, Any]:

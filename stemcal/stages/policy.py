@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.errors import RunsFailed
+from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import RunsOptions
 
@@ -29,8 +30,9 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
 
 
 def judged(answer: Answer, policy: RunsOptions) -> Answer:
-    """Return the answer as the spec wants it counted; long lists of details are left in the record."""
+    """Return the answer as the spec wants it counted; of long lists only what they come to leaves the record."""
     details = {name: value for name, value in answer.details.items() if not isinstance(value, list | dict)}
+    details |= measures(answer.details)
     if is_censored(answer) and policy.censored == "fail":
         message = f"the force still rose when the stroke ended: it is at least {answer.force:g} N"
         return Answer("failed", None, CENSORED, message, details)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from stemcal.errors import RunsFailed, UsageError
-from stemcal.stages.stepping import Simulate
+from stemcal.errors import RunsFailed
+from stemcal.stages.stepping import Simulate, SimulateAt, at_one
 from stemcal.stages.turning import box_of, coding_of, surface_of
 from stemcal.study.model import RefineOptions, Study
 
@@ -19,15 +19,14 @@ if TYPE_CHECKING:
     from stemcal.doe.surface import Surface
 
 
-def close_loop(study: Study, rsm: Mapping[str, Any], invert: Mapping[str, Any], simulate: Simulate) -> dict[str, Any]:
+def close_loop(study: Study, rsm: Mapping[str, Any], invert: Mapping[str, Any], simulate: SimulateAt) -> dict[str, Any]:
     """Simulate at the solution, add the point, refit, step, until the tolerance or the budget is met.
 
     ``rows`` tells of every iteration; its ``how`` is ``solution`` (of the stage before), ``surface`` (the refitted
     one), ``bracket`` (between two simulated points) or ``back`` (half-way back from a run that failed).
     """
-    if study.joint_targets:
-        raise UsageError("refine: closes the loop at one diameter; remove invert.diameters, or refine, from the spec")
-    loop = _Loop(study, rsm, invert, simulate, study.refine or RefineOptions())
+    at_target = at_one(study.targets.calibrate_at, simulate)
+    loop = _Loop(study, rsm, invert, at_target, study.refine or RefineOptions())
     loop.run()
     return loop.as_dict()
 
@@ -90,7 +89,7 @@ class _Loop:
                 "step_radius": None if number == 1 else self.radius,
                 "predicted": guess.predicted,
                 "prediction_interval": guess.prediction_interval,
-                "inside_interval": _inside(force, guess.prediction_interval),
+                "inside_interval": inside(force, guess.prediction_interval),
                 "error_percent": None if force is None else 100.0 * (self.target - force) / self.target,
                 **entry,
             }
@@ -146,7 +145,8 @@ class _Loop:
         }
 
 
-def _inside(force: float | None, interval: tuple[float, float] | None) -> bool | None:
+def inside(force: float | None, interval: tuple[float, float] | None) -> bool | None:
+    """Whether a value lies in an interval; None where there is no value or no interval."""
     if force is None or interval is None:
         return None
     return interval[0] <= force <= interval[1]

@@ -24,10 +24,12 @@ def sign_remarks(study: Study, stage: Mapping[str, Any]) -> list[str]:
 
 
 def error_remark(stage: Mapping[str, Any]) -> str | None:
-    """Say what repeated runs tell, None if none is repeated.
+    """Say what repeated runs, or mesh phases within the runs, tell; None if there are neither.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal.
     """
+    if phases := max((run.get("phases", 1) for run in stage["design"]["runs"]), default=1) - 1:
+        return f"Every force is the mean over {phases + 1} places of the mesh; their scatter is the pure error."
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in stage["design"]["runs"]:
         if run["force"] is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
@@ -16,11 +16,26 @@ from stemcal.study.store import StudyFolder
 Simulate = Callable[[int, Mapping[str, float]], dict[str, Any]]
 """Row (from 0) and levels → a run's entry: force, status, reason, message, key."""
 
+SimulateAt = Callable[[int, Mapping[str, float], Sequence[float]], list[dict[str, Any]]]
+"""The same at several diameters, an entry for each."""
+
 
 def simulating(
     stage: str, study: Study, solver: Solver, folder: StudyFolder, executor: Executor, watch: Watch
 ) -> Simulate:
-    """Return what simulates one point at the calibration diameter.
+    """Return what simulates one point at the calibration diameter; raises as `simulating_at` does."""
+    return at_one(study.targets.calibrate_at, simulating_at(stage, study, solver, folder, executor, watch))
+
+
+def at_one(diameter: float, simulate: SimulateAt) -> Simulate:
+    """Simulate always at the same diameter."""
+    return lambda row, levels: simulate(row, levels, [diameter])[0]
+
+
+def simulating_at(
+    stage: str, study: Study, solver: Solver, folder: StudyFolder, executor: Executor, watch: Watch
+) -> SimulateAt:
+    """Return what simulates one point at several diameters.
 
     Raises
     ------
@@ -31,9 +46,9 @@ def simulating(
         raise UsageError(f"{stage}: a table answers only what it holds; this needs a solver that can simulate")
     policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
 
-    def simulate(row: int, levels: Mapping[str, float]) -> dict[str, Any]:
-        request = Request(stage, row, levels, study.targets.calibrate_at)
-        (answer,) = answer_all([request], solver, folder, executor, watch, policy)
-        return run_entry(request, answer, solver)
+    def simulate(row: int, levels: Mapping[str, float], diameters: Sequence[float]) -> list[dict[str, Any]]:
+        requests = [Request(stage, row, levels, diameter) for diameter in diameters]
+        answers = answer_all(requests, solver, folder, executor, watch, policy)
+        return [run_entry(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
 
     return simulate

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.layout import Design, design_radius
+from stemcal.stages.turning import circumstances
 from stemcal.study.model import Study
 
 if TYPE_CHECKING:
@@ -15,17 +16,21 @@ _RIDGE_POINTS = 5
 _MOST_RUNS = 150  # beyond this a Gaussian process takes longer than it is worth
 
 
-def fit_terms(study: Study, design: Design, forces: Sequence[float]) -> tuple[Surface, dict[str, Any], list[str]]:
-    """Fit the surface as the spec asks; returns it, what the stage tells beside it, and notes."""
+def fit_terms(
+    study: Study, design: Design, runs: Sequence[Mapping[str, Any]]
+) -> tuple[Surface, dict[str, Any], list[str]]:
+    """Fit the surface to runs as the spec asks; returns it, what the stage tells beside it, and notes."""
     from stemcal.doe.reduction import reduce_surface
     from stemcal.doe.surface import fit_surface
 
-    rsm = study.rsm
-    whole = fit_surface(design.coded, forces, design.names)
+    rsm, known = study.rsm, circumstances(runs, runs, "force")
+    forces = [float("nan") if run["force"] is None else run["force"] for run in runs]
+    told, drop = {"inestimable": rsm.inestimable, "weights": rsm.weights}, rsm.inestimable == "drop"
     if rsm.reduce == "none":
-        return whole, {}, []
-    reduced = reduce_surface(design.coded, forces, design.names, rsm.reduce, rsm.reduce_alpha)
-    return reduced.surface, {"reduction": reduced.as_dict()}, [reduced.describe()]
+        whole = fit_surface(design.coded, forces, design.names, drop=drop, **known)
+        return whole, told, []
+    reduced = reduce_surface(design.coded, forces, design.names, rsm.reduce, rsm.reduce_alpha, **known, drop=drop)
+    return reduced.surface, {**told, "reduction": reduced.as_dict()}, [reduced.describe()]
 
 
 def beside(study: Study, design: Design, surface: Surface) -> tuple[dict[str, Any], list[str]]:

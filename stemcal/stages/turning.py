@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stemcal.stages.certainty import certainty, misfit_over
+from stemcal.stages.certainty import Measured, certainty, misfit_over
 from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     from stemcal.doe.coding import Coding
     from stemcal.doe.regression import Array
     from stemcal.doe.surface import Surface
+    from stemcal.doe.within import Within
 
 
 def solve(study: Study, stage: Mapping[str, Any]) -> dict[str, Any]:
@@ -25,7 +26,8 @@ def solve(study: Study, stage: Mapping[str, Any]) -> dict[str, Any]:
     result = solve_target(surface, target.force, low, high, stage["radius"], study.invert.rule)
     found = result.as_dict(coding)
     region = Region(low, high, stage["radius"])
-    sure = certainty(study, coding, misfit_over([target], [surface]), region, f"{target.diameter:g} mm alone")
+    misfit = misfit_over([Measured(target.diameter, "force", target.force, target.sd, target.n)], [surface])
+    sure = certainty(study, coding, misfit, region, f"{target.diameter:g} mm alone")
     return {
         **found,
         "certainty": sure,
@@ -66,17 +68,68 @@ def surface_of(stage: Mapping[str, Any], further: Sequence[tuple[Array, float]] 
 
 
 def surface_through(
-    stage: Mapping[str, Any], forces: Sequence[Mapping[str, Any]], further: Sequence[tuple[Array, float]] = ()
+    stage: Mapping[str, Any],
+    answered: Sequence[Mapping[str, Any]],
+    further: Sequence[tuple[Array, float]] = (),
+    response: str = "force",
 ) -> Surface:
-    """Fit a surface to the design of a stage file with the forces of these runs, in the design's order."""
+    """Fit a surface to the design of a stage file with a response of these runs, in the design's order."""
     from stemcal.doe.surface import fit_surface
 
     names, runs = stage["names"], stage["design"]["runs"]
     coded = [[run["coded"][name] for name in names] for run in runs]
     coded += [point.tolist() for point, _ in further]
-    response = [float("nan") if run["force"] is None else run["force"] for run in forces]
+    known = circumstances(runs, answered, response, len(further))
+    values = [float("nan") if run.get(response) is None else run[response] for run in answered]
     terms = [row["term"] for row in stage["coefficients"]]
-    return fit_surface(coded, response + [force for _, force in further], names, terms)
+    drop = stage.get("inestimable") == "drop"
+    return fit_surface(coded, values + [value for _, value in further], names, terms, drop=drop, **known)
+
+
+def circumstances(
+    design: Sequence[Mapping[str, Any]], answered: Sequence[Mapping[str, Any]], response: str, further: int = 0
+) -> dict[str, Any]:
+    """Return the blocks, weights and scatter of runs as `fit_surface` takes them.
+
+    Points added later count to the last block, with the mean weight; their scatter is not counted.
+    """
+    known: dict[str, Any] = {}
+    if any("block" in run for run in design):
+        labels = [run.get("block", "") for run in design]
+        known["blocks"] = labels + [labels[-1]] * further
+    if response == "force" and any("weight" in run for run in answered):
+        known["weights"] = [run.get("weight", 1.0) for run in answered] + [1.0] * further
+    if response == "force" and any("sd" in run for run in answered):
+        known["within"] = _within([*answered, *({} for _ in range(further))])
+    return known
+
+
+def _within(runs: Sequence[Mapping[str, Any]]) -> Within:
+    import numpy as np
+
+    from stemcal.doe.within import Within
+
+    most = max(run.get("phases", 0) for run in runs)
+    empty = [np.nan] * most
+    forces = [run.get("phase_forces", empty) for run in runs]
+    same = all(len(values) == most for values in forces)
+    return Within(
+        np.array([run.get("sd", np.nan) for run in runs]),
+        np.array([run.get("phases", 0) for run in runs]),
+        np.array(forces, dtype=float) if same else None,
+    )
+
+
+def weighed(study: Study, runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Add to the runs the weight that their scatter over mesh phases gives them, if the spec asks for it."""
+    if study.rsm.weights != "phases":
+        return runs
+    import numpy as np
+
+    from stemcal.doe.within import moderated_weights
+
+    weights = moderated_weights([run.get("sd", np.nan) for run in runs], [run.get("phases", 0) for run in runs])
+    return [{**run, "weight": float(weight)} for run, weight in zip(runs, weights, strict=True)]
 
 
 def coding_of(stage: Mapping[str, Any]) -> Coding:

@@ -28,6 +28,12 @@ def complain(message: str, remedy: str = "") -> PydanticCustomError:
     return PydanticCustomError("stemcal", "{message}", {"message": message, "remedy": remedy})
 
 
+def _spellings(unit: str) -> str:
+    """Return a pattern of the ways to write a unit: µm for um, kg/m³ or kg/m^3 for kg/m3, ° for deg."""
+    pattern = re.escape(unit).replace("um", "[uµμ]m").replace("deg", "(?:deg|°)")
+    return re.sub(r"(?<=[a-z])([23])", lambda m: rf"\^?[{m[1]}{'²³'[int(m[1]) - 2]}]", pattern)
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A number with a unit, held in internal units. Bounds are in internal units too."""
@@ -41,7 +47,7 @@ class Quantity:
         return core_schema.with_info_before_validator_function(self.read, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> dict[str, Any]:
-        names = "|".join(re.escape(name) for name in units.units_of(self.dimension))
+        names = "|".join(_spellings(name) for name in units.units_of(self.dimension))
         example = f"1 {units.INTERNAL[self.dimension]}"
         return {"type": "string", "pattern": f"^{_NUMBER} *({names})$", "examples": [example]}
 

@@ -47,6 +47,7 @@ Size = Annotated[float, Quantity("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
 Time = Annotated[float, Quantity("time", above=0)]
 Force = Annotated[float, Quantity("force", above=0)]
+Work = Annotated[float, Quantity("energy", above=0)]
 
 
 class _Frozen(BaseModel):
@@ -196,12 +197,19 @@ class TableSolver:
 
 
 class Target(_Frozen):
-    """The measured maximum force at one stem diameter."""
+    """The measured maximum force at one stem diameter, with its standard deviation over n specimens.
+
+    `travel` is how far the blade has come from first touch to that maximum, `work` what it has done by then.
+    """
 
     diameter: Size
     force: Force
     sd: Annotated[float, Quantity("force", at_least=0)] | None = None
     n: Annotated[Whole, Field(ge=1)] | None = None
+    travel: Size | None = None
+    travel_sd: SizeOrZero | None = None
+    work: Work | None = None
+    work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
 
 
 class Targets(_Frozen):
@@ -251,11 +259,31 @@ def _axial_distance(given: Any) -> Any:
     raise complain(f"{shown} is no axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
 
 
+def _batches(given: Any) -> Any:
+    for count in given if isinstance(given, list | tuple) and 1 <= len(given) <= 20 else [given]:
+        if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= 200:
+            remedy = "write a whole number up to 200, or a list of them"
+            raise complain(f"{str(count)[:60]} is no number of runs", remedy)
+    return given
+
+
+ExtraRuns = Annotated[
+    int | tuple[int, ...],
+    BeforeValidator(_batches),
+    WithJsonSchema(
+        {"anyOf": [{"type": "integer", "minimum": 0}, {"type": "array", "items": {"type": "integer", "minimum": 0}}]}
+    ),
+]
+
+
 class RsmOptions(_Frozen):
     """The design behind the response surface, and the terms that are fitted.
 
     `core` chooses the corners of a composite with five factors or more, `runs` and `seed` belong to the
-    space-filling designs, `extra_runs` are added where they teach most (D-optimal).
+    space-filling designs. `extra_runs` are added where they teach most (D-optimal; a list adds one batch after the
+    other), `axial` adds axial points at that coded distance. `blocks` splits a composite into two orthogonal blocks,
+    `weights` lets runs of small scatter over mesh phases count more, `inestimable` says what becomes of terms that
+    failed runs have made so.
     """
 
     design: Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol"] = (
@@ -276,20 +304,45 @@ class RsmOptions(_Frozen):
     core: Literal["full", "fractional"] = "full"
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
-    extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
+    extra_runs: ExtraRuns = 0
+    axial: Annotated[Number, Field(gt=0, le=100)] | None = None
+    blocks: Literal["none", "orthogonal"] = "none"
+    weights: Literal["equal", "phases"] = "equal"
+    inestimable: Literal["refuse", "drop"] = "refuse"
     reduce: Literal["none", "backward", "forward", "aicc"] = "none"
     reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
     coding: dict[str, CodingEntry] = {}
 
 
+ResponseName = Literal["force", "travel", "work"]
+
+
+def _all_or_responses(given: Any) -> Any:
+    known = get_args(ResponseName)
+    if given == "all":
+        return known
+    if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
+        raise complain("should be 'all' or a list of responses", f"choose among {', '.join(known)}")
+    return given
+
+
+Responses = Annotated[
+    tuple[ResponseName, ...],
+    BeforeValidator(_all_or_responses),
+    WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"enum": list(get_args(ResponseName))}}]}),
+]
+
+
 class InvertOptions(_Frozen):
     """Which of the points that give the target is called the solution; with `diameters`, the joint fit over them.
 
+    `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
     `posterior` adds samples of what the measured forces leave possible (needs emcee).
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
     diameters: Literal["all"] | Annotated[tuple[Size, ...], Field(min_length=1)] | None = None
+    responses: Responses = ("force",)
     posterior: Annotated[bool, Field(strict=True)] = False
 
 
@@ -400,9 +453,9 @@ class Study(StudyForm):
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:
-        """The targets that the parameters are fitted to together; empty if `invert.diameters` is not given."""
+        """The targets that the parameters are fitted to together; empty if one force alone is."""
         wanted = self.invert.diameters
         if wanted is None:
-            return ()
+            return (self.calibration_target,) if len(self.invert.responses) > 1 else ()
         forces = self.targets.forces
         return tuple(t for t in forces if wanted == "all" or any(abs(t.diameter - d) < 1e-6 for d in wanted))

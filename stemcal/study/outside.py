@@ -8,7 +8,17 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstr
 
 from stemcal.study.fields import Number, Quantity, SpecFile, Whole, complain
 
-__all__ = ["CommandSolver", "CsvResult", "JsonResult", "LsDynaSolver", "RegexResult", "ResultReader"]
+__all__ = [
+    "CalculixResult",
+    "CommandSolver",
+    "CsvResult",
+    "JsonResult",
+    "LsDynaSolver",
+    "ProgramOptions",
+    "RcforcResult",
+    "RegexResult",
+    "ResultReader",
+]
 
 MOST_FILES = 100
 
@@ -101,10 +111,46 @@ class RegexResult(_Result):
     pattern: Pattern
 
 
-ResultReader = Annotated[JsonResult | CsvResult | RegexResult, Field(discriminator="kind")]
+class RcforcResult(_Result):
+    """The force of a contact over time in LS-DYNA's ASCII ``rcforc``, turned so that its peak is positive."""
+
+    kind: Literal["rcforc"]
+    file: RunFile = "rcforc"
+    interface: Annotated[Whole, Field(ge=1)] = 1
+    component: Literal["x", "y", "z"] = "z"
 
 
-class CommandSolver(_Frozen):
+class CalculixResult(_Result):
+    """What CalculiX has printed into its ``.dat`` for a set, over time: ``*NODE PRINT, NSET=TIP`` and ``RF``, say.
+
+    `quantity` and `component` are called as there: ``forces`` and ``fz``, ``displacements`` and ``vx``, ``total
+    force``. Forces are summed over the set; of other quantities `node` chooses one row of it.
+    """
+
+    kind: Literal["calculix"]
+    set: Text
+    quantity: Text = "forces"
+    component: Text
+    node: Annotated[Whole, Field(ge=1)] | None = None
+
+
+ResultReader = Annotated[
+    JsonResult | CsvResult | RegexResult | RcforcResult | CalculixResult, Field(discriminator="kind")
+]
+
+
+class ProgramOptions(_Frozen):
+    """What is said of every program that answers in place of the embedded solver."""
+
+    command: Command
+    environment: Environment = {}
+    time_limit: TimeLimit = 3600.0
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
+    keep: Literal["failed", "all"] = "failed"
+
+
+class CommandSolver(ProgramOptions):
     """Any program that reads text files and leaves its result in one.
 
     In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
@@ -115,14 +161,8 @@ class CommandSolver(_Frozen):
     """
 
     kind: Literal["command"] = "command"
-    command: Command
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    environment: Environment = {}
-    time_limit: TimeLimit = 3600.0
     result: ResultReader
-    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
-    keep: Literal["failed", "all"] = "failed"
 
 
 class DeckHourglass(_Frozen):
@@ -139,7 +179,7 @@ class DeckAt(_Frozen):
     deck: SpecFile
 
 
-class LsDynaSolver(_Frozen):
+class LsDynaSolver(ProgramOptions):
     """LS-DYNA, run on a deck that stemcal writes, or on the user's own `deck` with the stem's MAT_003 replaced.
 
     A deck of the user's is of one stem: `deck` of that at the calibration diameter, `decks` of others.
@@ -150,12 +190,9 @@ class LsDynaSolver(_Frozen):
     """
 
     kind: Literal["lsdyna"] = "lsdyna"
-    command: Command
-    environment: Environment = {}
     time_limit: TimeLimit = 86400.0
     deck: SpecFile | None = None
     decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
-    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     material: Annotated[Whole, Field(ge=1)] | None = None
     interface: Annotated[Whole, Field(ge=1)] = 1
     component: Literal["x", "y", "z"] = "z"
@@ -167,5 +204,3 @@ class LsDynaSolver(_Frozen):
     mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
     time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.8
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
-    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
-    keep: Literal["failed", "all"] = "failed"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.study.draft import Draft, Finding
-from stemcal.study.outside import CommandSolver, LsDynaSolver
+from stemcal.study.outside import CommandSolver, CsvResult, JsonResult, LsDynaSolver, RegexResult, ResultReader
 from stemcal.study.placeholders import DIAMETER, placeholders, template_bytes
 from stemcal.study.strict_yaml import NodePath
 from stemcal.study.suggest import did_you_mean
@@ -82,10 +82,17 @@ def reduction_has_what_it_needs(draft: Draft) -> Iterator[Finding]:
         yield Finding(("solver", "result"), "reduction at needs a place", "add at: 2.5")
     if result.reduction == "mean_over" and (result.over is None or result.over[0] > result.over[1]):
         yield Finding(("solver", "result"), "reduction mean_over needs a range", "add over: [0, 1]")
-    along = "(?P<x>" in result.pattern if result.kind == "regex" else result.along is not None
+    along = _has_abscissa(result)
     if result.reduction in ("at", "mean_over", "work") and not along:
         remedy = "add a group (?P<x>…)" if result.kind == "regex" else "add along: NAME"
         yield Finding(("solver", "result"), f"reduction {result.reduction} needs what it is plotted along", remedy)
+
+
+def _has_abscissa(result: ResultReader) -> bool:
+    """Whether a reader knows what its numbers are plotted along; named readers do."""
+    if isinstance(result, RegexResult):
+        return "(?P<x>" in result.pattern
+    return result.along is not None if isinstance(result, JsonResult | CsvResult) else True
 
 
 def command_names_deck(draft: Draft) -> Iterator[Finding]:

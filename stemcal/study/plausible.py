@@ -20,12 +20,17 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("blade", "width"): (1, 500, "mm"),
     ("blade", "thickness"): (0.1, 50, "mm"),
     ("blade", "edge_angle"): (5, 120, "deg"),
-    ("blade", "edge_radius"): (0, 2, "mm"),
+    ("blade", "edge_radius"): (1e-3, 2, "mm"),
     ("supports", "clearance"): (0.1, 500, "mm"),
+    ("supports", "fillet_radius"): (0.01, 50, "mm"),
     ("loading", "speed"): (0.01, 1e5, "mm/s"),
     ("loading", "duration"): (1e-5, 1000, "s"),
     ("loading", "gap"): (0, 10, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),
+    ("solver", "failure_length"): (0.01, 50, "mm"),
+    ("solver", "filter_window"): (1e-5, 1, "s"),
+    ("solver", "time_limit"): (1, 1e7, "s"),
+    ("runs", "time_limit"): (0.1, 1e7, "s"),
 }
 
 
@@ -37,7 +42,7 @@ def doubts(study: Study) -> list[Finding]:
 def _sizes(study: Study) -> Iterator[Finding]:
     for path, (low, high, unit) in _RANGES.items():
         value = getattr(getattr(study, path[0]), path[1], None)
-        if value is not None:
+        if value:  # none, or none of it, is no slip
             yield from _doubt(path, value, low, high, unit)
 
 
@@ -46,6 +51,14 @@ def _targets(study: Study) -> Iterator[Finding]:
         path = ("targets", "forces", index)
         yield from _doubt((*path, "diameter"), target.diameter, 1, 100, "mm")
         yield from _doubt((*path, "force"), target.force, 1, 1e5, "N")
+        for name in ("sd", "travel_sd", "work_sd"):
+            if getattr(target, name) == 0.0:
+                message = "a scatter of none gives this mean nearly all the weight of a joint fit"
+                yield Finding((*path, name), message, "leave it out if it is not known")
+        way = study.loading.speed * study.loading.duration - study.loading.gap
+        if target.travel is not None and target.travel > way:
+            message = f"{target.travel:g} mm is more than the {way:.3g} mm that the simulated blade travels"
+            yield Finding((*path, "travel"), message, "lengthen loading.duration")
 
 
 def _materials(study: Study) -> Iterator[Finding]:

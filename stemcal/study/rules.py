@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 from stemcal.study.draft import Draft, Finding
 from stemcal.study.factor_rules import FACTOR_RULES
-from stemcal.study.model import RsmOptions
+from stemcal.study.model import RsmOptions, Target
 from stemcal.study.outside_rules import OUTSIDE_RULES
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.suggest import did_you_mean, listed
@@ -157,6 +157,16 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "runs"), message, "leave it out or write design: " + " or ".join(SPACE_FILLING))
 
 
+def surface_weights_known(draft: Draft) -> Iterator[Finding]:
+    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set."""
+    rsm = draft.rsm
+    if rsm and rsm.weights == "phases" and not (draft.embedded and draft.embedded.phases > 1):
+        yield Finding(("rsm", "weights"), "the solver gives no scatter over mesh phases", "write solver.phases: 4")
+    if rsm and rsm.blocks == "orthogonal" and (rsm.design != "central-composite" or rsm.alpha != "rotatable"):
+        message = "orthogonal blocks are those of a central composite and set its alpha themselves"
+        yield Finding(("rsm", "blocks"), message, "write design: central-composite and leave alpha out")
+
+
 def coding_fits(draft: Draft) -> Iterator[Finding]:
     """`rsm.coding` belongs to factors, lies within their ranges and keeps the corners physical."""
     if draft.rsm is None:
@@ -208,6 +218,31 @@ def joint_diameters_measured(draft: Draft) -> Iterator[Finding]:
             yield Finding(("invert", "diameters", index), message, "add its force to targets, or remove it here")
 
 
+def responses_measured(draft: Draft) -> Iterator[Finding]:
+    """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
+    if draft.invert is None or draft.targets is None or draft.invert.responses == ("force",):
+        return
+    path, names = ("invert", "responses"), draft.invert.responses
+    if draft.solver and draft.solver.kind != "embedded":
+        yield Finding(path, f"solver {draft.solver.kind} answers with a force only", "remove it")
+    if "force" not in names or len(set(names)) < len(names):
+        message = f"{', '.join(names)}: the force belongs there, and each once"
+        yield Finding(path, message, "write [force, travel, work]")
+    for name in names:
+        yield from _weighed(draft.targets.forces, name)
+
+
+def _weighed(targets: tuple[Target, ...], name: str) -> Iterator[Finding]:
+    """Demand a value and a standard deviation of a response at one diameter at least."""
+    sd = "sd" if name == "force" else f"{name}_sd"
+    given = [target for target in targets if getattr(target, name) is not None]
+    if not given:
+        yield Finding(("invert", "responses"), f"no {name} is given in targets.forces", "add it, or remove it here")
+    elif all(getattr(target, sd) is None for target in given):
+        message = f"{name} has no {sd} at any diameter: there is nothing to weigh it by"
+        yield Finding(("invert", "responses"), message, f"add {sd} to a target")
+
+
 def claims_known(draft: Draft) -> Iterator[Finding]:
     """A printed claim is about a number that the audit computes."""
     for name in draft.published.claims if draft.published else ():
@@ -237,10 +272,12 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface_factors_exist,
     surface_design_takes_factors,
     runs_are_used,
+    surface_weights_known,
     coding_fits,
     published_factors_exist,
     claims_known,
     joint_diameters_measured,
+    responses_measured,
     table_answers_something,
     *OUTSIDE_RULES,
 )

@@ -11,7 +11,7 @@ from stemcal.study.strict_yaml import NodePath
 __all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_with"]
 
 SOLVER_KINDS = ("embedded", "table", "command", "lsdyna")
-RESULT_KINDS = ("json", "csv", "regex")
+RESULT_KINDS = ("json", "csv", "regex", "rcforc", "calculix")
 
 
 def json_schema() -> dict[str, Any]:

@@ -151,7 +151,8 @@ solver:
   filter_window: 10 ms             # low-pass filter of the force; 0 s = none
 
 # Measured maximum shear forces with n specimens each. Parameters are fitted at calibrate_at,
-# the other diameters check them. sd (standard deviation) may be given beside n.
+# the other diameters check them. sd (standard deviation) may be given beside n, and so may what else was measured:
+# travel: 1.2 mm, travel_sd (of the blade, from first touch to the maximum), work: 90 mJ, work_sd (done by then).
 targets:
   calibrate_at: 8 mm
   forces:
@@ -177,7 +178,10 @@ screen:
 # box-behnken (3 to 7 factors) | full-factorial (three levels) | latin-hypercube | sobol (with runs and seed).
 # alpha: how far the axial points lie out: rotatable | face | spherical | orthogonal | practical | a number, in
 # half steps. core: full | fractional (fewer corners, from five factors on).
-# extra_runs: further runs where they teach most. reduce: none | backward | forward | aicc leaves terms out.
+# extra_runs: further runs where they teach most (a list: batch after batch). axial: 1 adds axial points at that
+# distance. blocks: orthogonal splits a composite into corners and axial points, each block with a level of its own.
+# weights: phases lets runs of small scatter over solver.phases count more. inestimable: drop leaves out terms that
+# failed runs have made so, in place of refusing the fit. reduce: none | backward | forward | aicc leaves terms out.
 # coding: what coded 0 and +1 mean, in the factor's unit; used for factors that enter, others get theirs
 # from low and high.
 rsm:
@@ -194,7 +198,8 @@ rsm:
 # Stage 3: many parameter sets give the target force. rule says which of them is called the solution:
 # least_coded_distance (nearest to the centre) | least_prediction_variance | others_at_centre
 # diameters: all (or a list of them) fits the parameters to several diameters at once; the design of stage 2 is
-# then run at each. posterior: true adds samples of what the measured forces leave possible.
+# then run at each. responses: all (or a list of force, travel, work) fits these together, each with a surface of
+# its own, weighted by the measured scatter. posterior: true adds samples of what the measured forces leave possible.
 invert:
   rule: least_coded_distance
 

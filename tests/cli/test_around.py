@@ -85,7 +85,7 @@ def test_report_writes_figures_once(done: Path) -> None:
     assert command("report", REPLAY, "--out", done).exit_code == 0
     figures = done / "figures"
     assert {path.suffix for path in figures.iterdir()} == {".svg", ".png", ".txt"}
-    assert len(list(figures.glob("*.png"))) == 13
+    assert len(list(figures.glob("*.png"))) == 16
     (figures / "pareto.png").unlink()
     before = (figures / "residuals.png").stat().st_mtime_ns
     assert command("report", REPLAY, "--out", done).exit_code == 0
@@ -98,6 +98,18 @@ def test_schema(tmp_path: Path) -> None:
     path = tmp_path / "stemcal.schema.json"
     assert command("schema", "--out", path).exit_code == 0
     assert json.loads(path.read_text("utf-8")) == found
+
+
+def test_first_files_go_where_they_are_told(tmp_path: Path) -> None:
+    """A folder that is not there is made; one that cannot be made is named, without talk of runs."""
+    result = command("init", tmp_path / "new" / "my stems")
+    assert result.exit_code == 0
+    assert f'stemcal check "{tmp_path / "new" / "my stems.yaml"}"' in " ".join(result.stderr.split())
+    assert command("schema", "--out", tmp_path / "deep" / "er" / "s.json").exit_code == 0
+    (tmp_path / "file").write_text("")
+    for refused in (command("init", tmp_path / "file" / "x"), command("schema", "--out", tmp_path / "file" / "x")):
+        assert refused.exit_code == 2
+        assert "choose another" in refused.stderr and "finished runs" not in refused.stderr
 
 
 def test_explain() -> None:

@@ -26,24 +26,6 @@ def test_sparkline_rises_to_a_full_block() -> None:
     assert sparkline([0.0, 0.0]) == "  "
 
 
-def test_live_force_is_shown_only_to_someone() -> None:
-    from stemcal.cli.simulate import live
-
-    class Status:
-        text = ""
-
-        def update(self, text: str) -> None:
-            self.text = text
-
-    status = Status()
-    watch = live(status)
-    assert watch is not None
-    watch(0.1, 50.0)
-    watch(0.2, 100.0)
-    assert status.text.startswith("0.20 mm, 100 N")
-    assert live(None) is None
-
-
 def test_nothing_to_draw() -> None:
     assert sketch([], []) == "no force to draw"
     assert sketch([0.0, 1.0], [0.0, 0.0]) == "no force to draw"

@@ -141,5 +141,6 @@ def test_init_writes_a_right_spec_and_never_overwrites(tmp_path: Path) -> None:
     assert again.returncode == 2
     assert "exists already" in again.stderr
     assert path.read_bytes() == text
-    assert process(tmp_path, "init", "no/such/folder").returncode in (1, 2)
+    assert process(tmp_path, "init", "new/folder/rape").returncode == 0
+    assert process(tmp_path, "check", "new/folder/rape.yaml").returncode == 0
     assert process(tmp_path, "init", "con").returncode == 2

@@ -12,7 +12,6 @@ from stemcal.doe.canonical import analyse_shape, ridge_path
 from stemcal.doe.coding import Coding
 from stemcal.doe.factorial import fraction, full_factorial
 from stemcal.doe.lenth import lenth
-from stemcal.doe.plackett_burman import cyclic_design
 from stemcal.doe.printed import agrees
 from stemcal.doe.reduction import reduce_surface
 from stemcal.doe.screening import analyse_screening
@@ -37,6 +36,7 @@ def cells_agree(surface, printed):
 def chem_react():
     """R package rsm (R. V. Lenth, J. Stat. Software 32(7), 2009), data ChemReact: a composite in two blocks.
 
+    The numbers are those of its vignette "Response-Surface Methods in R, Using rsm", model CR.rsm2.
     From R. H. Myers, D. C. Montgomery and C. M. Anderson-Cook, Response Surface Methodology, table 7.6.
     """
     time = [80, 80, 90, 90, 85, 85, 85, 85, 85, 85, 92.07, 77.93, 85, 85]
@@ -93,8 +93,9 @@ def test_chem_react_canonical_analysis_as_rsm_prints_it(chem_react):
 
 
 def test_box_behnken_of_myers_and_montgomery():
-    """Myers and Montgomery, Response Surface Methodology, 2nd ed. (2002), example 7.5: viscosity of a resin.
+    """Myers and Montgomery, Response Surface Methodology, 2nd ed. (2002), example 7.5, p. 347: viscosity of a resin.
 
+    Reprinted among ReliaWiki's reference examples, "Box Behnken RSM".
     Their sum of squares of BC has F 1.22 beside 12.25/10.25 = 1.195, and p 0.3241: F is misprinted.
     """
     viscosity = [53, 58, 59, 56, 64, 45, 35, 60, 59, 64, 53, 65, 65, 59, 62]
@@ -187,9 +188,10 @@ FILTRATION = [45, 71, 48, 65, 68, 60, 80, 65, 43, 100, 45, 104, 75, 86, 70, 96]
 
 
 def test_half_fraction_of_the_filtration_rate():
-    """Montgomery, Design and Analysis of Experiments, example 8.1: the 2^(4−1) with I = ABCD of example 6.2.
+    """The 2^(4−1) with I = ABCD out of the filtration rate, as in Montgomery, Design and Analysis, example 8.1.
 
-    Printed estimates: A 19.00, B 1.50, C 14.00, D 16.50, AB −1.00, AC −18.50, AD 19.00.
+    The estimates are differences of means, not read from a page: A 19.00, B 1.50, C 14.00, D 16.50, AB −1.00,
+    AC −18.50, AD 19.00.
     """
     whole = full_factorial(4)
     half = fraction(4, 8).design()
@@ -228,7 +230,10 @@ def test_reduced_factorial_with_centre_points():
 
 
 def test_blocked_replicates_of_the_tool_life():
-    """Montgomery, problems 6.1 and 7.1: a 2³ factorial in three blocks, analysed with A, B, C, AC."""
+    """Montgomery, problems 6.1 and 7.1: a 2³ factorial in three blocks, analysed with A, B, C, AC.
+
+    The table is Design-Expert's in the solutions to the 8th edition (2012), section 7.1, every cell of it.
+    """
     life = [[22, 32, 35, 55, 44, 40, 60, 39], [31, 43, 34, 47, 45, 37, 50, 41], [25, 29, 50, 46, 38, 36, 54, 47]]
     design = np.vstack([full_factorial(3)] * 3)
     blocks = np.repeat([1, 2, 3], 8).tolist()
@@ -254,24 +259,6 @@ def test_first_order_design_with_centre_points():
     assert cells_agree(surface, {"Model": "3.14 2 1.57", "A": "2.89 1", "B": "0.25 1"}) == 7
     assert cells_agree(surface, {"Pure error": "0.20 3 0.067", "Cor total": "3.46 7"}) == 5
     assert [c.value for c in surface.coefficients] == pytest.approx([84.1, 0.85, 0.25])
-
-
-def test_plackett_burman_of_the_weld_repaired_castings():
-    """Hunter, Hodi and Eagar (1982), in Hamada and Wu, J. Quality Technology 24 (1992), 130–137.
-
-    The estimates of the seven factors and of the four free columns, as printed there; only F stands out.
-    """
-    generator = "++-+++---+-"
-    design = np.array([[1.0 if c == "+" else -1.0 for c in generator[i:] + generator[:i]] for i in range(11)])
-    design = np.vstack([design, -np.ones(11)])
-    life = [6.058, 4.733, 4.625, 5.899, 7.000, 5.752, 5.682, 6.607, 5.818, 5.917, 5.863, 4.809]
-    printed = ["0.326", "0.294", "-0.246", "-0.516", "0.150", "0.915", "0.183", "0.446", "0.453", "0.081", "-0.242"]
-    every = analyse_screening(design, life, [*"ABCDEFG", *"hijk"])
-    assert all(agrees(cell, effect.effect) for cell, effect in zip(printed, every.effects, strict=True))
-    result = analyse_screening(design[:, :7], life, list("ABCDEFG"))
-    assert result.ranked()[0].factor == "F"
-    assert round(result.ranked()[0].contribution_percent) == 45  # R² = 0.45 of F alone
-    assert {tuple(row) for row in design} == {tuple(row) for row in cyclic_design(11)}
 
 
 def test_box_cox_of_the_textile_experiment():

@@ -136,6 +136,36 @@ def test_where_the_diameter_comes_from(tmp_path: Path) -> None:
     assert [(s.diameter, s.grade) for s in found.specimens] == [(8.2, 8.0), (7.6, 8.0), (9.0, 9.0)]
 
 
+def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
+    """0, 10, 50, 90 N at 0, 0.1, 0.2, 0.3 mm from the last point below the preload: ∫F du = 0.5 + 3 + 7 = 10.5 mJ."""
+    from stemcal.study.spec import read_study
+
+    for name, most in (("a", 90.0), ("b", 110.0)):
+        curve_file(tmp_path / f"8mm-{name}.csv", [0.0, 10.0, 50.0, most, 20.0])
+    tests = measure_shear(find_files(tmp_path))
+    assert [s.curve.work_to_max for s in tests.specimens] == pytest.approx([10.5, 11.5])
+    (grade,) = tests.grades
+    assert (grade.travel.mean, grade.travel.sd) == pytest.approx((0.3, 0.0), abs=1e-12)
+    assert (grade.work.mean, grade.work.sd) == pytest.approx((11.0, 0.5**0.5))
+    section = targets_section(tests, travel_and_work=True)
+    assert "travel: 0.3 mm" in section and "work: 11 mJ, work_sd: 0.7071 mJ}" in section
+    assert max(map(len, section.splitlines())) <= 72
+    spec = DATA.parent / "smoke.yaml"
+    (target,) = read_study(with_targets(spec.read_text("utf-8"), section).encode(), spec).targets.forces
+    assert (target.work, target.work_sd, target.n) == (11.0, 0.7071, 2)
+
+
+def test_a_folder_of_workbooks_says_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "7mm-1.xlsx").write_bytes(b"PK")
+    with pytest.raises(UsageError, match=r"no files \*\.csv, .*; save its 1 workbooks as CSV"):
+        find_files(tmp_path)
+
+
+def test_files_are_sorted_by_number() -> None:
+    names = [path.stem for path in find_files(DATA / "measured-shear")]
+    assert (names[0], names[6], names[-1]) == ("7mm-1", "8mm-1", "11mm-6")
+
+
 def test_targets_replace_only_their_section() -> None:
     from stemcal.study.spec import read_study
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import csv
 import re
+import shutil
+import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from stemcal.report.export import _ascii_minus, export_tables, latex, markdown
+from stemcal.report.export import _ascii_minus, export_tables, markdown
+from stemcal.report.latex import latex
 from stemcal.report.paper import PaperTable, paper_tables
 
 NASTY = PaperTable(
@@ -85,6 +89,49 @@ def test_word_opens_again(tables: dict[int, PaperTable], tmp_path: Path) -> None
     assert len(document.tables) == 9
     cells = [cell.text for cell in document.tables[2].rows[4].cells]
     assert cells == ["X4", "79.42", "60.19", "18921.02", "444.32", "0.0022 **"]
+
+
+def test_word_tables_fit_the_page_and_repeat_their_heading(tables: dict[int, PaperTable], tmp_path: Path) -> None:
+    docx = pytest.importorskip("docx")
+    (path,) = export_tables([*tables.values(), NASTY], "docx", tmp_path)
+    for grid in docx.Document(str(path)).tables:
+        assert sum(column.width.cm for column in grid.columns) <= 16.1
+        properties = grid.rows[0]._tr.trPr.xml
+        assert "w:tblHeader" in properties and "w:cantSplit" in properties
+        assert grid.rows[-1].cells[0]._tc.tcPr.xml.count("w:bottom") == 1
+
+
+def latex_program() -> str | None:
+    return shutil.which("pdflatex")
+
+
+@pytest.mark.skipif(latex_program() is None, reason="pdflatex is not installed")
+def test_latex_compiles_and_nothing_sticks_out(tables: dict[int, PaperTable], tmp_path: Path) -> None:
+    """Nine tables and one full of characters that LaTeX would take for its own; no line wider than the page."""
+    nasty = replace(NASTY, rows=(*NASTY.rows[:1], ("°±³…αβεσρν√≤≥×–’µ", "0.1 *")))
+    (path,) = export_tables([*tables.values(), nasty], "tex", tmp_path)
+    done = subprocess.run(
+        ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", path.name],
+        cwd=tmp_path,
+        capture_output=True,
+        timeout=300,
+    )
+    log = (tmp_path / "tables.log").read_text("utf-8", errors="replace")
+    assert done.returncode == 0, log[-2000:]
+    assert "Overfull" not in log
+    assert (tmp_path / "tables.pdf").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("soffice") is None, reason="LibreOffice is not installed")
+def test_the_word_file_opens_in_a_word_processor(tables: dict[int, PaperTable], tmp_path: Path) -> None:
+    pytest.importorskip("docx")
+    (path,) = export_tables(list(tables.values()), "docx", tmp_path)
+    command = ["soffice", "--headless", f"-env:UserInstallation={(tmp_path / 'profile').as_uri()}"]
+    subprocess.run([*command, "--convert-to", "txt:Text", path.name], cwd=tmp_path, capture_output=True, timeout=200)
+    text = path.with_suffix(".txt").read_text("utf-8-sig")
+    for words in ("Table 5.", "Table 13.", "Contribution/%", "0.0022 **", "<0.0001 **"):
+        assert words in text
 
 
 def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], stages: dict[str, Any]) -> None:

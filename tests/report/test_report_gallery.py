@@ -19,7 +19,7 @@ from stemcal.report.relief import relief, solutions
 
 def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], stages: dict[str, Any]) -> None:
     names = [plot.name for plot in gallery(replayed[0], stages, {})]
-    assert len(set(names)) == len(names) == 13
+    assert len(set(names)) == len(names) == 16
     assert all(name.replace("-", "").replace("_", "").isalnum() for name in names)
 
 

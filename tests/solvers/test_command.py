@@ -294,7 +294,7 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
     ("result", "said"),
     [
         ("{kind: jsn, file: out.json}", "'jsn' is no kind of result; did you mean json?"),
-        ("{file: out.json}", "'kind' is missing; add kind: json, csv or regex"),
+        ("{file: out.json}", "'kind' is missing; add kind: json, csv, regex, rcforc or calculix"),
         ("{kind: csv, file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
         ("{kind: csv, file: out.csv, column: F, reduction: at, along: x}", "reduction at needs a place"),
         ("{kind: csv, file: out.csv, column: F, reduction: work}", "needs what it is plotted along; add along"),

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.solvers.command.readers import read_number
-from stemcal.solvers.command.reductions import NoResult, Series, reduce_series
+from stemcal.solvers.programs.readers import read_number
+from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
 from stemcal.study.outside import CsvResult, JsonResult, RegexResult
 
 # y = x² at 0, 1, 2, 3

@@ -16,11 +16,12 @@ from stemcal.cutting.result import moving_mean
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.solvers import make_solver
-from stemcal.solvers.command.reductions import NoResult
 from stemcal.solvers.lsdyna import LsDyna
 from stemcal.solvers.lsdyna.mat003 import FIELDS, find_material, replaced
-from stemcal.solvers.lsdyna.rcforc import ContactForce, read_rcforc
 from stemcal.solvers.lsdyna.solver import peak_answer
+from stemcal.solvers.programs.rcforc import ContactForce, contact_force
+from stemcal.solvers.programs.readers import read_text
+from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
 from stemcal.study.spec import load_study
@@ -231,18 +232,18 @@ def test_rcforc_of_both_generations_and_fortran_numbers(tmp_path: Path) -> None:
     text = "  surfa 3 time  1.0-101  x  0. y  0. z -5.00000E+00\n"
     text += "  surfa 3 time 1.0D+00 x-1.0E+00 y 2.0 z-7.50000E+00 mass 1.\n"
     (tmp_path / "rcforc").write_text(text, encoding="utf-8")
-    assert read_rcforc(tmp_path, 3, "z").force.tolist() == [5.0, 7.5]
-    assert read_rcforc(tmp_path, 3, "z").time.tolist() == [1e-101, 1.0]
-    assert read_rcforc(tmp_path, 3, "x").force.tolist() == [-0.0, 1.0]
+    assert contact_force(read_text(tmp_path, "rcforc"), 3, "z").force.tolist() == [5.0, 7.5]
+    assert contact_force(read_text(tmp_path, "rcforc"), 3, "z").time.tolist() == [1e-101, 1.0]
+    assert contact_force(read_text(tmp_path, "rcforc"), 3, "x").force.tolist() == [-0.0, 1.0]
 
 
 def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
     with pytest.raises(NoResult, match="no file rcforc"):
-        read_rcforc(tmp_path, 1, "z")
+        contact_force(read_text(tmp_path, "rcforc"), 1, "z")
     text = "  slave 1 time  0.0  x  0. y  0. z 1.\n  slave 1 time 0.5 x 0. y 0. z ************\n"
     (tmp_path / "rcforc").write_text(text, encoding="utf-8")
     with pytest.raises(NoResult) as caught:
-        read_rcforc(tmp_path, 1, "z")
+        contact_force(read_text(tmp_path, "rcforc"), 1, "z")
     assert caught.value.reason == "nan"
 
 

@@ -151,6 +151,7 @@ def test_shipped_specs_raise_no_doubts() -> None:
     [
         ("1100 kg/m3", "1100 g/cm3", "6:12: material.density: 1.1e+06 kg/m3 is far"),
         ("1000 MPa", "1000 kPa", "7:20: material.elastic_modulus: 1 MPa is far"),
+        ("force: 159.2 N", "force: 159.2 N, sd: 0 N", "targets.forces[1].sd: a scatter of none"),
         ("force: 159.2 N", "force: 159.2 mN", "16:31: targets.forces[1].force: 0.1592 N is far"),
         ("low: 10, high: 20", "low: 1e4, high: 2e4", "3:53: factors.yield_stress.high: 20000 MPa is far"),
         ("targets:", "loading: {speed: 1 mm/min}\ntargets:", ""),

@@ -43,7 +43,8 @@ def advance(state: State, x: Array, dt: float = 1.0e-3) -> Array:
         add_full_internal_forces(state.topology.hexes, body.points, body.x, body.v, body.state, body.f, dt,
                                  state.material)  # fmt: skip
     else:
-        add_internal_forces(body.scratch, body.blocks, body.blocks, body.x, body.v, body.state, body.f, dt, state.material)
+        blocks = body.blocks
+        add_internal_forces(body.scratch, blocks, blocks, body.x, body.v, body.state, body.f, dt, state.material)
     return body.f.copy()
 
 

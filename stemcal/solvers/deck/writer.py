@@ -1,4 +1,8 @@
-"""The published model as a keyword deck: stem, blade and supports, their contact, how they move and what is kept."""
+"""The published model as a keyword deck: stem, blade and supports, their contact, how they move and what is kept.
+
+No keyword but those that OpenRadioss's reader of LS-DYNA decks lists, too: hm_cfg_files/config/CFG/Keyword971_R14.1/
+data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
+"""
 
 from __future__ import annotations
 
@@ -88,8 +92,6 @@ def _head(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float) 
     yield f"$ Study {study.name}, outer diameter {diameter:g} mm. Blade down along -z, stem along x."
     if getattr(solver, "rate_law", "") == "paper":
         yield "$ LS-DYNA's rate law is 1 + (rate/C)^(1/P); the study asks for 1 + (rate/C)^P."
-    yield "*TITLE"
-    yield f"{study.name}, stem of {diameter:g} mm"[:80]
 
 
 def _control(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -11,22 +12,20 @@ import numpy as np
 
 from stemcal.cutting.result import FALLEN, moving_mean
 from stemcal.errors import SimulationFailed
-from stemcal.solvers.command.reductions import NoResult
-from stemcal.solvers.command.rooms import discard, run_folder
-from stemcal.solvers.command.solver import executable, run_in
-from stemcal.solvers.command.templates import Inputs
 from stemcal.solvers.deck import deck_text
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
-from stemcal.solvers.lsdyna.rcforc import ContactForce, read_rcforc
 from stemcal.solvers.processes import Ended
+from stemcal.solvers.programs.frame import Program
+from stemcal.solvers.programs.inputs import Inputs
+from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
+from stemcal.solvers.programs.readers import read_text
+from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
 from stemcal.study.outside import LsDynaSolver
-from stemcal.study.placeholders import fill, template_bytes
+from stemcal.study.placeholders import template_bytes
 
 __all__ = ["LsDyna", "peak_answer"]
 
-REVISION = 1
 DECK = "run.k"
 # Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.
 _MESSAGES = ("messag", "mes0000", "d3hsp")
@@ -35,24 +34,8 @@ _CURVE_POINTS = 200
 
 
 @dataclass(frozen=True)
-class LsDyna:
-    """Answers requests by LS-DYNA; see `study.outside.LsDynaSolver`.
-
-    Parameters
-    ----------
-    study : Study
-    place : path, optional
-        Where run folders are made; among the temporary files by default.
-    """
-
-    study: Study
-    place: Path | None = None
-    inputs: Inputs = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "inputs", Inputs.of([], [*self._own().values(), *self.options.files]))
-        for deck in self._own().values():
-            find_material(template_bytes(deck), self.options.material)
+class LsDyna(Program):
+    """Answers requests by LS-DYNA; see `study.outside.LsDynaSolver`."""
 
     @property
     def options(self) -> LsDynaSolver:
@@ -60,57 +43,24 @@ class LsDyna:
         assert isinstance(self.study.solver, LsDynaSolver)
         return self.study.solver
 
-    def placed(self, place: Path) -> LsDyna:
-        """Return the same solver with its run folders below `place`."""
-        return replace(self, place=place)
+    def _inputs(self) -> Inputs:
+        for deck in self._own().values():
+            find_material(template_bytes(deck), self.options.material)
+        return Inputs.of([], [*self._own().values(), *self.options.files])
 
-    def prepare(self) -> None:
-        """Refuse to begin if the program is not there."""
-        executable(self.options.command[0], self.study.source.parent)
-
-    def identity(self, request: Request) -> dict[str, Any]:
-        """Return everything that determines the answer: the deck, or all it is written from, and the command."""
-        options, dump = self.options, self.study.model_dump(mode="json")
+    def _determining(self, request: Request) -> dict[str, Any]:
+        """Return all the deck is written from, or that there is one of the user's own."""
+        dump = self.study.model_dump(mode="json")
         apart = {"command", "environment", "time_limit", "deck", "decks", "files", "version", "keep"}
         sections = ("specimen", "blade", "supports", "loading", "contact")
         return {
-            "solver": "lsdyna",
-            "revision": REVISION,
-            "version": options.version,
-            "command": list(options.command),
-            "environment": dict(options.environment),
-            "inputs": self.inputs.identity(),
-            "options": options.model_dump(mode="json", exclude=apart),
+            "options": self.options.model_dump(mode="json", exclude=apart),
             "model": {} if self._own() else {name: dump[name] for name in sections},
             "material": self.study.parameters(request.levels),
-            "levels": dict(request.levels),
-            "diameter": request.diameter,
         }
 
-    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return None: any levels can be written into a deck."""
-        return None
-
-    def solve(self, request: Request) -> Answer:
-        """Run LS-DYNA for a request; its folder is kept if it fails."""
-        folder = run_folder(self.place, self.identity(request))
-        try:
-            written = self.write_deck(folder, request)
-        except SimulationFailed as failure:
-            return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
-        program, *arguments = self.options.command
-        values = {"deck": DECK}
-        command = [
-            executable(program, self.study.source.parent),
-            *(fill(argument.encode(), values).decode() for argument in arguments),
-        ]
-        answer = run_in(folder, command, self.options, lambda ended: self._read(folder, ended))
-        if answer.ok and self.options.keep == "failed":
-            discard(folder)
-        return replace(answer, details={**answer.details, **({"written": written} if written else {})})
-
-    def write_deck(self, folder: Path, request: Request) -> dict[str, str]:
-        """Write the deck of a request; return the text of each value that went into the user's own deck."""
+    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
+        """Write the deck of a request; tell the text of each value that went into the user's own deck."""
         self.inputs.write(folder, {})
         if not self._own():
             text = deck_text(self.study, request.levels, request.diameter)
@@ -120,7 +70,10 @@ class LsDyna:
         material = find_material(own, self.options.material)
         deck, written = replaced(own, material, self.study.parameters(request.levels))
         (folder / DECK).write_bytes(deck)
-        return written
+        return {"written": written}
+
+    def _values(self, _request: Request) -> Mapping[str, str]:
+        return {"deck": DECK}
 
     def _own(self) -> dict[float, Path]:
         """Return the user's own decks by diameter."""
@@ -137,7 +90,7 @@ class LsDyna:
     def _read(self, folder: Path, ended: Ended) -> Answer:
         _require_normal_termination(folder, ended)
         options = self.options
-        contact = read_rcforc(folder, options.interface, options.component)
+        contact = contact_force(read_text(folder, FILE), options.interface, options.component)
         loading = self.study.loading
         return peak_answer(contact, options.scale, options.filter_window, loading.speed, loading.gap)
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from stemcal.solvers.command.reductions import NoResult, Series, reduce_series
-from stemcal.study.outside import CsvResult, JsonResult, RegexResult
+from stemcal.solvers.programs.calculix import printed_series
+from stemcal.solvers.programs.rcforc import contact_force
+from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
+from stemcal.study.outside import ResultReader
 
 __all__ = ["READERS", "read_number", "read_text"]
 
@@ -18,7 +21,7 @@ MAX_BYTES = 200_000_000
 LONGEST_LINE = 10_000
 
 
-def read_number(result: JsonResult | CsvResult | RegexResult, folder: Path) -> float:
+def read_number(result: ResultReader, folder: Path) -> float:
     """Return the number a program has left in its run folder.
 
     Raises
@@ -38,11 +41,11 @@ def read_text(folder: Path, name: str) -> str:
         if not inside or not path.is_file():
             raise NoResult("no_result", f"the program has left no file {name}")
         with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+            if os.fstat(file.fileno()).st_size > MAX_BYTES:
+                raise NoResult("bad_result", f"{name} is larger than {MAX_BYTES // 1_000_000} MB")
+            content = file.read(MAX_BYTES)
     except OSError as error:
         raise NoResult("bad_result", f"{name}: {error.strerror}") from None
-    if len(content) > MAX_BYTES:
-        raise NoResult("bad_result", f"{name} is larger than {MAX_BYTES // 1_000_000} MB")
     if not content.strip():
         raise NoResult("no_result", f"{name} is empty")
     if b"\0" in content:
@@ -124,4 +127,19 @@ def _regex(text: str, result: Any) -> Series:
     return Series([_number(match[y], result.file) for match in found], x)
 
 
-READERS: dict[str, Callable[[str, Any], Series]] = {"json": _json, "csv": _csv, "regex": _regex}
+def _rcforc(text: str, result: Any) -> Series:
+    contact = contact_force(text, result.interface, result.component)
+    return Series(contact.force.tolist(), contact.time.tolist())
+
+
+def _calculix(text: str, result: Any) -> Series:
+    return printed_series(text, result.quantity, result.set, result.component, result.node)
+
+
+READERS: dict[str, Callable[[str, Any], Series]] = {
+    "json": _json,
+    "csv": _csv,
+    "regex": _regex,
+    "rcforc": _rcforc,
+    "calculix": _calculix,
+}

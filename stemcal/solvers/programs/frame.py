@@ -1,34 +1,36 @@
-"""A run of any program from beginning to end: templates, process, result."""
+"""A run of a program from beginning to end: its folder, its inputs, the process, what it leaves."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Self
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.solvers.command.readers import read_number
-from stemcal.solvers.command.reductions import NoResult
-from stemcal.solvers.command.rooms import OUTPUT, discard, run_folder
-from stemcal.solvers.command.templates import Inputs, values_of
 from stemcal.solvers.processes import Ended, run_program
+from stemcal.solvers.programs.inputs import Inputs
+from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.programs.rooms import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.outside import CommandSolver
+from stemcal.study.outside import ProgramOptions
 from stemcal.study.placeholders import fill
 
-__all__ = ["Command", "checked", "executable", "run_in"]
+__all__ = ["Program", "checked", "executable", "run_in"]
 
-REVISION = 1
 # Characters of a program's last output that a record keeps.
 _KEPT_OUTPUT = 2000
 
 
 @dataclass(frozen=True)
-class Command:
-    """Answers requests by running a program in a folder of its own; see `study.outside.CommandSolver`.
+class Program(ABC):
+    """Answers requests by running a program in a folder of its own.
+
+    A kind of program says what its input files are, how a run is written, what stands for the placeholders of its
+    command, how its result is read, and what beside all that determines an answer.
 
     Parameters
     ----------
@@ -41,16 +43,18 @@ class Command:
     place: Path | None = None
     inputs: Inputs = field(init=False)
 
+    revision: ClassVar[int] = 1
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "inputs", Inputs.of(self.options.templates, self.options.files))
+        object.__setattr__(self, "inputs", self._inputs())
 
     @property
-    def options(self) -> CommandSolver:
+    def options(self) -> ProgramOptions:
         """What the spec says of the program."""
-        assert isinstance(self.study.solver, CommandSolver)
+        assert isinstance(self.study.solver, ProgramOptions)
         return self.study.solver
 
-    def placed(self, place: Path) -> Command:
+    def placed(self, place: Path) -> Self:
         """Return the same solver with its run folders below `place`."""
         return replace(self, place=place)
 
@@ -58,46 +62,63 @@ class Command:
         """Refuse to begin if the program is not there."""
         executable(self.options.command[0], self.study.source.parent)
 
+    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
+        """Return None: any levels can be written into the inputs."""
+        return None
+
     def identity(self, request: Request) -> dict[str, Any]:
         """Return everything that determines the answer: the files' content, the command, how the result is read."""
         options = self.options
         return {
-            "solver": "command",
-            "revision": REVISION,
+            "solver": self.study.solver.kind,
+            "revision": self.revision,
             "version": options.version,
             "command": list(options.command),
             "environment": dict(options.environment),
             "inputs": self.inputs.identity(),
-            "result": options.result.model_dump(mode="json"),
+            **self._determining(request),
             "levels": dict(request.levels),
             "diameter": request.diameter,
         }
 
-    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return None: any levels can be written into the templates."""
-        return None
-
     def solve(self, request: Request) -> Answer:
         """Run the program for a request; its folder is kept if it fails."""
-        folder = run_folder(self.place, self.identity(request))
+        folder, options = run_folder(self.place, self.identity(request)), self.options
         try:
-            self.inputs.write(folder, values_of(request))
+            written = self._write(folder, request)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
-        answer = run_in(folder, self._command(request), self.options, lambda _: self._read(folder))
-        if answer.ok and self.options.keep == "failed":
+        answer = run_in(folder, self._command(request), options, lambda ended: self._read(folder, ended))
+        if answer.ok and options.keep == "failed":
             discard(folder)
-        return answer
+        return replace(answer, details={**answer.details, **written})
 
     def _command(self, request: Request) -> list[str]:
         """Return the program and its arguments, values in place of placeholders."""
         program, *arguments = self.options.command
-        values = values_of(request)
+        values = self._values(request)
         filled = [fill(argument.encode(), values).decode() for argument in arguments]
         return [executable(program, self.study.source.parent), *filled]
 
-    def _read(self, folder: Path) -> Answer:
-        return Answer("ok", force=read_number(self.options.result, folder))
+    @abstractmethod
+    def _inputs(self) -> Inputs:
+        """Take note of the files that runs need."""
+
+    @abstractmethod
+    def _determining(self, request: Request) -> dict[str, Any]:
+        """Return what else determines an answer."""
+
+    @abstractmethod
+    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
+        """Put what a run needs into its folder; return what its record shall tell of that."""
+
+    @abstractmethod
+    def _values(self, request: Request) -> Mapping[str, str]:
+        """Return what stands for each placeholder of the command."""
+
+    @abstractmethod
+    def _read(self, folder: Path, ended: Ended) -> Answer:
+        """Return the answer that a program has left; raise `NoResult` if there is none."""
 
 
 def executable(program: str, folder: Path) -> str:
@@ -116,19 +137,20 @@ def executable(program: str, folder: Path) -> str:
     return str(Path(found).absolute())
 
 
-def run_in(folder: Path, command: Sequence[str], options: Any, read: Any) -> Answer:
+def run_in(folder: Path, command: Sequence[str], options: ProgramOptions, read: Callable[[Ended], Answer]) -> Answer:
     """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result."""
     try:
         ended = run_program(command, folder, options.environment, options.time_limit)
     except OSError as error:
         return Answer("failed", reason="not_started", message=f"{command[0]}: {error.strerror or error}")
     (folder / OUTPUT).write_text(ended.output, encoding="utf-8", newline="")
-    details = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
+    details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         checked(ended, options.time_limit)
-        answer: Answer = read(ended)
+        answer = read(ended)
     except (NoResult, SimulationFailed) as failure:
-        return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})", details=_told(details, ended))
+        details["output"] = ended.output[-_KEPT_OUTPUT:]
+        return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})", details=details)
     return replace(answer, details={**details, **answer.details})
 
 
@@ -142,7 +164,3 @@ def checked(ended: Ended, time_limit: float) -> None:
         last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
         said = f": {last[:200]}" if last else ""
         raise NoResult("exit_code", f"the program ended with exit code {ended.code}{said}")
-
-
-def _told(details: Mapping[str, Any], ended: Ended) -> dict[str, Any]:
-    return {**details, "output": ended.output[-_KEPT_OUTPUT:]}

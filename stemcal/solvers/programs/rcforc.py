@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.solvers.command.readers import read_text
-from stemcal.solvers.command.reductions import NoResult
+from stemcal.solvers.programs.reductions import NoResult
 
-__all__ = ["ContactForce", "read_rcforc"]
+__all__ = ["FILE", "ContactForce", "contact_force"]
 
 Array = NDArray[np.float64]
 
@@ -33,8 +31,8 @@ class ContactForce(NamedTuple):
     force: Array
 
 
-def read_rcforc(folder: Path, interface: int, component: str) -> ContactForce:
-    """Return the force of a contact from the file ``rcforc`` in `folder`.
+def contact_force(text: str, interface: int, component: str) -> ContactForce:
+    """Return the force of a contact from the text of an ``rcforc``.
 
     Interfaces count from 1 in the order of the deck, or by their numbers where the deck gives them.
 
@@ -43,7 +41,7 @@ def read_rcforc(folder: Path, interface: int, component: str) -> ContactForce:
     NoResult
         ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
     """
-    rows = [match for line in read_text(folder, FILE).splitlines() if (match := _ROW.match(line))]
+    rows = [match for line in text.splitlines() if (match := _ROW.match(line))]
     mine = [match for match in rows if int(match[2]) == interface]
     if not mine:
         there = sorted({int(match[2]) for match in rows})

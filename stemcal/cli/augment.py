@@ -1,0 +1,61 @@
+"""`stemcal augment`: add runs to a design already run."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+
+
+def augment(
+    spec: Spec,
+    fold_over: Annotated[
+        bool, typer.Option("--fold-over", help="Screening: every run again with all signs turned.")
+    ] = False,
+    extra_runs: Annotated[
+        int, typer.Option("--extra-runs", metavar="N", min=0, max=200, help="Surface: N runs where they teach most.")
+    ] = 0,
+    axial: Annotated[
+        float | None,
+        typer.Option("--axial", metavar="DISTANCE", help="Surface: axial points at that coded distance."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Tell what would be added; change and run nothing.")
+    ] = False,
+    out: Out = None,
+    workers: Workers = None,
+    executor: ExecutorName = "local",
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Add runs to a design already run; what is there is kept and not computed again.
+
+    The keys are written into the spec (screen.fold_over, rsm.extra_runs, rsm.axial), comments and layout stay; then
+    the stage is made anew. A fold-over frees main effects of two-factor interactions.
+
+    Example: [bold]stemcal augment my-stems.yaml --extra-runs 4[/bold]
+    """
+    from stemcal.cli.console import note
+    from stemcal.cli.session import existing_folder, opened, read_study
+    from stemcal.cli.show import show_stage
+    from stemcal.stages import augmenting
+    from stemcal.study.amend import rewrite
+
+    study = read_study(spec)
+    added = augmenting.Augmentation(fold_over, extra_runs, axial)
+    larger, changes = augmenting.augment(study, added)
+    folder = existing_folder(study, out)
+    for part in augmenting.growth(study, larger, added.stages, folder):
+        note(f"{part['stage']}: {part['had']} runs become {part['rows']}, {part['to_run']} of them to compute")
+    if dry_run:
+        return
+    rewrite(spec, larger, changes)
+    note(f"{spec.name}: " + "; ".join(f"{section}.{key}: {value}" for section, key, value in changes))
+    with opened(spec, out, workers, executor, quiet) as work:
+        from stemcal import workflow
+
+        make = {"screen": workflow.screen, "rsm": workflow.fit_surface}
+        for name in added.stages:
+            show_stage(make[name](work.study, work.folder, work.executor, work.watch), work.folder, as_json, quiet)

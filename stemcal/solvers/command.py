@@ -1,0 +1,44 @@
+"""Any program as a solver: templates in, a number out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stemcal.solvers.processes import Ended
+from stemcal.solvers.programs.frame import Program
+from stemcal.solvers.programs.inputs import Inputs, values_of
+from stemcal.solvers.programs.readers import read_number
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.outside import CommandSolver
+
+__all__ = ["Command"]
+
+
+@dataclass(frozen=True)
+class Command(Program):
+    """Answers requests by any program; see `study.outside.CommandSolver`."""
+
+    @property
+    def options(self) -> CommandSolver:
+        """What the spec says of the program."""
+        assert isinstance(self.study.solver, CommandSolver)
+        return self.study.solver
+
+    def _inputs(self) -> Inputs:
+        return Inputs.of(self.options.templates, self.options.files)
+
+    def _determining(self, _request: Request) -> dict[str, Any]:
+        return {"result": self.options.result.model_dump(mode="json")}
+
+    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
+        self.inputs.write(folder, values_of(request))
+        return {}
+
+    def _values(self, request: Request) -> Mapping[str, str]:
+        return values_of(request)
+
+    def _read(self, folder: Path, _ended: Ended) -> Answer:
+        return Answer("ok", force=read_number(self.options.result, folder))

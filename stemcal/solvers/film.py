@@ -1,0 +1,131 @@
+"""What a shear test looked like on its way: some frames of the body, small enough for a run's record."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting import CuttingResult
+from stemcal.cutting.shape import Shape
+from stemcal.fem.kernels.block import PLASTIC_STRAIN
+from stemcal.fem.state import State
+
+Array = NDArray[np.float64]
+FRAMES = 24
+LARGEST = 10_000  # nodes; of a finer body only the end is kept
+_STEPS = 2000  # from zero to the largest value: what no picture shows is not kept
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Body and tools at one moment: blade travel in mm, force on the blade in N."""
+
+    travel: float
+    force: float
+    shape: Shape
+
+
+class Film:
+    """Called at the outputs of a simulation, keeps about `FRAMES` of them, evenly in time."""
+
+    def __init__(self, outputs: int) -> None:
+        self.every = max(1, outputs // FRAMES)
+        self.seen = 0
+        self.times: list[float] = []
+        self.nodes: list[Array] = []
+        self.standing: list[NDArray[np.bool_]] = []
+        self.strains: list[Array] = []
+
+    def __call__(self, time: float, state: State) -> None:
+        """Keep the state if it is its turn."""
+        if self.seen % self.every == 0:
+            standing = state.topology.standing.astype(bool)
+            self.times.append(time)
+            self.nodes.append(state.body.x.copy())
+            self.standing.append(standing)
+            self.strains.append(state.body.state[:, PLASTIC_STRAIN, :].reshape(-1)[: len(standing)].copy())
+        self.seen += 1
+
+    def packed(self, result: CuttingResult) -> dict[str, Any]:
+        """Return the frames as JSON values, to be read with the shape that the test ended in; {} if it is too fine."""
+        shape, history = result.shape, result.history
+        if shape is None or not self.times or len(shape.nodes) > LARGEST:
+            return {}
+        moved = [
+            _held(nodes - shape.reference, shape.hexes[standing])
+            for nodes, standing in zip(self.nodes, self.standing, strict=True)
+        ]
+        return {
+            "travel": _at(self.times, history.time, history.travel),
+            "force": _at(self.times, history.time, history.force_filtered),
+            "stroke": round(float(history.travel[-1]), 4),
+            "standing": _packed(np.packbits(np.array(self.standing), axis=1)),
+            "displacement": _quantised(np.array(moved)),
+            "plastic_strain": _quantised(np.array(self.strains)),
+        }
+
+
+def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
+    """Return the frames that `Film.packed` made; `shape` is how the test ended."""
+    count, elements = len(packed["travel"]), len(shape.hexes)
+    bits = np.frombuffer(_unpacked(packed["standing"]), np.uint8).reshape(count, -1)
+    standing = np.unpackbits(bits, axis=1)[:, :elements].astype(bool)
+    moved = _restored(packed["displacement"], count).reshape(count, -1, 3)
+    strains = _restored(packed["plastic_strain"], count)
+    return [
+        Frame(
+            packed["travel"][k],
+            packed["force"][k],
+            replace(
+                shape,
+                nodes=shape.reference + moved[k],
+                standing=standing[k],
+                plastic_strain=strains[k],
+                tools=_lifted(shape, packed["stroke"] - packed["travel"][k]),
+            ),
+        )
+        for k in range(count)
+    ]
+
+
+def _lifted(shape: Shape, by: float) -> tuple[Array, ...]:
+    """Return the tools with the blade, the first of them, so much higher; the supports stand still."""
+    return (shape.tools[0] + [0.0, by], *shape.tools[1:])
+
+
+def _held(moved: Array, hexes: NDArray[np.int32]) -> Array:
+    """Return displacements with zero where no element holds the node: loose nodes fly far and show nowhere."""
+    held = np.zeros(len(moved), bool)
+    held[hexes.ravel()] = True
+    return np.where(held[:, None], moved, 0.0)
+
+
+def _at(times: list[float], known: Array, values: Array) -> list[float]:
+    return [round(float(value), 4) for value in np.interp(times, known, values)]
+
+
+def _quantised(values: Array) -> dict[str, Any]:
+    """Return values (frame, …) in steps, each frame as its difference from the one before, and what a step is."""
+    step = float(np.abs(values).max(initial=0.0)) / _STEPS or 1.0
+    counts = np.round(values / step)
+    return {"step": step, "counts": _packed(np.diff(counts, axis=0, prepend=np.zeros_like(counts[:1])).astype("<i2"))}
+
+
+def _restored(packed: Mapping[str, Any], frames: int) -> Array:
+    """Return what `_quantised` packed as (frame, values)."""
+    counts = np.frombuffer(_unpacked(packed["counts"]), "<i2").reshape(frames, -1)
+    return np.asarray(np.cumsum(counts, axis=0, dtype=float) * float(packed["step"]))
+
+
+def _packed(array: NDArray[Any]) -> str:
+    return base64.b64encode(zlib.compress(array.tobytes(), 9)).decode("ascii")
+
+
+def _unpacked(text: str) -> bytes:
+    return zlib.decompress(base64.b64decode(text))

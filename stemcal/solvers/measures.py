@@ -1,0 +1,45 @@
+"""What a run tells beside its maximum force: the travel of the blade to the maximum, the work done by then, scatter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+__all__ = ["measures", "work_until"]
+
+
+def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
+    """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.
+
+    W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule, the force at both ends interpolated.
+
+    >>> work_until([-1.0, 0.0, 1.0, 2.0], [0.0, 0.0, 10.0, 20.0], 1.5)
+    11.25
+    """
+    u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
+    inner = u[(u > 0.0) & (u < end)]
+    points = np.concatenate([[0.0], inner, [max(end, 0.0)]])
+    heights = np.interp(points, u, f)
+    return float(0.5 * np.sum((heights[1:] + heights[:-1]) * np.diff(points)))
+
+
+def measures(details: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``travel`` (mm), ``work`` (mJ), ``phases`` and their forces of a run's details, as far as these tell.
+
+    Over several mesh phases they are means; otherwise the recorded curve is read.
+    """
+    if phases := details.get("phase_peaks"):
+        told = {"travel": details.get("phase_travels"), "work": details.get("phase_works")}
+        means = {name: _mean(values) for name, values in told.items() if values}
+        return {"phases": len(phases), "phase_forces": list(phases), **means}
+    if (end := details.get("peak_travel")) is None:
+        return {}
+    curve = details.get("curve")
+    return {"travel": end, **({"work": work_until(curve["travel"], curve["force"], end)} if curve else {})}
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values))

@@ -1,0 +1,30 @@
+"""`stemcal augment` on a study of the embedded solver."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from commanding import REPLAY, SMOKE, command
+
+
+def test_runs_are_added_and_nothing_is_computed_twice(tmp_path: Path) -> None:
+    spec, out = tmp_path / "mine.yaml", tmp_path / "out"
+    spec.write_text(SMOKE.read_text(encoding="utf-8"), encoding="utf-8")
+    assert command("rsm", spec, "--out", out, "-q").exit_code in (0, 3)
+    records = {path.name: path.read_bytes() for path in (out / "runs").glob("*.json")}
+    told = command("augment", spec, "--extra-runs", 2, "--out", out, "--dry-run")
+    assert "11 runs become 13, 2 of them to compute" in told.stderr
+    assert spec.read_text(encoding="utf-8") == SMOKE.read_text(encoding="utf-8")
+    result = command("augment", spec, "--extra-runs", 2, "--out", out, "--json", "-q")
+    assert len(json.loads(result.stdout)["design"]["runs"]) == 13
+    after = {path.name: path.read_bytes() for path in (out / "runs").glob("*.json")}
+    assert len(after) == len(records) + 2 and all(after[name] == content for name, content in records.items())
+    assert "  extra_runs: 2\n" in spec.read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_augmented_is_said(tmp_path: Path) -> None:
+    result = command("augment", REPLAY, "--fold-over", "--out", tmp_path)
+    assert result.exit_code == 2 and "a table answers only what it holds" in result.stderr
+    result = command("augment", SMOKE, "--axial", 1, "--out", tmp_path / "none")
+    assert result.exit_code == 2 and "is not there" in result.stderr

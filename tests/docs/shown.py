@@ -1,0 +1,86 @@
+"""What pages show: files to save, commands to give; and a place to give them in."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from itertools import pairwise
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+GENERATED = {DOCS / "reference" / name for name in ("commands.md", "spec.md", "stages.md", "glossary.md")}
+# what the continuous integration itself does, in an environment of its own
+INSTALLING = ("python3 -m venv", ".venv/bin/pip", ".venv/bin/python -m pytest")
+
+
+def pages() -> list[Path]:
+    """Return README and the written pages of the documentation."""
+    return [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - GENERATED - set((DOCS / "_build").rglob("*.md")))]
+
+
+def commands(page: Path) -> list[str]:
+    """Return the shell commands of a page, those that install left out, each on a line of its own."""
+    blocks = re.findall(r"```sh\n(.*?)```", page.read_text("utf-8"), re.DOTALL)
+    parts = [part.strip() for block in blocks for line in block.splitlines() for part in line.split("&&")]
+    shown = [part for part in parts if part and not part.startswith(("#", *INSTALLING))]
+    return [part.removeprefix(".venv/bin/") for part in shown]
+
+
+def inline(page: Path) -> list[str]:
+    """Return the commands that stand in the running text."""
+    text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+    return re.findall(r"`(stemcal [a-z][^`]*)`", text)
+
+
+def save_files(page: Path, folder: Path) -> None:
+    """Save the files of a page under their captions."""
+    pattern = r"```{code-block} \w+\n:caption: (\S+)\n\n(.*?)```"
+    for name, text in re.findall(pattern, page.read_text("utf-8"), re.DOTALL):
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def outputs(page: Path) -> list[str]:
+    """Return the lines that a page shows as printed by its commands: its `text` blocks that follow commands."""
+    blocks = re.findall(r"```(sh|text)\n(.*?)```", page.read_text("utf-8"), re.DOTALL)
+    following = [block for (kind, _), (after, block) in pairwise(blocks) if (kind, after) == ("sh", "text")]
+    return [line for block in following for line in block.splitlines() if line.strip()]
+
+
+def are_printed(lines: Iterable[str], printed: Iterable[str]) -> None:
+    """Assert that lines were printed, whatever the blanks between their words."""
+    there = {tuple(line.split()) for text in printed for line in text.splitlines()}
+    missing = [line for line in lines if tuple(line.split()) not in there]
+    assert not missing
+
+
+def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = None) -> dict[str, str]:
+    """Give commands in a folder, each in a process of its own, and return what they printed."""
+    python = str(Path(sys.executable).parent)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(ROOT),
+        "PYTHONUTF8": "1",
+        "PATH": os.pathsep.join([python, os.environ.get("PATH", "")]),
+    }
+    printed = {}
+    for line in lines:
+        for old, new in (replaced or {}).items():
+            line = line.replace(old, new)
+        words = shlex.split(line, comments=True)
+        if words[0] == "cp":
+            shutil.copy(folder / words[1], folder / words[2])
+            continue
+        done = subprocess.run(
+            [sys.executable, "-m", *words], cwd=folder, env=environment, capture_output=True, encoding="utf-8",
+            timeout=400,
+        )  # fmt: skip
+        assert done.returncode == 0, f"{line}\n{done.stderr}"
+        assert "Traceback" not in done.stderr, line
+        printed[line] = done.stdout + done.stderr
+    return printed

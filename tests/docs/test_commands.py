@@ -1,0 +1,200 @@
+"""Every command that README, pages and help show does what it says: given word for word in a new folder."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from shown import DOCS, ROOT, are_printed, commands, give, inline, outputs, pages, save_files
+
+HOWTO = DOCS / "howto"
+GIVEN = {"README.md", "tutorial.md", *(page.name for page in HOWTO.glob("*.md"))}
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """Return a folder with what a clone of the repository has beside the code."""
+    shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    return tmp_path
+
+
+def first_study(clone: Path, name: str) -> None:
+    """Put a small study into a clone under the name that a page gives it."""
+    shutil.copy(clone / "configs" / "smoke.yaml", clone / name)
+
+
+def test_no_page_shows_commands_that_nothing_here_gives() -> None:
+    assert {page.name for page in pages() if commands(page)} <= GIVEN
+
+
+def test_every_command_exists_with_its_options() -> None:
+    """Also those within sentences, whose placeholders cannot be given."""
+    from typer.main import get_command
+
+    from stemcal.cli.app import app
+
+    root = get_command(app)
+    shown = [line for page in pages() for line in (*commands(page), *inline(page))]
+    for line in (line for line in shown if line.startswith("stemcal ")):
+        words = shlex.split(line, comments=True)[1:]
+        if words[0] == "me":  # half a word, for the tabulator key
+            continue
+        command = root.commands[words.pop(0)]  # type: ignore[attr-defined]
+        if hasattr(command, "commands") and words and words[0] in command.commands:
+            command = command.commands[words.pop(0)]
+        known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
+        assert {word for word in words if word.startswith("-")} <= known | {"--out"}, line
+
+
+def test_read_files_of_any_testing_machine(clone: Path) -> None:
+    printed = give(commands(HOWTO / "laboratory-files.md"), clone)
+    assert printed and all("Maximum shear force by grade" in text for text in printed.values())
+
+
+def test_have_your_own_program_answer(clone: Path) -> None:
+    """The page's three files are a whole study: F = τ·π/4·d²(1 − κ²)(1 + µ) meets the measured force."""
+    page = HOWTO / "own-solver.md"
+    save_files(page, clone)
+    printed = give(commands(page), clone)
+    assert "3 factors, 3 measured forces, solver command" in printed["stemcal check ring.yaml"]
+    rows = json.loads((clone / "runs" / "ring" / "validate.json").read_text("utf-8"))["rows"]
+    assert rows[1]["simulated"] == pytest.approx(159.2, rel=0.002)
+    assert rows[0]["simulated"] / rows[1]["simulated"] == pytest.approx((7 / 8) ** 2)
+
+
+def test_analyse_runs_that_you_have(clone: Path) -> None:
+    printed = give(commands(HOWTO / "past-runs.md"), clone)
+    assert "18.37" in printed["stemcal invert configs/paper-replay.yaml"]
+    assert "the sign differs" in printed["stemcal audit configs/paper-replay.yaml"]
+
+
+def test_ls_dyna(clone: Path) -> None:
+    give(commands(HOWTO / "ls-dyna.md"), clone)
+    assert "*MAT_PLASTIC_KINEMATIC" in (clone / "run.k").read_text("utf-8")
+
+
+def test_completion_in_editor_and_shell(clone: Path) -> None:
+    printed = give(commands(HOWTO / "editor-and-shell.md"), clone)
+    assert json.loads((clone / "stemcal.schema.json").read_text("utf-8"))["title"] == "stemcal study"
+    assert json.loads(printed["stemcal check configs/smoke.yaml --json"])
+
+
+@pytest.mark.slow
+def test_readme(clone: Path) -> None:
+    """The published study, one shear test, and a study of one's own from the template, all with the real mesh."""
+    printed = give(commands(ROOT / "README.md"), clone)
+    are_printed(outputs(ROOT / "README.md"), printed.values())
+    assert (clone / "force-travel.png").is_file()
+
+
+@pytest.mark.slow
+def test_tutorial(clone: Path) -> None:
+    printed = give(commands(DOCS / "tutorial.md"), clone)
+    are_printed(outputs(DOCS / "tutorial.md"), printed.values())
+    results = clone / "tutorial" / "results"
+    expected = ["report.html", "tables/tables.md", "tables/tables.tex", "figures/fracture-8mm.svg"]
+    assert all((results / name).is_file() for name in expected)
+    assert (clone / "tutorial" / "laboratory" / "diameters.svg").is_file()
+
+
+@pytest.mark.slow
+def test_calibrate_your_own_stem(clone: Path) -> None:
+    give(commands(HOWTO / "own-stem.md"), clone)
+    assert (clone / "runs" / "my-stems" / "report.html").is_file()
+    assert (clone / "before.svg").is_file()
+
+
+@pytest.mark.slow
+def test_publish_and_long_studies(clone: Path) -> None:
+    pytest.importorskip("docx")
+    first_study(clone, "my-stems.yaml")
+    first_study(clone, "study.yaml")
+    give(["stemcal run study.yaml"], clone)
+    give(commands(HOWTO / "publish.md"), clone)
+    key = min((clone / "runs" / "smoke" / "runs").glob("*.json")).stem[:8]
+    give(commands(HOWTO / "long-studies.md"), clone, {"3f2a91c0": key, "--workers 32": "--workers 2"})
+    tables = clone / "runs" / "smoke" / "tables"
+    assert {path.suffix for path in tables.iterdir()} == {".csv", ".md", ".tex", ".docx"}
+
+
+@pytest.mark.slow
+def test_more_than_one_machine(clone: Path) -> None:
+    """Scheduler and worker as the page starts them, both on this machine."""
+    pytest.importorskip("distributed")
+    shown = commands(HOWTO / "clusters.md")
+    first_study(clone, "study.yaml")
+    port = free_port()
+    place = f"127.0.0.1:{port}"
+    here = {
+        "scheduler-host:8786": place,
+        "127.0.0.1:8786": place,
+        "port 8786": f"port {port}",
+        "nthreads 16": "nthreads 2",
+    }
+    with started([line for line in shown if line.startswith("dask ")], clone, here):
+        give([line for line in shown if line.startswith("stemcal ")], clone, here)
+    assert (clone / "runs" / "smoke" / "report.html").is_file()
+
+
+@pytest.mark.slow
+def test_examples_of_the_help(clone: Path) -> None:
+    """What `stemcal COMMAND --help` gives as an example, one after the other in one folder."""
+    shutil.copy(clone / "configs" / "data" / "measured-diameters.csv", clone / "stems.csv")
+    first_study(clone, "my-study.yaml")
+    smoke = (clone / "configs" / "smoke.yaml").read_text("utf-8")
+    (clone / "my-stems.yaml").write_text(smoke.replace("name: smoke", "name: my-stems"), encoding="utf-8")
+    give(["stemcal run configs/smoke.yaml", "stemcal run my-stems.yaml"], clone)
+    long = "stemcal refine configs/wild-chrysanthemum.yaml"  # takes what README's test has computed
+    shown = [line for line in help_examples() if line != long]
+    assert len(shown) > 22
+    # no run of this study has failed: all that have, in place of one by its key
+    give(shown, clone, {"retry configs/smoke.yaml 3f2a91c0": "retry configs/smoke.yaml"})
+
+
+def help_examples() -> list[str]:
+    """Return the example of every command."""
+    from typer.main import get_command
+
+    from stemcal.cli.app import app
+
+    todo = [get_command(app)]
+    found = []
+    while todo:
+        command = todo.pop(0)
+        todo += getattr(command, "commands", {}).values()
+        found += re.findall(r"Example: \[bold\](.*?)\[/bold\]", command.help or "")
+    return found
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+@contextmanager
+def started(lines: list[str], folder: Path, replaced: dict[str, str]) -> Iterator[None]:
+    """Keep programs that serve running while the block does."""
+    serving = []
+    for line in lines:
+        for old, new in replaced.items():
+            line = line.replace(old, new)
+        _, *words = shlex.split(line)
+        serving.append(subprocess.Popen([sys.executable, "-m", "dask", *words], cwd=folder, stderr=subprocess.DEVNULL))
+        time.sleep(3.0)
+    try:
+        yield
+    finally:
+        for program in reversed(serving):
+            program.terminate()
+            program.wait(timeout=60)

@@ -1,0 +1,207 @@
+"""Scatter within the runs as pure error, and fits from which runs are missing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stemcal.doe.designs import SurfaceOptions, central_composite, surface_blocks, surface_reach, surface_runs
+from stemcal.doe.estimable import largest_inflation
+from stemcal.doe.reduction import reduce_surface
+from stemcal.doe.surface import fit_surface
+from stemcal.doe.terms import term_columns
+from stemcal.doe.within import Within, moderated_weights
+from stemcal.errors import RunsFailed, UsageError
+
+DESIGN = central_composite(2, 1, "rotatable")
+AXIAL = np.abs(DESIGN).max(axis=1) > 1.1
+
+
+def phases(noise: float, seed: int = 3, curve: float = 0.0) -> np.ndarray:
+    """Four values per run about 100 + 10a + 4b + a·b, with a cubic the quadratic cannot follow."""
+    a, b = DESIGN.T
+    mean = 100.0 + 10.0 * a + 4.0 * b + a * b + curve * (a**3 - b**3)
+    return mean[:, None] + np.random.default_rng(seed).normal(0.0, noise, (len(a), 4))
+
+
+def fitted(values, **options):
+    within = Within(values.std(axis=1, ddof=1), np.full(len(values), 4))
+    return fit_surface(DESIGN, values.mean(axis=1), ["a", "b"], within=within, **options)
+
+
+@pytest.mark.parametrize("curve", [0.0, 3.0])
+def test_lack_of_fit_is_that_of_the_single_values(curve: float) -> None:
+    """Fitted to all 36 values, replicates and all, the F of lack of fit is the same, and so is its p."""
+    values = phases(2.0, curve=curve)
+    single = fit_surface(np.repeat(DESIGN, 4, axis=0), values.ravel(), ["a", "b"])
+    by_means = fitted(values)
+    rows, single_rows = ({row.source: row for row in s.anova} for s in (by_means, single))
+    assert rows["Lack of fit"].f == pytest.approx(single_rows["Lack of fit"].f, rel=1e-9)
+    assert rows["Lack of fit"].p == pytest.approx(single_rows["Lack of fit"].p, rel=1e-9)
+    assert rows["Pure error"].df == 27 == single_rows["Pure error"].df
+    assert 4.0 * rows["Pure error"].sum_of_squares == pytest.approx(single_rows["Pure error"].sum_of_squares)
+    assert by_means.lack_of_fit_testable and (rows["Lack of fit"].p < 0.05) == (curve > 0.0)
+    assert any("27 df" in note and "mesh phases" in note for note in by_means.notes)
+
+
+@pytest.mark.parametrize("curve", [0.0, 3.0])
+def test_what_the_places_share_is_taken_out(curve: float) -> None:
+    """Places that shift all runs by −6, −2, 2, 6: the F is that of (place + quadratic) against (place + run)."""
+    import pandas as pd
+    from statsmodels.formula.api import ols
+    from statsmodels.stats.anova import anova_lm
+
+    values = phases(1.0, curve=curve) + np.array([-6.0, -2.0, 2.0, 6.0])
+    within = Within(values.std(axis=1, ddof=1), np.full(9, 4), values)
+    surface = fit_surface(DESIGN, values.mean(axis=1), ["a", "b"], within=within)
+    frame = pd.DataFrame(np.repeat(DESIGN, 4, axis=0), columns=["a", "b"])
+    frame = frame.assign(y=values.ravel(), place=np.tile(range(4), 9), run=np.repeat(range(9), 4))
+    small = ols("y ~ C(place) + a + b + a:b + I(a**2) + I(b**2)", frame).fit()
+    theirs = anova_lm(small, ols("y ~ C(place) + C(run)", frame).fit())
+    row = {r.source: r for r in surface.anova}["Lack of fit"]
+    assert (row.f, row.p) == pytest.approx((theirs.loc[1, "F"], theirs.loc[1, "Pr(>F)"]), rel=1e-8)
+    assert {r.source: r for r in surface.anova}["Pure error"].df == 24
+    assert any("shifts the whole surface" in note for note in surface.notes)
+
+
+def test_repeated_runs_of_a_deterministic_solver_count_once() -> None:
+    """Five centre runs with the same phases: 9 distinct points, 27 df; four of seven residual df tell nothing.
+
+    On a face-centred design the centre is not fitted exactly, so that counting it five times would change the F.
+    """
+    design = np.vstack([DESIGN, np.zeros((4, 2))])
+    values = phases(2.0)
+    values = np.vstack([values, np.repeat(values[-1:], 4, axis=0)])
+    within = Within(values.std(axis=1, ddof=1), np.full(len(values), 4))
+    surface = fit_surface(design, values.mean(axis=1), ["a", "b"], within=within)
+    rows = {row.source: row for row in surface.anova}
+    assert rows["Pure error"].df == 27 and rows["Lack of fit"].df == 3 and rows["Residual"].df == 7
+    assert any("4 repeated runs add no information" in note for note in surface.notes)
+    design = np.clip(design, -1.0, 1.0)
+    surface = fit_surface(design, values.mean(axis=1), ["a", "b"], within=within)
+    once = fit_surface(design[:9], values[:9].mean(axis=1), ["a", "b"], within=within.at(np.arange(9)))
+    rows, alone = ({row.source: row for row in s.anova}["Lack of fit"] for s in (surface, once))
+    assert (rows.f, rows.p, rows.df) == pytest.approx((alone.f, alone.p, alone.df))
+
+
+def test_intervals_take_the_larger_error() -> None:
+    """Where the residual is smaller by luck, s² is Σ(m − 1)s²/m over Σ(m − 1), and its df go with it."""
+    values = phases(2.0)
+    surface = fitted(values)
+    plain = fit_surface(DESIGN, values.mean(axis=1), ["a", "b"])
+    within = float(np.mean(values.var(axis=1, ddof=1)) / 4.0)
+    assert surface.mean_square == pytest.approx(max(within, plain.mean_square))
+    exact = phases(2.0)
+    exact += (term_columns(DESIGN) @ np.array([100, 10, 4, 1, 0, 0]) - exact.mean(axis=1))[:, None]
+    surface = fitted(exact)
+    assert surface.error_source == "within" and surface.df == 27 and surface.mean_square > 0.1
+    low, high = surface.mean_interval([0.0, 0.0])[0]
+    assert high - low == pytest.approx(2 * 2.0518 * np.sqrt(surface.mean_square), rel=1e-4)  # t(27), leverage 1
+    assert surface.as_dict()["error_source"] == "within"
+
+
+def test_a_saturated_fit_has_intervals_all_the_same() -> None:
+    values = phases(2.0)[[0, 1, 2, 4, 6, 8]]
+    design = DESIGN[[0, 1, 2, 4, 6, 8]]
+    within = Within(values.std(axis=1, ddof=1), np.full(6, 4))
+    surface = fit_surface(design, values.mean(axis=1), ["a", "b"], within=within)
+    assert surface.df == 18 and surface.coefficients[0].low is not None
+
+
+def test_moderated_weights() -> None:
+    """s² = 1 and 9, mean 5: variances 3/4 and 7/4, weights 1.4 and 0.6."""
+    assert moderated_weights([1.0, 3.0], [4, 4]) == pytest.approx([1.4, 0.6])
+    assert moderated_weights([np.nan, 1.0], [0, 4]) == pytest.approx([1.0, 1.0])
+    assert moderated_weights([0.0, 0.0], [4, 4]) == pytest.approx([1.0, 1.0])
+
+
+# ---- runs that are missing
+
+
+def test_terms_that_failed_runs_made_inestimable_are_left_out() -> None:
+    """Without axial runs a² and b² are one column: both go, the rest is the fit without them."""
+    y = np.where(AXIAL, np.nan, phases(1.0).mean(axis=1))
+    with pytest.raises(
+        RunsFailed, match=r"4 of 9 runs failed; the 5 left cannot estimate a\^2, b\^2.*rsm\.inestimable"
+    ):
+        fit_surface(DESIGN, y, ["a", "b"])
+    surface = fit_surface(DESIGN, y, ["a", "b"], drop=True)
+    other = fit_surface(DESIGN, y, ["a", "b"], terms=["a", "b", "a:b"])
+    assert surface.terms == ("1", "a", "b", "a:b") and surface.terms_dropped == ("a^2", "b^2")
+    assert [c.value for c in surface.coefficients] == pytest.approx([c.value for c in other.coefficients])
+    assert surface.df == 1 and surface.as_dict()["terms_dropped"] == ["a^2", "b^2"]
+    assert any("cannot estimate a^2, b^2: these terms are left out" in note for note in surface.notes)
+
+
+def test_a_linear_term_is_never_left_out() -> None:
+    """All runs with a = +1 or beyond, and all below 0: nothing tells a from the mean."""
+    y = np.where(np.abs(DESIGN[:, 0]) > 1e-9, np.nan, 100.0)
+    with pytest.raises(RunsFailed, match="cannot estimate"):
+        fit_surface(DESIGN, y, ["a", "b"], drop=True)
+    with pytest.raises(RunsFailed, match="9 of 9 runs failed; the 0 left cannot estimate the mean"):
+        fit_surface(DESIGN, np.full(9, np.nan), ["a", "b"], drop=True)
+
+
+def test_reduction_starts_from_what_the_runs_left_can_estimate() -> None:
+    """Without axial runs the squares go first; then b, which does nothing, and a·b with it."""
+    a = DESIGN[:, 0]
+    y = np.where(AXIAL, np.nan, 100.0 + 10.0 * a + np.linspace(-0.1, 0.1, 9) ** 2)
+    with pytest.raises(UsageError, match=r"rsm.reduce: backward .* rsm.inestimable: drop"):
+        reduce_surface(DESIGN, y, ["a", "b"], "backward")
+    for method in ("backward", "aicc"):
+        reduced = reduce_surface(DESIGN, y, ["a", "b"], method, drop=True)
+        assert reduced.surface.terms == ("1", "a") and set(reduced.dropped) == {"b", "a:b", "a^2", "b^2"}
+
+
+def test_nothing_is_left_out_of_a_whole_design() -> None:
+    """A design that cannot carry its model is the user's to change."""
+    with pytest.raises(UsageError, match="take a design with more runs"):
+        fit_surface(DESIGN[~AXIAL], phases(1.0).mean(axis=1)[~AXIAL], ["a", "b"], drop=True)
+
+
+def test_lost_orthogonality_is_stated_beside_the_planned() -> None:
+    """Planned: a², b² correlate through the mean; one corner fewer makes it worse."""
+    y = phases(1.0).mean(axis=1)
+    planned = max(c.vif for c in fit_surface(DESIGN, y, ["a", "b"]).coefficients[1:])
+    assert largest_inflation(term_columns(DESIGN)) == pytest.approx(planned)
+    y[0] = np.nan
+    surface = fit_surface(DESIGN, y, ["a", "b"])
+    now = max(c.vif for c in surface.coefficients[1:])
+    assert now > planned + 0.04
+    assert any(f"{now:.2f}, as planned {planned:.2f}" in note for note in surface.notes)
+
+
+# ---- blocks and additions to a design
+
+
+def test_orthogonal_blocks_leave_the_quadratic_alone() -> None:
+    """Two factors, 3 + 3 centre points: α² = 4·(4 + 3)/(2·(4 + 3)) = 2, as Box and Hunter print."""
+    options = SurfaceOptions(blocks=True, centre_points=6)
+    design, blocks = surface_runs(2, options), surface_blocks(2, options)
+    assert surface_reach(2, options) == pytest.approx(2.0**0.5)
+    assert blocks == ["1"] * 7 + ["2"] * 7
+    columns = term_columns(design)
+    for part in ("1", "2"):
+        mine = np.array([block == part for block in blocks])
+        assert columns[mine].mean(axis=0) == pytest.approx(columns.mean(axis=0))  # no term differs between blocks
+    y = 50.0 + 3.0 * design[:, 0] + np.where(np.array(blocks) == "2", 7.0, 0.0)
+    surface = fit_surface(design, y, ["a", "b"], blocks=blocks)
+    assert surface.block_effects == pytest.approx({"1": -3.5, "2": 3.5})
+    with pytest.raises(UsageError, match="no orthogonal blocks"):
+        surface_blocks(3, SurfaceOptions("box-behnken", blocks=True))
+
+
+def test_axial_points_are_appended_once_and_stay_in_reach() -> None:
+    base = surface_runs(3, SurfaceOptions("box-behnken", centre_points=1))
+    more = surface_runs(3, SurfaceOptions("box-behnken", centre_points=1, axial=1.0))
+    assert np.array_equal(more[: len(base)], base) and len(more) == len(base) + 6
+    face = SurfaceOptions(alpha="face", axial=1.0)
+    assert len(surface_runs(2, face)) == len(surface_runs(2, SurfaceOptions(alpha="face")))
+    with pytest.raises(UsageError, match=r"rsm.axial: 1.5 .*reach, 1"):
+        surface_runs(3, SurfaceOptions("box-behnken", axial=1.5))
+
+
+def test_batches_keep_what_was_there() -> None:
+    first = surface_runs(3, SurfaceOptions(extra_runs=3))
+    second = surface_runs(3, SurfaceOptions(extra_runs=(3, 4)))
+    assert np.array_equal(second[: len(first)], first) and len(second) == len(first) + 4

@@ -1,0 +1,38 @@
+"""The scripts in the documentation that start a cluster by Slurm or PBS: what jobs they would submit."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fakes import ENVIRONMENT
+
+pytest.importorskip("dask_jobqueue", reason="needs dask-jobqueue: pip install dask-jobqueue")
+
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "clusters.md"
+EXPECTED = {
+    "SLURMCluster": ("#SBATCH -p normal", "#SBATCH --cpus-per-task=16", "#SBATCH --mem=15G", "#SBATCH -t 08:00:00"),
+    "PBSCluster": ("#PBS -q normal", "#PBS -l select=1:ncpus=16:mem=16gb", "#PBS -l walltime=08:00:00"),
+}
+WORKER = ("distributed.cli.dask_worker", "--nthreads 16", "--memory-limit 14.90GiB", "--lifetime 460m")
+
+
+@pytest.mark.parametrize("kind", EXPECTED)
+def test_job_script(kind: str) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    (code,) = (block for block in blocks if kind in block)
+    until_jobs = code.replace('"port": 8786', '"port": 0').partition("cluster.adapt")[0]
+    done = subprocess.run(
+        [sys.executable, "-c", f"{until_jobs}\nprint(cluster.job_script())\ncluster.close()"],
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    for line in (*EXPECTED[kind], *WORKER):
+        assert line in done.stdout, done.stdout

@@ -1,0 +1,118 @@
+"""What the page has beyond the terminal: verdicts, the surface's own axes, checks of runs, diagnostics."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pytest
+
+from stemcal.report.appendix import canonical_sheet, checks_sheet, design_sheet, page_sheets, ridge_sheet
+from stemcal.report.diagnostics import diagnostics, growth, ridge, studentised
+from stemcal.report.figures import half_normal, pareto
+from stemcal.report.records import runs_of
+from stemcal.report.setting import setting_sheets
+
+
+def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:
+    (sheet,) = page_sheets(stages["screen"])
+    assert [sheet.rows[i][0] for i in sorted(sheet.strong)] == ["X4", "X7", "X9"]
+    assert sheet.rows[3][1].startswith("yield_stress matters")
+
+
+def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None:
+    """Eigenvalues of B = [[1.294, …], …]: their sum is its trace, 1.29 − 0.83 + 2.88 (Table 9's squares)."""
+    sheet = canonical_sheet(stages["rsm"])
+    assert [row[1] for row in sheet.rows] == ["3.981", "2.204", "−2.839"]
+    squares = {row["term"]: row["value"] for row in stages["rsm"]["coefficients"] if row["term"].endswith("^2")}
+    assert sum(stages["rsm"]["canonical"]["eigenvalues"]) == pytest.approx(sum(squares.values()))
+    assert "a saddle of 154.4 N" in sheet.foot[0] and "outside" in sheet.foot[0]
+
+
+def test_ridge_begins_at_the_centre(stages: dict[str, Any]) -> None:
+    rows = ridge_sheet(stages["rsm"]).rows
+    assert rows[0] == ("0.00", "14.99", "0.03000", "90.00", "120.4", "1.99")
+    forces = [float(row[4]) for row in rows]
+    assert forces == sorted(forces)
+
+
+def test_surface_tables_fit_a_terminal(stages: dict[str, Any]) -> None:
+    from rich.console import Console
+
+    from stemcal.report.tables import drawn
+
+    for sheet in (canonical_sheet(stages["rsm"]), ridge_sheet(stages["rsm"])):
+        assert max(len(row) for row in sheet.rows) == len(sheet.columns)
+        console = Console(width=80, record=True, file=io.StringIO())
+        for part in drawn(sheet):
+            console.print(part)
+        text = console.export_text()
+        assert all(line in text for head in sheet.columns for line in head.split("\n"))
+
+
+def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
+    sheet = design_sheet("Runs", stages["screen"])
+    assert sheet.columns == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
+    assert design_sheet("Runs", stages["rsm"]).columns[1] == "yield_stress"
+
+
+def test_checks_name_each_run_once() -> None:
+    details = {"peak_force": 150.0, "peak_travel": 0.7, "stroke_was_enough": False, "elements": 10, "steps": 99,
+               "deleted_elements": 1, "energy_drift_percent": 0.4, "kinetic_ratio_percent": 1.0,
+               "hourglass_ratio_percent": 5.0}  # fmt: skip
+    records = {
+        label: {"key": key, "details": details} for label, key in (("rsm 1", "a"), ("rsm 2", "b"), ("8 mm", "a"))
+    }
+    sheet = checks_sheet(records)
+    assert sheet is not None and [row[0] for row in sheet.rows] == ["rsm 1", "rsm 2"]
+    assert sheet.rows[0][1:4] == ("150.0", "0.700", "no")
+    assert checks_sheet({"8 mm": {"key": "a", "details": {}}}) is None
+
+
+def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:
+    """Run 1 of the published design: r = 1.585 N, h = 0.1663, s² = 23.88 N²."""
+    values = studentised(stages["rsm"])
+    assert values[0] == pytest.approx(1.5849 / (23.8848 * (1 - 0.16634)) ** 0.5, abs=1e-3)
+    normal, order, influence = diagnostics(stages["rsm"]).axes
+    assert sorted(values) == pytest.approx(list(normal.lines[1].get_ydata()))
+    assert order.lines[1].get_ydata()[0] == values[0]
+    assert max(bar.get_height() for bar in influence.patches) == pytest.approx(1.13, abs=0.01)
+
+
+def test_ridge_reaches_the_target(stages: dict[str, Any]) -> None:
+    force, place = ridge(stages["rsm"], stages["invert"]).axes
+    assert force.lines[1].get_ydata()[0] == 159.2
+    assert len(place.lines) == 3
+
+
+def test_power_laws_have_the_slope_told(stages: dict[str, Any]) -> None:
+    import numpy as np
+
+    measured = growth(stages["validate"]).axes[0].lines[0]
+    x, y = np.log(measured.get_xdata()), np.log(measured.get_ydata())
+    assert (y[1] - y[0]) / (x[1] - x[0]) == pytest.approx(2.59, abs=0.005)
+    assert measured.get_label().startswith("measured: n = 2.59 (")
+
+
+def test_limits_of_the_screening_figures(stages: dict[str, Any]) -> None:
+    """Lenth 23.79 and 53.28 N; t(0.975, 2) = 4.303 times the standard error of an effect, 3.768 N."""
+    limits = {line.get_label(): line.get_xdata()[0] for line in pareto(stages["screen"]).axes[0].lines}
+    assert limits["Lenth ME"] == pytest.approx(23.79, abs=0.01)
+    assert limits["t test, p = 0.05"] == pytest.approx(4.3027 * 3.7677, abs=0.01)
+    assert limits["Lenth SME"] == pytest.approx(stages["screen"]["lenth"]["sme"])
+    labels = [line.get_label() for line in half_normal(stages["screen"]).axes[0].lines]
+    assert labels[:3] == ["chance (Lenth)", "Lenth ME", "Lenth SME"]
+
+
+def test_setting_tells_what_was_measured(replayed: tuple[Any, Any]) -> None:
+    study, _ = replayed
+    factors, measured, *_ = setting_sheets(study)
+    assert len(factors.rows) == 9 and factors.rows[2][3] == ""
+    assert measured.rows[1][:2] == ("8", "159.2") and measured.strong == {1}
+
+
+def test_every_stage_names_its_runs() -> None:
+    refine = {"stage": "refine", "rows": [{"key": "a"}, {"key": "b"}]}
+    joint = {"stage": "rsm", "diameters": [{"diameter": 7.0, "runs": [{"run": 1, "key": "c"}]}]}
+    assert list(runs_of(refine)) == [("refine 1", "a"), ("refine 2", "b")]
+    assert list(runs_of(joint)) == [("rsm 1 at 7 mm", "c")]

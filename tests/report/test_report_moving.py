@@ -1,0 +1,250 @@
+"""The cut over time and in space: frames as they were, animations that can be read, pictures whatever the display."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stemcal import cutting
+from stemcal.cli.requested import requestable, write_requested
+from stemcal.cutting.shape import Shape
+from stemcal.errors import UsageError
+from stemcal.fem.material import Material
+from stemcal.fem.model import Integration
+from stemcal.report import view
+from stemcal.report.animation import write_animation
+from stemcal.report.fracture import end_faces
+from stemcal.report.frames import fracture_frames, mesh, moments, near
+from stemcal.report.page import render
+from stemcal.solvers.embedded import Embedded
+from stemcal.solvers.film import FRAMES, Film, Frame, frames_of
+from stemcal.solvers.protocol import Request
+from stemcal.study.spec import load_study
+from stemcal.study.store import StudyFolder
+
+OUTPUTS = 96
+
+
+@pytest.fixture(scope="module")
+def filmed() -> tuple[Any, Film]:
+    """A quick coarse cut, and its film."""
+    material = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.02)
+    how = cutting.Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
+    film = Film(OUTPUTS)
+    result = cutting.shear(cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=how), inspect=film)
+    return result, film
+
+
+@pytest.fixture(scope="module")
+def frames(filmed: tuple[Any, Film]) -> list[Frame]:
+    """The frames as a record gives them back."""
+    result, film = filmed
+    shape = Shape.unpacked(json.loads(json.dumps(result.shape.packed())))
+    return frames_of(shape, json.loads(json.dumps(film.packed(result))))
+
+
+def test_frames_are_even_in_time_and_end_as_the_test_did(filmed: tuple[Any, Film], frames: list[Frame]) -> None:
+    result, _ = filmed
+    assert len(frames) == FRAMES + 1  # every fourth of 96 outputs, and the start
+    assert [frame.travel for frame in frames] == pytest.approx(result.history.travel[::4], abs=1e-4)
+    assert [frame.force for frame in frames] == pytest.approx(result.history.force_filtered[::4], abs=1e-3)
+    last = frames[-1].shape
+    assert np.array_equal(last.standing, result.shape.standing)
+    assert last.tools[0] == pytest.approx(result.shape.tools[0], abs=1e-3)
+    held = np.unique(last.hexes[last.standing])
+    assert np.abs(last.nodes - result.shape.nodes)[held].max() < 1e-3
+
+
+def test_frames_hold_what_the_solver_had(filmed: tuple[Any, Film], frames: list[Frame]) -> None:
+    _, film = filmed
+    for frame, nodes, standing, strain in zip(frames, film.nodes, film.standing, film.strains, strict=True):
+        held = np.unique(frame.shape.hexes[standing])
+        largest = max(np.abs(other - frames[0].shape.reference)[held].max() for other in film.nodes)
+        assert np.abs(frame.shape.nodes - nodes)[held].max() <= largest / 2000
+        assert frame.shape.plastic_strain == pytest.approx(strain, abs=1e-3 * max(s.max() for s in film.strains))
+        assert np.array_equal(frame.shape.standing, standing)
+
+
+def test_filming_changes_no_force(filmed: tuple[Any, Film]) -> None:
+    material = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.02)
+    how = cutting.Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
+    alone = cutting.shear(cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=how))
+    assert alone.peak_force == filmed[0].peak_force
+
+
+def test_a_film_is_small(filmed: tuple[Any, Film]) -> None:
+    result, film = filmed
+    assert len(json.dumps(film.packed(result))) < 100_000
+    assert film.packed(replace(result, shape=None)) == {}
+
+
+def test_moments_hold_start_peak_and_end(frames: list[Frame]) -> None:
+    chosen = moments(frames)
+    assert len(chosen) <= 6
+    assert chosen[0] is frames[0] and chosen[-1] is frames[-1]
+    assert max(frame.force for frame in frames) in [frame.force for frame in chosen]
+
+
+def test_frames_over_time_are_drawn_with_the_deleted_gone(frames: list[Frame]) -> None:
+    figure = fracture_frames(frames)
+    chosen = moments(frames)
+    panels = figure.axes[: len(chosen)]
+    assert panels[0].get_title() == "0.00 mm, 0 N"
+    counts = [sum(len(body.get_paths()) for body in axes.collections) for axes in panels]
+    assert counts[0] > counts[-1] > 0
+    assert panels[0].get_xlim()[1] == pytest.approx(near(frames[0].shape))
+
+
+def test_mesh_shows_the_wall_of_the_stem(frames: list[Frame]) -> None:
+    """The faces of the end add up to half a ring, less what the corners of the elements cut off."""
+    quads = end_faces(frames[0].shape)
+    one, other = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
+    area = 0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum()
+    ring = np.pi / 2 * (4.0**2 - (0.41 * 4.0) ** 2)
+    assert 0.95 * ring < area < ring
+    assert len(mesh(frames[0].shape).axes) == 2
+
+
+def test_animation_has_every_frame_and_can_be_read(frames: list[Frame], tmp_path: Path) -> None:
+    from PIL import Image
+
+    path = write_animation(frames[::6], tmp_path / "cut.gif")
+    with Image.open(path) as picture:
+        assert picture.n_frames == len(frames[::6]) == 5
+        assert picture.size == (704, 550)
+        pixels = []
+        for number in range(picture.n_frames):
+            picture.seek(number)
+            pixels.append(np.asarray(picture.convert("RGB"), dtype=int))
+    assert all(np.abs(one - other).max() > 100 for one, other in pairwise(pixels))
+    assert path.stat().st_size < 500_000
+
+
+def test_animation_of_another_kind_is_refused(frames: list[Frame], tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"a \.gif or \.mp4 file"):
+        write_animation(frames, tmp_path / "cut.avi")
+
+
+def test_mp4_where_ffmpeg_is_and_a_remedy_where_not(
+    frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from stemcal.report import animation
+
+    try:
+        path = write_animation(frames[::12], tmp_path / "cut.mp4")
+    except UsageError as error:
+        assert "imageio-ffmpeg" in str(error)
+    else:
+        assert path.read_bytes()[4:8] == b"ftyp"
+    monkeypatch.setattr(animation, "_found_ffmpeg", lambda _writer: False)
+    with pytest.raises(UsageError, match="--format gif"):
+        write_animation(frames, tmp_path / "cut.mp4")
+
+
+def test_scene_is_the_whole_stem(frames: list[Frame]) -> None:
+    scene = view.scene_of(frames[0].shape)
+    assert scene.body[..., 0].min() == pytest.approx(-15.0, abs=1e-4)
+    assert scene.body[..., 1].min() == pytest.approx(-scene.body[..., 1].max())
+    assert len(scene.body) == len(scene.strain) and len(scene.body) % 4 == 0
+    assert len(scene.tools) == 3 * 65
+
+
+def test_without_pyvista_matplotlib_draws(frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(view.importlib.util, "find_spec", lambda _name: None)
+    said = view.write_view(frames[-1].shape, tmp_path / "view.png")
+    assert said == 'drawn by matplotlib, because pyvista is not installed (pip install "stemcal[view]")'
+    assert (tmp_path / "view.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_crash_of_the_graphics_costs_nothing(
+    frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The process that draws dies as from a faulty driver: matplotlib draws, and the reason is told."""
+    really = view._run
+    monkeypatch.setattr(view.importlib.util, "find_spec", lambda _name: True)
+    monkeypatch.setattr(view, "_run", lambda _command: really([sys.executable, "-c", "import os; os.abort()"]))
+    said = view.write_view(frames[-1].shape, tmp_path / "view.png")
+    assert said.startswith("drawn by matplotlib, because pyvista ended with code") and "libosmesa6" in said
+    assert (tmp_path / "view.png").stat().st_size > 5000
+
+
+def test_a_hung_driver_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(view, "PATIENCE", 0.5)
+    assert "longer than 0.5 s" in (view._run([sys.executable, "-c", "import time; time.sleep(30)"]) or "")
+
+
+def test_pyvista_draws_where_it_works(frames: list[Frame], tmp_path: Path) -> None:
+    pytest.importorskip("pyvista")
+    said = view.write_view(frames[-1].shape, tmp_path / "view.png")
+    if said != "drawn by pyvista":
+        pytest.skip(said)
+    from PIL import Image
+
+    with Image.open(tmp_path / "view.png") as picture:
+        assert picture.size == (1600, 1000)
+        assert np.asarray(picture.convert("L")).std() > 10.0
+
+
+@pytest.fixture
+def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Path) -> tuple[Any, StudyFolder]:
+    """A study whose run at the calibration diameter kept its shape and its film."""
+    from stemcal.solvers.embedded import pictured
+
+    study, folder = replayed
+    copy = StudyFolder(tmp_path / "study")
+    with copy:
+        for name in ("screen", "rsm", "invert", "validate"):
+            shutil.copy(folder.path / f"{name}.json", copy.path)
+        row = next(row for row in folder.read_stage("validate")["rows"] if row["role"] == "calibration")
+        record = folder.peek(row["key"])
+        curve = {"travel": [0.0, 0.4, 0.8], "force": [0.0, 159.2, 20.0]}
+        record["details"] = {"curve": curve, **pictured(*filmed)}
+        copy.save(record)
+    return study, copy
+
+
+def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) -> None:
+    assert set(requestable(*with_film)) == {"animation-8mm", "view-8mm"}
+    path = write_requested(*with_film, "animation", "gif")
+    assert path.name == "animation-8mm.gif" and path.stat().st_size > 50_000
+    with pytest.raises(UsageError, match="there are animation-8mm, view-8mm"):
+        write_requested(*with_film, "animation-7mm", "gif")
+
+
+def test_the_page_shows_mesh_cut_and_frames(with_film: tuple[Any, StudyFolder]) -> None:
+    text = render(*with_film)
+    for begin in (
+        "The mesh of the stem of",
+        "The cut stem of",
+        "How the stem of",
+        "Energies over blade travel, stem of",
+    ):
+        assert f"{begin} 8 mm" in text
+    assert len(text.encode()) < 5_000_000
+
+
+def test_without_a_film_the_remedy_is_told(replayed: tuple[Any, Any]) -> None:
+    with pytest.raises(UsageError, match="runs of an earlier version get it when"):
+        write_requested(*replayed, "animation", "gif")
+
+
+def test_runs_at_a_solution_keep_their_pictures_whatever_stage_came_first() -> None:
+    """Refining and validating share a run at the calibration diameter: whichever computes it keeps the pictures."""
+    study = load_study(Path(__file__).parents[2] / "configs" / "smoke.yaml")
+    solver, levels = Embedded(study), study.midlevels()
+    answers = {stage: solver.solve(Request(stage, 0, levels, 8.0)) for stage in ("rsm", "refine", "validate")}
+    pictures = {"energies", "shape", "film"}
+    assert {stage: pictures & set(answer.details) for stage, answer in answers.items()} == {
+        "rsm": set(),
+        "refine": pictures,
+        "validate": pictures,
+    }
+    assert len({answer.force for answer in answers.values()}) == 1

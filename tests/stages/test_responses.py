@@ -1,0 +1,183 @@
+"""Force, travel and work fitted together: a known answer, and a run of the embedded solver found again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import FakeSolver
+
+from stemcal import workflow
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.solvers.embedded import Embedded
+from stemcal.solvers.measures import measures, work_until
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import Study
+from stemcal.study.spec import load_study
+from stemcal.study.store import StudyFolder
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+FACTORS = """\
+schema_version: 1
+name: responses
+factors:
+  - {name: yield_stress, unit: MPa, low: 10, high: 20}
+  - {name: failure_strain, low: 0.01, high: 0.05}
+material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
+  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}
+rsm: {factors: [yield_stress, failure_strain], centre_points: 1}
+"""
+
+
+@dataclass(frozen=True)
+class Telling(FakeSolver):
+    """F = 100 + 20a, travel 1 + 0.2b, work half of their product, as a triangle has it; all times d/8."""
+
+    silent: bool = False
+
+    def solve(self, request: Request) -> Answer:
+        a = (request.levels["yield_stress"] - 15.0) / 5.0
+        b = (request.levels["failure_strain"] - 0.03) / 0.02
+        size = request.diameter / 8.0
+        force, travel = size * (100.0 + 20.0 * a), size * (1.0 + 0.2 * b)
+        curve = {"travel": [0.0, travel, 2.0 * travel], "force": [0.0, force, 0.0]}
+        return Answer("ok", force=force, details={} if self.silent else {"peak_travel": travel, "curve": curve})
+
+
+def study_of(tmp_path: Path, targets: str, extra: str) -> Study:
+    path = tmp_path / "responses.yaml"
+    forces = "\n".join(f"    - {{{target}}}" for target in targets.splitlines())
+    path.write_text(f"{FACTORS}targets:\n  calibrate_at: 8 mm\n  forces:\n{forces}\n{extra}", encoding="utf-8")
+    return load_study(path)
+
+
+EIGHT = (
+    "diameter: 8 mm, force: 104 N, sd: 2 N, n: 4, travel: 1.06 mm, travel_sd: 0.02 mm, work: 55.12 mJ, work_sd: 2 mJ"
+)
+TEN = "diameter: 10 mm, force: 130 N, sd: 2 N, n: 4, travel: 1.325 mm"
+
+
+def solved(study: Study, tmp_path: Path, solver: FakeSolver | None = None) -> dict[str, Any]:
+    folder, solver = StudyFolder(tmp_path / "out"), solver or Telling()
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
+    return workflow.invert(study, folder, solver)
+
+
+def test_work_is_the_area_under_the_curve_from_first_touch() -> None:
+    """A triangle of 100 N over 2 mm up to half-way, and the same with points before the touch."""
+    assert work_until([0.0, 2.0], [0.0, 100.0], 2.0) == pytest.approx(100.0)
+    assert work_until([-0.5, 0.0, 2.0], [0.0, 0.0, 100.0], 1.0) == pytest.approx(25.0)
+    told = measures({"peak_travel": 1.0, "curve": {"travel": [0.0, 2.0], "force": [0.0, 100.0]}})
+    assert told == pytest.approx({"travel": 1.0, "work": 25.0})
+
+
+def test_phases_give_means() -> None:
+    told = measures({"phase_peaks": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]})
+    assert told == {"phases": 2, "phase_forces": [90.0, 110.0], "travel": 1.1, "work": 45.0}
+    assert measures({"stroke_was_enough": True}) == {}
+
+
+def test_travel_tells_what_the_force_leaves_free(tmp_path: Path) -> None:
+    """F = 104, travel = 1.06: yield 16 MPa, failure strain 0.036; the force alone says nothing of the latter."""
+    stage = solved(study_of(tmp_path, EIGHT, "invert: {responses: [force, travel]}\n"), tmp_path)
+    assert list(stage["solution"].values()) == pytest.approx([16.0, 0.036], rel=1e-4)
+    assert stage["certainty"]["free"] == [] and stage["certainty_alone"]["free"] == ["failure_strain"]
+    low, high = stage["certainty"]["intervals"]["failure_strain"]
+    assert (high - low) / 2 == pytest.approx(1.96 * 0.02 / 2 / 0.2 * 0.02, rel=0.02)  # 1.96·sd/√n over the slope
+    low, high = stage["certainty"]["intervals"]["yield_stress"]
+    assert (high - low) / 2 == pytest.approx(1.96 * 2.0 / 2 / 20.0 * 5.0, rel=0.02)
+    (row,) = stage["joint"]["further"]
+    assert row["unit"] == "mm" and row["predicted"] == pytest.approx(1.06, rel=1e-4)
+    assert any("The force at 8 mm alone" in note for note in stage["notes"])
+    assert any("count as independent" in note for note in stage["notes"])
+
+
+def test_all_responses_over_two_diameters(tmp_path: Path) -> None:
+    study = study_of(tmp_path, f"{EIGHT}\n{TEN}", "invert: {diameters: all, responses: all}\n")
+    stage = solved(study, tmp_path)
+    assert list(stage["solution"].values()) == pytest.approx([16.0, 0.036], rel=1e-3)
+    found = [(row["diameter"], row["response"]) for row in stage["joint"]["further"]]
+    assert found == [(8.0, "travel"), (8.0, "work"), (10.0, "travel")]
+    assert len(stage["joint"]["rows"]) == 2 and stage["joint"]["scatter"] == "pooled"
+    assert stage["joint"]["max_abs_left_out_error_percent"] < 0.5
+
+
+def test_a_worse_measured_response_counts_less(tmp_path: Path) -> None:
+    """Travel and work contradict each other; the one of smaller scatter has its way."""
+    sharp = EIGHT.replace("work: 55.12 mJ, work_sd: 2 mJ", "work: 70 mJ, work_sd: 100 mJ")
+    stage = solved(study_of(tmp_path, sharp, "invert: {responses: all}\n"), tmp_path)
+    assert stage["solution"]["failure_strain"] == pytest.approx(0.036, rel=0.01)
+    other = EIGHT.replace(
+        "travel_sd: 0.02 mm, work: 55.12 mJ, work_sd: 2 mJ", "travel_sd: 2 mm, work: 60 mJ, work_sd: 0.1 mJ"
+    )
+    (tmp_path / "other").mkdir()
+    stage = solved(study_of(tmp_path / "other", other, "invert: {responses: all}\n"), tmp_path / "other")
+    work = next(row for row in stage["joint"]["further"] if row["response"] == "work")
+    assert abs(work["error_percent"]) < 0.5
+
+
+def test_other_responses_make_the_surface_stale(tmp_path: Path) -> None:
+    solved(study_of(tmp_path, EIGHT, "invert: {responses: [force, travel]}\n"), tmp_path)
+    changed = study_of(tmp_path, EIGHT, "invert: {responses: all}\n")
+    with pytest.raises(UsageError, match="responses changed"):
+        workflow.invert(changed, StudyFolder(tmp_path / "out"), Telling())
+
+
+def test_a_solver_that_tells_no_travel_is_named(tmp_path: Path) -> None:
+    study = study_of(tmp_path, EIGHT, "invert: {responses: all}\n")
+    with pytest.raises(RunsFailed, match="run 1 tells no travel"):
+        solved(study, tmp_path, Telling(silent=True))
+
+
+def test_validation_compares_what_was_measured(tmp_path: Path) -> None:
+    study = study_of(tmp_path, f"{EIGHT}\n{TEN}", "invert: {diameters: all, responses: all}\n")
+    solved(study, tmp_path)
+    stage = workflow.validate(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=Telling())
+    eight, ten = (row["further"] for row in stage["rows"])
+    assert [entry["response"] for entry in eight] == ["travel", "work"]
+    assert eight[0]["simulated"] == pytest.approx(1.06, rel=1e-3)
+    assert [entry["error_percent"] for entry in ten] == pytest.approx([0.0], abs=0.2)
+
+
+def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
+    """Force, travel and work of one simulation at 16 MPa, 0.11 taken as measured, with 2 % scatter.
+
+    The force alone leaves the failure strain free over nine tenths of its range; together they come within 1 % and 6 %.
+    """
+    text = (CONFIGS / "smoke.yaml").read_text(encoding="utf-8").split("targets:")[0]
+    text = text.replace("low: 0.01, high: 0.05", "low: 0.05, high: 0.15") + "loading: {duration: 1.2 s}\n"
+    text += "rsm: {factors: [yield_stress, failure_strain], centre_points: 1}\n"
+    path = tmp_path / "own.yaml"
+    one = "targets: {calibrate_at: 8 mm, forces: [{diameter: 8 mm, force: 150 N}]}\n"
+    path.write_text(text + one, encoding="utf-8")
+    study = load_study(path)
+    truth = {**study.midlevels(), "yield_stress": 16.0, "failure_strain": 0.11}
+    answer = Embedded(study).solve(Request("rsm", 0, truth, 8.0))
+    means = {"force": (answer.force, "sd", "N")}
+    means |= {
+        name: (measures(answer.details)[name], f"{name}_sd", unit) for name, unit in (("travel", "mm"), ("work", "mJ"))
+    }
+    given = [
+        f"{name}: {value:.6f} {unit}, {sd}: {0.02 * value:.6f} {unit}" for name, (value, sd, unit) in means.items()
+    ]
+    both = f"targets: {{calibrate_at: 8 mm, forces: [{{diameter: 8 mm, n: 6, {', '.join(given)}}}]}}\n"
+    path.write_text(f"{text}{both}invert: {{responses: all}}\n", encoding="utf-8")
+    study, folder = load_study(path), StudyFolder(tmp_path / "out")
+    workflow.fit_surface(study, folder, InlineExecutor())
+    stage = workflow.invert(study, folder)
+    assert stage["solution"]["yield_stress"] == pytest.approx(16.0, rel=0.01)
+    assert stage["solution"]["failure_strain"] == pytest.approx(0.11, rel=0.06)
+    assert stage["certainty_alone"]["free"] == ["failure_strain"] and stage["certainty"]["free"] == []
+    low, high = stage["certainty"]["intervals"]["failure_strain"]
+    assert low < 0.11 < high and high - low < 0.02
+
+
+def test_a_travel_beyond_the_stroke_is_doubted(tmp_path: Path) -> None:
+    """100 mm/min for 0.5 s is 0.833 mm: no simulated force can peak at 1.06 mm."""
+    study = study_of(tmp_path, EIGHT, "")
+    assert any("1.06 mm is more than the 0.832 mm" in warning for warning in study.warnings)
+    longer = study_of(tmp_path, EIGHT, "loading: {duration: 1 s}\n")
+    assert not any("travels" in warning for warning in longer.warnings)
