@@ -208,8 +208,8 @@ def _notes(joint: Mapping[str, Any], misfit: Misfit, fit: JointFit) -> list[str]
     ]
     if joint["further"]:
         notes.append(
-            "Means of the same specimens count as independent here; as far as their scatter goes together, the "
-            "intervals are not exact."
+            "Means of the same specimens count as independent here. The work goes with force and travel: fitted "
+            "together with both, it makes the intervals somewhat too narrow."
         )
     if joint["max_abs_left_out_error_percent"] is not None:
         left_out = "diameter" if count > 1 else "response"

@@ -199,7 +199,8 @@ class _JointLoop:
         """Return the contents of ``refine.json``."""
         done = [entry for entry in self.iterations if entry["misfit"] is not None]
         if not done:
-            reason = next(row["reason"] for row in self.rows if row["force"] is None)
+            failed = [row["reason"] for row in self.rows if row["force"] is None]
+            reason = failed[0] if failed else "the records tell no travel or work"
             raise RunsFailed(f"refine: no iteration of {len(self.iterations)} succeeded at every diameter ({reason})")
         best = done[-1] if self.stopped == "tolerance" else min(done, key=lambda entry: entry["misfit"])
         at = {row["diameter"]: row for row in self.rows if row["iteration"] == best["iteration"]}

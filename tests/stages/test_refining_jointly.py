@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +151,21 @@ def test_responses_are_met_too(tmp_path: Path) -> None:
     )
     (travel,) = stage["rows"][-1]["further"]
     assert travel["simulated"] == pytest.approx(math.exp(-0.12), rel=2e-3) and stage["converged"]
+
+
+@dataclass(frozen=True)
+class Forgetful(Curved):
+    """Tells no travel of the runs of the refining, as records of an earlier version."""
+
+    def solve(self, request: Request) -> Answer:
+        answer = super().solve(request)
+        return replace(answer, details={}) if request.stage == "refine" else answer
+
+
+def test_records_without_the_travel_are_named(tmp_path: Path) -> None:
+    spec = SPEC.replace("diameters: all", "diameters: all, responses: [force, travel]")
+    with pytest.raises(RunsFailed, match="the records tell no travel or work"):
+        refined(tmp_path, "{budget: 6}", solver=Forgetful(travels=True), spec=spec, travel=True)
 
 
 def test_running_again_computes_nothing_and_the_table_shows_diameters(tmp_path: Path) -> None:

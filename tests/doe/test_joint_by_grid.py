@@ -1,0 +1,79 @@
+"""The joint fit of several responses beside an independent one: weights by hand, every point of a dense grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from scipy.stats import f as f_distribution
+
+from stemcal.doe.designs import central_composite
+from stemcal.doe.joint import fit_jointly
+from stemcal.doe.misfit import Observation, misfit_of
+from stemcal.doe.profile import profiles_of
+from stemcal.doe.region import Region
+from stemcal.doe.surface import fit_surface
+
+REACH, STEP = 1.2, 0.002
+KINDS = ("force", "force", "travel", "work")
+SIZE = {"force": 1.0, "travel": 0.01, "work": 0.7}
+
+
+def quadratic(points):
+    a, b = points[..., 0], points[..., 1]
+    return np.stack([np.ones_like(a), a, b, a * b, a**2, b**2], axis=-1)
+
+
+def responses(seed):
+    """Return measured means, and per surface its response at the design, its coefficients and s²·(1 + p/n)."""
+    rng, design = np.random.default_rng(seed), central_composite(2, 3, "rotatable")
+    columns = quadratic(design)
+    for kind in KINDS:
+        truth = SIZE[kind] * np.array([100.0, *rng.normal(0, 12, 2), *rng.normal(0, 2, 3)])
+        y = columns @ truth + SIZE[kind] * rng.normal(0.0, 0.5, len(design))
+        beta, rss, _, _ = np.linalg.lstsq(columns, y, rcond=None)
+        s2 = float(rss[0]) / (len(design) - 6)
+        measured = float(quadratic(np.array([0.2, -0.1])) @ truth) * (1.0 + rng.normal(0.0, 0.02))
+        yield kind, measured, design, y, beta, s2 * (1.0 + 6.0 / len(design))
+
+
+def weights_by_hand(found, sd, n):
+    """sd²/n of the laboratory; a mean without sd has its kind's coefficient of variation, or that of all."""
+    measured = np.array([part[1] for part in found])
+    if all(value is None for value in sd):
+        return measured**2
+    squares = [(kind, (s / m) ** 2) for kind, m, s in zip(KINDS, measured, sd, strict=True) if s is not None]
+    variance = []
+    for (kind, m, *_, of_surface), s, count in zip(found, sd, n, strict=True):
+        own = [value for other, value in squares if other == kind] or [value for _, value in squares]
+        spread = m * np.sqrt(np.mean(own)) if s is None else s
+        variance.append(spread**2 / (count or 1) + of_surface)
+    return np.array(variance)
+
+
+@pytest.mark.parametrize("radius", [None, 1.2])
+@pytest.mark.parametrize("sd", [(2.0, None, 0.02, None), (2.0, 3.0, 0.02, 1.0), (None,) * 4])
+def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
+    n, found = (6, None, 6, 4), list(responses(1))
+    observations = [
+        Observation(kind, fit_surface(design, y, ["a", "b"]), measured, s, count, kind)
+        for (kind, measured, design, y, *_), s, count in zip(found, sd, n, strict=True)
+    ]
+    misfit, region = misfit_of(observations), Region(np.full(2, -REACH), np.full(2, REACH), radius)
+    variance = weights_by_hand(found, sd, n)
+    assert misfit.variance == pytest.approx(variance, rel=1e-9)
+    fit = fit_jointly(misfit, region)
+
+    axis = np.linspace(-REACH, REACH, round(2 * REACH / STEP) + 1)
+    points = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1)
+    columns = quadratic(points)
+    rise = sum((part[1] - columns @ part[4]) ** 2 / v for part, v in zip(found, variance, strict=True))
+    rise = np.where(np.linalg.norm(points, axis=-1) <= (radius or np.inf), rise, np.inf)
+    assert fit.misfit == pytest.approx(rise.min(), rel=1e-3) and fit.misfit <= rise.min()
+    told = any(value is not None for value in sd)
+    assert fit.p_value == (pytest.approx(chi2.sf(fit.misfit, 2)) if told else None)
+    allowed = chi2.ppf(0.95, 1) if told else fit.misfit * f_distribution.ppf(0.95, 1, 2) / 2
+    for j, profile in enumerate(profiles_of(misfit, region, fit.coded)):
+        inside = axis[rise.min(axis=1 - j) - fit.misfit <= allowed]
+        assert (profile.low, profile.high) == pytest.approx((inside[0], inside[-1]), abs=1.5 * STEP)
+        assert profile.bounded == (inside[0] > -REACH, inside[-1] < REACH)
