@@ -10,7 +10,7 @@ threads do.
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -53,36 +53,36 @@ class ThreadedMarch:
             outcome = renew_time_step(body, state.topology, clock, state.material, state.settings)
             if outcome != REACHED:
                 return int(outcome)
-            self._together(self._add_internal_forces, state)
+            failed = sum(self._together(self._add_internal_forces, state)) > 0
             add_late_forces(body.f, self._late, len(body.x))
             meet_tools(
-                body, state.topology, tools, state.edge, state.candidates, clock, ledger, state.friction, state.settings
-            )
+                failed, body, state.topology, tools, state.edge, state.candidates, clock, ledger, state.friction,
+                state.settings,
+            )  # fmt: skip
             self._together(self._move_nodes, state)
             outcome = finish_step(body, tools, clock, ledger)
             if outcome != REACHED:
                 return int(outcome)
         return REACHED
 
-    def _together(self, work: Callable[[State, int], None], state: State) -> None:
-        """Do a share of the work in each thread, the first in this one, and wait for all."""
+    def _together(self, work: Callable[[State, int], int], state: State) -> list[int]:
+        """Do a share of the work in each thread, the first in this one, and return what each gives."""
         others = [self._pool.submit(work, state, thread) for thread in range(1, self._count)] if self._pool else []
-        work(state, 0)
-        wait(others)
-        for other in others:
-            other.result()
+        return [work(state, 0), *(other.result() for other in others)]
 
-    def _add_internal_forces(self, state: State, thread: int) -> None:
+    def _add_internal_forces(self, state: State, thread: int) -> int:
         mine = slice(self._block_ends[thread], self._block_ends[thread + 1])
         body = state.body
-        add_internal_forces(
+        failed = add_internal_forces(
             self._scratch[thread], body.blocks[mine], self._targets[mine], body.x, body.v, body.state[mine], body.f,
             state.clock.step_before[0], state.material,
         )  # fmt: skip
+        return int(failed)
 
-    def _move_nodes(self, state: State, thread: int) -> None:
+    def _move_nodes(self, state: State, thread: int) -> int:
         begin, end = self._chunk_ends[thread], self._chunk_ends[thread + 1]
         kick_and_drift(state.body, mean_step(state.clock), state.clock.step[0], state.ledger.node_sums, begin, end)
+        return 0
 
 
 def force_rows(blocks: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints]:

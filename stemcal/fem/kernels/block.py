@@ -75,12 +75,12 @@ def scatter(scratch: Array, corners: Any, f: Array) -> None:
 
 
 @inlined
-def stands(state: Array) -> bool:
-    """Return whether any element of a block is alive."""
-    for lane in range(LANES):  # noqa: SIM110 - numba has no generator expressions
-        if state[ALIVE, lane] > 0.0:
-            return True
-    return False
+def living(state: Array) -> int:
+    """Return how many elements of a block are alive."""
+    count = 0
+    for lane in range(LANES):
+        count += state[ALIVE, lane] > 0.0
+    return count
 
 
 @inlined

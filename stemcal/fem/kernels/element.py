@@ -28,12 +28,12 @@ from stemcal.fem.kernels.block import (
     YIELD_RATE,
     add,
     fetch,
+    living,
     load,
     load3,
     load6,
     load8,
     scatter,
-    stands,
     store,
     store3,
     store6,
@@ -194,13 +194,17 @@ def run_block(
 @kernel
 def add_internal_forces(
     scratch: Array, blocks: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
-) -> None:
+) -> int:
     """Subtract the internal forces of all elements from the nodal forces and advance the elements' state.
 
     `targets`, shaped as `blocks`, names the row of `f` for each corner: the node itself, or where several threads share
-    the elements (`stemcal.fem.threads`) a row apart.
+    the elements (`stemcal.fem.threads`) a row apart. Returns how many elements have failed.
     """
+    failed = 0
     for b in range(blocks.shape[0]):
-        if stands(state[b]):
+        alive = living(state[b])
+        if alive > 0:
             run_block(b, scratch, blocks, x, v, state, dt, material)
             scatter(scratch, targets[b], f)
+            failed += alive - living(state[b])
+    return failed

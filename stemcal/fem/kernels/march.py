@@ -107,13 +107,17 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
 
 
 @kernel
-def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: Floats) -> None:
-    """Subtract the internal forces, which follow from the deformation of the step just taken."""
+def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: Floats) -> bool:
+    """Subtract the internal forces, which follow from the deformation of the step just taken.
+
+    Returns whether elements may have failed.
+    """
     dt = clock.step_before[0]
     if body.points.shape[0] > 0:
         add_full_internal_forces(topology.hexes, body.points, body.x, body.v, body.state, body.f, dt, material)
-    else:
-        add_internal_forces(body.scratch, body.blocks, body.blocks, body.x, body.v, body.state, body.f, dt, material)
+        return True
+    blocks = body.blocks
+    return add_internal_forces(body.scratch, blocks, blocks, body.x, body.v, body.state, body.f, dt, material) > 0
 
 
 @kernel
@@ -157,6 +161,7 @@ def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
 
 @kernel
 def meet_tools(
+    failed: bool,
     body: Floats,
     topology: Floats,
     tools: Floats,
@@ -167,9 +172,11 @@ def meet_tools(
     friction: Floats,
     settings: Floats,
 ) -> None:
-    """Erode what has failed and add the contact forces."""
-    eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
-    ledger.lost_kinetic[0] += lost
+    """Erode what has failed, if anything has, and add the contact forces."""
+    eroded = 0
+    if failed:
+        eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
+        ledger.lost_kinetic[0] += lost
     if eroded > 0 or clock.reach[0] > settings.margin:
         look_for_contact(body, topology, tools, edge, candidates, clock, settings)
     add_contact_forces(body, tools, edge, candidates, clock.step[0], friction, settings)
@@ -215,8 +222,8 @@ def march(
         outcome = renew_time_step(body, topology, clock, material, settings)
         if outcome != REACHED:
             return outcome
-        add_forces_inside(body, topology, clock, material)
-        meet_tools(body, topology, tools, edge, candidates, clock, ledger, friction, settings)
+        failed = add_forces_inside(body, topology, clock, material)
+        meet_tools(failed, body, topology, tools, edge, candidates, clock, ledger, friction, settings)
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, 0, len(ledger.node_sums))
         outcome = finish_step(body, tools, clock, ledger)
         if outcome != REACHED:
