@@ -173,7 +173,7 @@ def test_plackett_burman_of_the_weld_repaired_castings():
     """Hunter, Hodi and Eagar (1982), in Hamada and Wu, J. Quality Technology 24 (1992), 130–137.
 
     Data after them. The estimates have not been compared with the page; they are differences of two means of six runs,
-    computed again here. Only F stands out.
+    computed again here. Only F stands out. The analysis of variance is what R 4.2.2 prints for anova(lm(y ~ .)).
     """
     generator = "++-+++---+-"
     design = np.array([[1.0 if c == "+" else -1.0 for c in generator[i:] + generator[:i]] for i in range(11)])
@@ -185,6 +185,19 @@ def test_plackett_burman_of_the_weld_repaired_castings():
     by_hand = [np.mean(np.array(life)[column > 0]) - np.mean(np.array(life)[column < 0]) for column in design.T]
     assert [effect.effect for effect in every.effects] == pytest.approx(by_hand, rel=1e-12)
     result = analyse_screening(design[:, :7], life, list("ABCDEFG"))
+    printed_by_r = {
+        "A": "0.3185021 0.90616 0.395041",
+        "B": "0.2590141 0.73691 0.439048",
+        "C": "0.1813021 0.51582 0.512346",
+        "D": "0.7992841 2.27401 0.206048",
+        "E": "0.0673501 0.19162 0.684175",
+        "F": "2.5125901 7.14847 0.055594",
+        "G": "0.1006501 0.28636 0.620930",
+    }
+    for effect in result.effects:
+        cells = printed_by_r[effect.factor].split()
+        assert all(map(agrees, cells, (effect.sum_of_squares, effect.f, effect.p))), effect
+    assert agrees("1.4059457", result.residual_sum_of_squares)
     assert result.ranked()[0].factor == "F"
     assert round(result.ranked()[0].contribution_percent) == 45  # R² = 0.45 of F alone
     assert {tuple(row) for row in design} == {tuple(row) for row in cyclic_design(11)}
