@@ -41,6 +41,18 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), s
 """For processes that tests start: they find stemcal and this module, installed or not."""
 
 
+# Two unknown factors, the rest of the material given: for specs that go on after it.
+TWO_FACTORS = """\
+schema_version: 1
+name: two-factors
+factors:
+  - {name: yield_stress, unit: MPa, low: 10, high: 20}
+  - {name: failure_strain, low: 0.01, high: 0.05}
+material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
+  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}
+"""
+
+
 def make_study(folder: Path, extra: str = "") -> Study:
     """Write the spec of a study with nine factors and read it."""
     path = folder / "known.yaml"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,6 +47,19 @@ class Coding:
     def to_natural(self, coded: ArrayLike) -> Array:
         """Undo `to_coded`."""
         return np.asarray(np.asarray(coded, dtype=float) * np.asarray(self.half_step) + self.centre)
+
+    def levels(self, coded: ArrayLike) -> dict[str, float]:
+        """Return one coded point as levels by name, twelve digits: an axial point is 20, not 19.999999999999996."""
+        natural = self.to_natural(coded)
+        return {name: float(f"{value:.12g}") for name, value in zip(self.names, natural, strict=True)}
+
+    def by_name(self, coded: Array) -> dict[str, float]:
+        """Return one coded point by name."""
+        return dict(zip(self.names, map(float, coded), strict=True))
+
+    def point(self, by_name: Mapping[str, float]) -> Array:
+        """Undo `by_name`."""
+        return np.array([by_name[name] for name in self.names])
 
     def as_dict(self) -> list[dict[str, Any]]:
         """List the factors as in ``rsm.json``."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,7 @@ class ThreadedMarch:
                 return int(outcome)
         return REACHED
 
-    def _together(self, work: Callable[[State, int], int], state: State) -> list[int]:
+    def _together(self, work: Callable[[State, int], Any], state: State) -> list[Any]:
         """Do a share of the work in each thread, the first in this one, and return what each gives."""
         others = [self._pool.submit(work, state, thread) for thread in range(1, self._count)] if self._pool else []
         return [work(state, 0), *(other.result() for other in others)]
@@ -79,10 +80,9 @@ class ThreadedMarch:
         )  # fmt: skip
         return int(failed)
 
-    def _move_nodes(self, state: State, thread: int) -> int:
+    def _move_nodes(self, state: State, thread: int) -> None:
         begin, end = self._chunk_ends[thread], self._chunk_ends[thread + 1]
         kick_and_drift(state.body, mean_step(state.clock), state.clock.step[0], state.ledger.node_sums, begin, end)
-        return 0
 
 
 def force_rows(blocks: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints]:

@@ -144,15 +144,9 @@ def _strongest(screening: Mapping[str, Any]) -> tuple[list[str], list[str]]:
 
 
 def _levels(study: Study, coding: Coding, coded: Array) -> tuple[dict[str, float], ...]:
-    """Return every factor's level in each run; those that do not vary stay at mid-level.
-
-    Twelve digits are kept, so that an axial point is 20 and not 19.999999999999996.
-    """
+    """Return every factor's level in each run; those that do not vary stay at mid-level."""
     middle = study.midlevels()
-    return tuple(
-        {**middle, **{name: float(f"{v:.12g}") for name, v in zip(coding.names, row, strict=True)}}
-        for row in coding.to_natural(coded)
-    )
+    return tuple({**middle, **coding.levels(row)} for row in coded)
 
 
 def _given_levels(study: Study, given: Sequence[Mapping[str, float]]) -> tuple[dict[str, float], ...]:

@@ -60,9 +60,8 @@ class _Loop:
         return error is not None and abs(error) <= self.options.tolerance_percent
 
     def run(self) -> None:
-        import numpy as np
 
-        point, how = np.array([self.invert["coded"][name] for name in self.coding.names]), "solution"
+        point, how = self.coding.point(self.invert["coded"]), "solution"
         while True:
             self.visit(point, how)
             if self.done or len(self.rows) >= self.options.budget:
@@ -76,7 +75,7 @@ class _Loop:
 
         guess = assess_point(self.surface, point, self.region.low, self.region.high, self.region.radius)
         number = len(self.rows) + 1
-        levels = {**self.invert["parameters"], **self.natural(point)}
+        levels = {**self.invert["parameters"], **self.coding.levels(point)}
         entry = self.simulate(number - 1, levels)
         force = entry["force"]
         self.rows.append(
@@ -84,7 +83,7 @@ class _Loop:
                 "iteration": number,
                 "how": how,
                 "levels": levels,
-                "coded": dict(zip(self.coding.names, map(float, point), strict=True)),
+                "coded": self.coding.by_name(point),
                 "coded_radius": guess.coded_radius,
                 "step_radius": None if number == 1 else self.radius,
                 "predicted": guess.predicted,
@@ -113,11 +112,6 @@ class _Loop:
         from stemcal.doe.approach import best_of
 
         return best_of(self.trials or _design_trials(self.rsm), self.target).coded
-
-    def natural(self, point: Array) -> dict[str, float]:
-        """Return coded levels in the units of the spec, twelve digits."""
-        natural = self.coding.to_natural(point)
-        return {name: float(f"{value:.12g}") for name, value in zip(self.coding.names, natural, strict=True)}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the contents of ``refine.json``."""

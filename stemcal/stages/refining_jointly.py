@@ -68,7 +68,7 @@ class _JointLoop:
         """Go round until there is a reason to stop."""
         import numpy as np
 
-        point, how = np.array([self.invert["coded"][name] for name in self.coding.names]), "solution"
+        point, how = self.coding.point(self.invert["coded"]), "solution"
         while True:
             self.visit(point, how)
             error = self.iterations[-1]["max_abs_error_percent"]
@@ -88,7 +88,7 @@ class _JointLoop:
 
         from stemcal.doe.joint_approach import JointTrial, missed
 
-        levels = {**self.invert["parameters"], **self.natural(point)}
+        levels = {**self.invert["parameters"], **self.coding.levels(point)}
         entries = self.simulate(len(self.iterations), levels, self.diameters)
         runs = dict(zip(self.diameters, entries, strict=True))
         values = np.array([runs[mean.diameter].get(mean.response) or np.nan for mean in self.means])
@@ -102,7 +102,7 @@ class _JointLoop:
                 "iteration": number,
                 "how": how,
                 "levels": levels,
-                "coded": dict(zip(self.coding.names, map(float, point), strict=True)),
+                "coded": self.coding.by_name(point),
                 "coded_radius": float(np.linalg.norm(point)),
                 "reach": None if number == 1 else self.reach,
                 "misfit": missed(self.misfit, trial) if whole else None,
@@ -189,11 +189,6 @@ class _JointLoop:
         from stemcal.doe.joint_approach import missed
 
         return min(self.trials, key=lambda trial: missed(self.misfit, trial))
-
-    def natural(self, point: Array) -> dict[str, float]:
-        """Return coded levels in the units of the spec, twelve digits."""
-        natural = self.coding.to_natural(point)
-        return {name: float(f"{value:.12g}") for name, value in zip(self.coding.names, natural, strict=True)}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the contents of ``refine.json``."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fakes import FakeSolver, make_study
+from fakes import TWO_FACTORS, FakeSolver, make_study
 
 from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
@@ -30,14 +30,9 @@ class Growing(FakeSolver):
         return Answer("ok", force=(100.0 + 20.0 * a) * (d / 8.0) ** 2 + 8.0 * b * (d - 7.9))
 
 
-SPEC = """\
-schema_version: 1
-name: joint
-factors:
-  - {name: yield_stress, unit: MPa, low: 10, high: 20}
-  - {name: failure_strain, low: 0.01, high: 0.05}
-material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
-  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}
+SPEC = (
+    TWO_FACTORS
+    + """\
 targets:
   calibrate_at: 8 mm
   forces:
@@ -45,6 +40,7 @@ targets:
     - {diameter: 8 mm, force: FORCE8 N, sd: 2 N, n: 6}
     - {diameter: 10 mm, force: FORCE10 N, sd: 2 N, n: 6}
 """
+)
 
 
 def spec(extra: str) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fakes import FakeSolver
+from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, UsageError
@@ -20,16 +20,12 @@ from stemcal.study.spec import load_study
 from stemcal.study.store import StudyFolder
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-FACTORS = """\
-schema_version: 1
-name: responses
-factors:
-  - {name: yield_stress, unit: MPa, low: 10, high: 20}
-  - {name: failure_strain, low: 0.01, high: 0.05}
-material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
-  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}
+FACTORS = (
+    TWO_FACTORS
+    + """\
 rsm: {factors: [yield_stress, failure_strain], centre_points: 1}
 """
+)
 
 
 @dataclass(frozen=True)
