@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.parts import Discretisation, ShearTest, Stem, Symmetry
 from stemcal.fem.contact import Tool
+from stemcal.fem.kernels.search import FACES
 from stemcal.fem.mesh import Mesh, hollow_cylinder
 from stemcal.fem.model import Model
 
@@ -32,6 +33,7 @@ def build(test: ShearTest) -> Model:
         integration=how.integration,
         held=_mirrors(mesh, how.symmetry),
         ghosts=_ghosts(mesh) if how.symmetry == "quarter" else None,
+        crowns=_crowns(mesh),
     )
 
 
@@ -42,13 +44,20 @@ def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
     whole where the edge comes down over elements; its far nodes are ghosts.
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
-    around = max(4, 2 * round(pi * outer / how.element_size))
+    widths = _widths(outer, how)
     through = how.through_wall or max(1, ceil((outer - inner) / how.element_size - 1e-9))
     layers = _layers(stem.length, how)
     if how.symmetry == "none":
-        first = -0.5 * pi + how.turn * 2 * pi / around
-        return hollow_cylinder(inner, outer, layers, (around, through), (first, first + 2 * pi))
-    return hollow_cylinder(inner, outer, layers, (around // 2, through), (-0.5 * pi, 0.5 * pi))
+        whole = np.concatenate([widths, widths[::-1]])
+        first = -0.5 * pi + how.turn * 2 * pi * widths[-1] / np.sum(whole)
+        return hollow_cylinder(inner, outer, layers, (len(whole), through), (first, first + 2 * pi), whole)
+    return hollow_cylinder(inner, outer, layers, (len(widths), through), (-0.5 * pi, 0.5 * pi), widths)
+
+
+def _widths(radius: float, how: Discretisation) -> Array:
+    """Return how wide the elements around half the stem are in proportion, from the bottom to the top under the edge."""
+    mean = 0.5 * (1.0 + how.coarsening_around) * how.element_size
+    return np.linspace(how.coarsening_around, 1.0, max(2, round(pi * radius / mean)))
 
 
 def _layers(length: float, how: Discretisation) -> Array:
@@ -83,6 +92,14 @@ def _ghosts(mesh: Mesh) -> NDArray[np.int32]:
     return np.stack([beyond, beyond + len(beyond)], axis=1).astype(np.int32)
 
 
+def _crowns(mesh: Mesh) -> Array:
+    """Return how far a circle about the axis stands over the middle of each face with all corners on it (E, 6), mm."""
+    corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
+    radius = np.linalg.norm(corners, axis=3)
+    round_ = np.ptp(radius, axis=2) < 1e-9
+    return np.where(round_, radius[:, :, 0] - np.linalg.norm(corners.mean(axis=2), axis=2), 0.0)
+
+
 def _blade(test: ShearTest) -> Tool:
     top = 0.5 * test.stem.outer_diameter
     return Tool(
@@ -91,6 +108,7 @@ def _blade(test: ShearTest) -> Tool:
         height=top + test.loading.gap,
         speed=-test.loading.speed,
         edge=0.0,
+        spread=test.blade.edge_spread,
     )
 
 

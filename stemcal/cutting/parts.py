@@ -29,6 +29,8 @@ class Stem:
 class Blade:
     """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
 
+    `edge_spread` is the length to either side of the edge over which its force is spread, mm; 0 leaves it a line.
+
     `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
     """
 
@@ -37,6 +39,7 @@ class Blade:
     edge_angle: float = 37.5
     edge_radius: float = 0.1
     bevel: Literal["both", "one"] = "both"
+    edge_spread: float = 0.0
 
     def outline(self) -> tuple[tuple[float, float], ...]:
         """Return the polygon that, swollen by the edge radius, is the blade; its lowest line is z = 0."""
@@ -84,6 +87,8 @@ class Discretisation:
         and half model).
     coarsening : float
         Length along the stem of the outermost elements over that of those under the blade; 1 is an even mesh.
+    coarsening_around : float
+        Width around the stem of the elements at its bottom over that of those under the edge.
     element : str
         ``one_point`` or ``full``, see `fem.model.Model`.
     hourglass, integration : Hourglass, Integration
@@ -101,6 +106,7 @@ class Discretisation:
     turn: float = 0.0
     shift: float = 0.0
     coarsening: float = 1.0
+    coarsening_around: float = 1.0
     element: ElementKind = "one_point"
     hourglass: Hourglass = field(default_factory=Hourglass)
     integration: Integration = field(default_factory=lambda: Integration(mass_scaling=1.0e4, outputs=500))

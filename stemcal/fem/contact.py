@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
+from stemcal.fem.kernels.spread import SpreadEdge
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,8 @@ class Tool:
         z of the frame's origin at the start (mm) and its velocity (mm/s).
     edge : float or None
         x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
+    spread : float
+        Length to either side over which the edge's force is spread, mm (`kernels.spread`); 0 leaves it a line.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -31,6 +35,7 @@ class Tool:
     height: float = 0.0
     speed: float = 0.0
     edge: float | None = None
+    spread: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a polygon that is not convex and counter-clockwise."""
@@ -72,17 +77,19 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
         radius=np.array([tool.radius for tool in tools], dtype=float),
         height=np.array([tool.height for tool in tools], dtype=float),
         speed=np.array([tool.speed for tool in tools], dtype=float),
+        edge=np.array([tool.edge or 0.0 for tool in tools], dtype=float),
+        spread=np.array([0.0 if tool.edge is None else tool.spread for tool in tools], dtype=float),
         traction=np.zeros((len(tools), nodes, 3)),
         force=np.zeros((len(tools), 3)),
     )
 
 
 def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, per_face: int = 4) -> EdgeArrays:
-    """Return sample points along the first tool edge, `per_face` to an element of the given size.
+    """Return sample points along the first tool edge that is a line, `per_face` to an element of the given size.
 
     They lie symmetric about y = 0 and reach one element past the body.
     """
-    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None), -1)
+    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
     spacing = size / per_face
     first = int(np.floor((x[:, 1].min() - size) / spacing)) if tool >= 0 else 0
     last = int(np.ceil((x[:, 1].max() + size) / spacing)) if tool >= 0 else 1
@@ -96,3 +103,89 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, pe
         traction=np.zeros((2 * y.size, 3)),
         depth=size,
     )
+
+
+# Samples across a spread edge, and lines of them and rows along it to each length a: more change the force by less than
+# 0.1 % (docs/model-choices.md).
+_ACROSS = 24
+_LINES = 16
+_ROWS = 8
+
+
+def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray[np.int32], size: float) -> SpreadEdge:
+    """Return the rows along the first tool edge that is spread over a length.
+
+    Parameters
+    ----------
+    x : array (N, 3)
+        Where the nodes are, mm; a body that ends at the edge, or at y = 0, is mirrored there.
+    ghosts : array of int (G, 2)
+        Nodes beyond the mirror plane x = 0 and the nodes they mirror.
+    size : float
+        Length of the smallest elements, mm.
+    """
+    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
+    a, place = (tools[tool].spread, float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
+    sources = np.arange(len(x), dtype=np.int32)
+    sources[ghosts[:, 0]] = ghosts[:, 1]
+    mirrored = bool(len(ghosts)) or bool(np.all(x[:, 0] > place - 1e-9))
+    half = bool(np.all(x[:, 1] > -1e-9))
+    across = a * ((np.arange(_ACROSS) + 0.5) / _ACROSS * 2.0 - 1.0)
+    across = across[across > 0.0] if mirrored else across
+    ends = (0.0 if half else float(x[:, 1].min()), float(x[:, 1].max())) if tool >= 0 else (0.0, 0.0)
+    along, rows = _places(ends, a / _LINES), _places(ends, a / _ROWS)
+    lines, places, image = _lines_of_rows(rows, along, a, half)
+    most = 4 * (ceil(2.0 * a / size) + 4) ** 2
+    return SpreadEdge(
+        tool=tool,
+        x=place,
+        spread=a,
+        mirrored=mirrored,
+        across=across,
+        weight=_bell(across / a),
+        along=along,
+        lines=lines,
+        bell=_bell(places / a),
+        image=image,
+        sources=sources,
+        found=np.full((len(along), len(across)), -1, dtype=np.int32),
+        place=np.zeros((len(along), len(across), 4)),
+        count=np.zeros(len(rows), dtype=np.int32),
+        nodes=np.zeros((len(rows), most), dtype=np.int32),
+        shape=np.zeros((len(rows), most, 3)),
+        normal=np.zeros((len(rows), most, 3)),
+        crown=np.zeros(len(rows)),
+        compliance=np.zeros((len(rows), len(rows))),
+        give=np.zeros(len(rows)),
+        force=np.zeros((len(rows), 4)),
+        excess=np.zeros(len(rows)),
+        velocity=np.zeros((len(x) if tool >= 0 else 0, 3)),
+    )
+
+
+def _bell(s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (1 − s²)² for |s| < 1, else 0."""
+    return np.asarray(np.maximum(1.0 - s * s, 0.0) ** 2)
+
+
+def _lines_of_rows(
+    rows: NDArray[np.float64], along: NDArray[np.float64], a: float, half: bool
+) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
+    """Return (R, M) the lines within `a` of each row, their distance along the edge, and −1 for images, else 1."""
+    images = -along[::-1] if half else along[:0]
+    y = np.concatenate([images, along])
+    index = np.concatenate([np.arange(len(images))[::-1], np.arange(len(along))])
+    sign = np.concatenate([np.full(len(images), -1.0), np.ones(len(along))])
+    near = [np.flatnonzero(np.abs(y - row) < a) for row in rows]
+    most = max((len(n) for n in near), default=0)
+    lines = np.full((len(rows), most), -1, dtype=np.int32)
+    distance, image = np.zeros((len(rows), most)), np.ones((len(rows), most))
+    for j, n in enumerate(near):
+        lines[j, : len(n)], distance[j, : len(n)], image[j, : len(n)] = index[n], y[n] - rows[j], sign[n]
+    return lines, distance, image
+
+
+def _places(ends: tuple[float, float], spacing: float) -> NDArray[np.float64]:
+    """Return places that lie symmetric about 0, `spacing` apart, over what is between the ends and a little more."""
+    first, last = np.floor(ends[0] / spacing), np.ceil(ends[1] / spacing)
+    return np.asarray((np.arange(first, last) + 0.5) * spacing, dtype=np.float64)

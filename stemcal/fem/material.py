@@ -39,6 +39,9 @@ class Material:
         ``cowper_symonds`` scales yield by 1 + (ε̇/C)^(1/P), ``paper`` by 1 + (ε̇/C)^P.
     failure_length : float or None
         Element length at which the failure strain is meant, mm; None applies it to every element as it is.
+    internal_length : float
+        ℓ of the weight exp(−r²/ℓ²) over which the plastic strain is averaged before it is held against the failure
+        strain, mm; 0 takes each element by itself. See `kernels.erosion`.
     """
 
     density: float
@@ -52,13 +55,17 @@ class Material:
     failure_strain: float = inf
     rate_law: RateLaw = "cowper_symonds"
     failure_length: float | None = None
+    internal_length: float = 0.0
 
     def failure_strains(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the failure strain of elements of given lengths (mm).
 
         With a failure length l₀ it is failure_strain · l₀/l, so that a row of failing elements takes the same energy
         per area of crack whatever their size (crack band, Bažant and Oh, Matériaux et Constructions 16, 1983).
+        With an internal length no element fails by its own strain.
         """
+        if self.internal_length > 0.0:
+            return np.full_like(lengths, inf)
         if self.failure_length is None:
             return np.full_like(lengths, self.failure_strain)
         return np.asarray(self.failure_strain * self.failure_length / lengths)

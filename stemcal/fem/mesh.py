@@ -36,10 +36,11 @@ class Mesh:
         behind[first], behind[second] = second // 6, first // 6
         return behind.reshape(-1, 6)
 
-    def topology(self) -> Topology:
-        """Return a fresh topology with every element standing."""
+    def topology(self, crowns: Array | None = None) -> Topology:
+        """Return a fresh topology with every element standing, its faces flat or with the given crowns."""
+        crowns = np.zeros((len(self.hexes), 6)) if crowns is None else crowns
         live = np.bincount(self.hexes.ravel(), minlength=len(self.nodes)).astype(np.int32)
-        return Topology(self.hexes, self.neighbours(), np.ones(len(self.hexes), dtype=np.bool_), live)
+        return Topology(self.hexes, self.neighbours(), np.ones(len(self.hexes), dtype=np.bool_), live, crowns)
 
     def volumes(self) -> Array:
         """Return the volume of each element, mm³: the triple products of its modes (see `kernels.hexahedron`)."""
@@ -70,6 +71,7 @@ def hollow_cylinder(
     along: Array,
     counts: tuple[int, int],
     angles: tuple[float, float] = (-pi / 2, 3 * pi / 2),
+    widths: Array | None = None,
 ) -> Mesh:
     """Return a hollow cylinder about the x axis.
 
@@ -83,14 +85,22 @@ def hollow_cylinder(
         Elements around and through the wall.
     angles : (from, to)
         Where the section begins and ends, from +y towards +z; a full turn closes it.
+    widths : array (around,), optional
+        How wide the elements around are, in proportion; all alike if None.
     """
     around, through = counts
     closed = abs(angles[1] - angles[0] - 2 * pi) < 1e-12
-    turn = np.linspace(*angles, around + 1)[: around if closed else around + 1]
+    parts = np.linspace(0.0, 1.0, around + 1) if widths is None else _parts(widths)
+    turn = (angles[0] + (angles[1] - angles[0]) * parts)[: around if closed else around + 1]
     radius = np.linspace(inner, outer, through + 1)
     x, r, a = np.meshgrid(along, radius, turn, indexing="ij")
     nodes = np.stack([x, r * _exact(np.cos(a)), r * _exact(np.sin(a))], axis=-1).reshape(-1, 3)
     return Mesh(nodes, _structured((len(along) - 1, through, around), closed))
+
+
+def _parts(widths: Array) -> Array:
+    """Return where pieces of the given widths begin and end in a whole of 1."""
+    return np.asarray(np.concatenate([[0.0], np.cumsum(widths) / np.sum(widths)]))
 
 
 def _exact(values: Array) -> Array:

@@ -23,6 +23,8 @@ class Integration:
     ----------
     mass_scaling : float
         Factor on the density; loading keeps its real speed, waves become slower by its root.
+    time_step : float or None
+        Elements that cannot take this step, s, are given mass until they can; None leaves it to the fastest of them.
     safety : float
         Share of the stable time step that is used.
     outputs : int
@@ -35,6 +37,7 @@ class Integration:
     safety: float = 0.9
     outputs: int = 200
     threads: int = 1
+    time_step: float | None = None
 
 
 ElementKind = Literal["one_point", "full"]
@@ -61,6 +64,8 @@ class Model:
     ghosts : array of int (G, 2), optional
         Nodes beyond the mirror plane x = 0 and the nodes they mirror: a plane that cuts elements in two. An element
         that holds ghosts counts half in the energies.
+    crowns : array (E, 6), optional
+        How far the true surface bulges over the middle of each face along a spread edge, mm.
     """
 
     mesh: Mesh
@@ -75,3 +80,4 @@ class Model:
     velocity: Array | None = None
     loads: Array | None = None
     ghosts: NDArray[np.int32] | None = None
+    crowns: Array | None = None

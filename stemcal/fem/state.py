@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
-from stemcal.fem.contact import edge_arrays, tool_arrays
+from stemcal.fem.averaging import exchange
+from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays
 from stemcal.fem.kernels.block import (
     ALIVE,
     FAILURE_STRAIN,
@@ -24,11 +25,13 @@ from stemcal.fem.kernels.block import (
 )
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
+from stemcal.fem.kernels.erosion import Exchange
 from stemcal.fem.kernels.full import POINT_RATE_FACTOR, POINT_ROWS
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
 from stemcal.fem.kernels.nodes import CHUNK
 from stemcal.fem.kernels.search import Candidates, Topology
-from stemcal.fem.kernels.timestep import stable_step
+from stemcal.fem.kernels.spread import SpreadEdge
+from stemcal.fem.kernels.timestep import element_steps, stable_step
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 
@@ -49,7 +52,9 @@ class State:
     topology: Topology
     tools: ToolArrays
     edge: EdgeArrays
+    spread: SpreadEdge
     candidates: Candidates
+    exchange: Exchange
     shares: Array
     clock: Clock
     ledger: Ledger
@@ -60,17 +65,18 @@ class State:
     def parts(self) -> tuple[Any, ...]:
         """Return the arguments of `kernels.march.march` after the time."""
         return (
-            self.body, self.topology, self.tools, self.edge, self.candidates, self.clock, self.ledger,
-            self.material, self.friction, self.settings,
+            self.body, self.topology, self.tools, self.edge, self.spread, self.candidates, self.exchange, self.clock,
+            self.ledger, self.material, self.friction, self.settings,
         )  # fmt: skip
 
 
 def start(model: Model) -> State:
     """Return the state of a model at time 0."""
-    topology = model.mesh.topology()
+    topology = model.mesh.topology(model.crowns)
     material = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
     body = _body(model, material)
-    size = float(np.cbrt(np.median(model.mesh.volumes())))
+    volumes, shares = model.mesh.volumes(), element_shares(model)
+    size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(
         topology.hexes, body.x, body.state, body.element_mass, model.material.lame_modulus,
         model.material.shear_modulus,
@@ -83,8 +89,12 @@ def start(model: Model) -> State:
         topology=topology,
         tools=tool_arrays(model.tools, len(body.x)),
         edge=edge_arrays(model.tools, body.x, size),
+        spread=spread_edge(model.tools, body.x, body.ghosts, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes)),
-        shares=_padded(element_shares(model), 0.0),
+        exchange=exchange(
+            model.mesh, topology.neighbours, shares, model.material.failure_strain, model.material.internal_length
+        ),
+        shares=_padded(shares, 0.0),
         clock=Clock(
             time=np.zeros(1),
             step=np.zeros(1),
@@ -116,14 +126,15 @@ def aligned_zeros(shape: tuple[int, ...]) -> Array:
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
-    sums = np.zeros((-(-nodes // CHUNK), 4))
+    sums = np.zeros((-(-nodes // CHUNK), 5))
     return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
 
 
 def _body(model: Model, material: MaterialNumbers) -> Body:
     mesh = model.mesh
     x = np.array(mesh.nodes, dtype=float)
-    element_mass = material.density * mesh.volumes()
+    element_state = _element_state(model, material)
+    element_mass = _element_masses(model, material, element_state)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
     v = np.zeros_like(x) if model.velocity is None else np.array(model.velocity, dtype=float)
@@ -143,12 +154,25 @@ def _body(model: Model, material: MaterialNumbers) -> Body:
         free=np.where(held, 0.0, 1.0),
         driven=np.where(held, v, 0.0),
         blocks=_blocks(mesh),
-        state=_element_state(model, material),
+        state=element_state,
         scratch=aligned_zeros((SCRATCH_ROWS * LANES,)),
         element_mass=element_mass,
         ghosts=ghosts,
         points=_points(model),
     )
+
+
+def _element_masses(model: Model, material: MaterialNumbers, state: Array) -> Array:
+    """Return ρV, t, and more where an element could not take the wanted time step: m grows as its square."""
+    mesh, how = model.mesh, model.integration
+    mass = material.density * mesh.volumes()
+    if how.time_step is None:
+        return mass
+    law = model.material
+    steps = how.safety * element_steps(
+        mesh.hexes, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus, material.hourglass_memory
+    )
+    return np.asarray(mass * np.maximum(1.0, how.time_step / steps) ** 2)
 
 
 def _padded(per_element: Array, fill: float) -> Array:
@@ -219,5 +243,6 @@ def _candidates(tools: int, nodes: int, elements: int) -> Candidates:
         node_counts=np.zeros(tools, dtype=np.int32),
         faces=np.zeros((6 * elements, 4), dtype=np.int32),
         corner_mass=np.zeros(6 * elements),
+        crowns=np.zeros(6 * elements),
         face_count=np.zeros(1, dtype=np.int32),
     )

@@ -93,7 +93,7 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
         "time": float(state.clock.time[0]),
         "force": (ledger.impulse - impulse_before) / (state.clock.time[0] - time_before),
         "height": state.tools.height.copy(),
-        "kinetic": float(kinetic_energy(state.body.v, state.body.mass)),
+        "kinetic": _kinetic(state),
         "internal": float(internal[alive].sum()),
         "hourglass": float(hourglass[alive].sum()),
         "eroded": float(internal[~alive].sum() + hourglass[~alive].sum() + ledger.lost_kinetic[0]),
@@ -101,6 +101,13 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
         "contact": float(ledger.tool_work[0] - ledger.contact_work[0]),
         "deleted": int((~state.topology.standing).sum()),
     }
+
+
+def _kinetic(state: State) -> float:
+    """Return the kinetic energy at the time of the last forces, mJ; before the first step that of the velocities."""
+    if state.clock.steps[0] == 0:
+        return float(kinetic_energy(state.body.v, state.body.mass))
+    return float(state.ledger.node_sums[:, 4].sum())
 
 
 def _history(state: State, rows: list[dict[str, Any]]) -> History:

@@ -57,8 +57,8 @@ class ThreadedMarch:
             failed = sum(self._together(self._add_internal_forces, state)) > 0
             add_late_forces(body.f, self._late, len(body.x))
             meet_tools(
-                failed, body, state.topology, tools, state.edge, state.candidates, clock, ledger, state.friction,
-                state.settings,
+                failed, body, state.topology, tools, state.edge, state.spread, state.candidates, state.exchange, clock,
+                ledger, state.friction, state.settings,
             )  # fmt: skip
             self._together(self._move_nodes, state)
             outcome = finish_step(body, tools, clock, ledger)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from stemcal.fem.kernels.block import ALIVE
-from stemcal.fem.kernels.search import FACES, erode
+from stemcal.fem.kernels.erosion import erode
+from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import BulkViscosity, Hourglass, Material
 from stemcal.fem.mesh import brick, hollow_cylinder
 from stemcal.fem.model import Model

@@ -31,6 +31,8 @@ class ToolArrays(NamedTuple):
     radius: Array  # (T,) how far the polygon is swollen
     height: Array  # (T,) current z of the tool's own origin, changes
     speed: Array  # (T,) its velocity along z
+    edge: Array  # (T,) x of its edge
+    spread: Array  # (T,) distance from its edge within which its nodes are the edge's, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step, changes
 
@@ -139,7 +141,10 @@ def push_nodes_out(
     for t in range(tools.radius.shape[0]):
         for m in range(counts[t]):
             n = near[t, m]
-            gap, nx, nz = outline_distance(x[n, 0], x[n, 2] - tools.height[t], tools.corners[t])
+            px, pz = x[n, 0], x[n, 2] - tools.height[t]
+            if (px - tools.edge[t]) ** 2 + pz**2 < tools.spread[t] ** 2:
+                continue  # the spread edge sees to it
+            gap, nx, nz = outline_distance(px, pz, tools.corners[t])
             depth = tools.radius[t] - gap
             old = tools.traction[t, n]
             if depth <= 0.0:

@@ -14,15 +14,18 @@ from numpy.typing import NDArray
 from stemcal.fem.kernels.compile import kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
 from stemcal.fem.kernels.element import add_internal_forces
+from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
+
 from stemcal.fem.kernels.nodes import add_chunks, kick_and_drift, mirror_ghosts
-from stemcal.fem.kernels.search import erode, list_faces_under_edge, list_near_nodes
+from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes
+from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
 
 Floats = Any
 Array = NDArray[np.float64]
 
-# How many steps a time step may serve before it is worked out again.
+# How many steps the time step, the mean strains and the hold of a spread edge serve before they are worked out again.
 STEP_LIFE = 20
 
 # Why a march ended.
@@ -71,7 +74,7 @@ class Ledger(NamedTuple):
     tool_work: Array  # (1,) of the moving tools
     external_work: Array  # (1,) of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) carried away by nodes without elements
-    node_sums: Array  # (chunks, 4) of the last step, as `kick_and_drift` leaves them
+    node_sums: Array  # (chunks, 5) of the last step, as `kick_and_drift` leaves them
 
 
 class Settings(NamedTuple):
@@ -122,26 +125,37 @@ def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: F
 
 @kernel
 def look_for_contact(
-    body: Floats, topology: Floats, tools: Floats, edge: Floats, candidates: Floats, clock: Floats, settings: Floats
+    body: Floats, topology: Floats, tools: Floats, edge: Floats, spread: Floats, candidates: Floats, clock: Floats,
+    settings: Floats,
 ) -> None:
     """List anew what may meet a tool."""
     list_near_nodes(candidates, topology, tools, body.x, settings.margin)
-    if edge.tool >= 0:
-        list_faces_under_edge(candidates, topology, tools, edge, body.x, body.element_mass, settings.margin)
+    tool = max(edge.tool, spread.tool)
+    if tool >= 0:
+        list_faces_under_edge(candidates, topology, tools, tool, body.x, body.element_mass, settings.margin)
     clock.reach[0] = 0.0
 
 
 @kernel
+def mean_step(clock: Floats) -> float:
+    """Return the time between the middles of the step before and of this one, by which velocities are kicked."""
+    return 0.5 * (clock.step_before[0] + clock.step[0])
+
+
+@kernel
 def add_contact_forces(
-    body: Floats, tools: Floats, edge: Floats, candidates: Floats, dt: float, friction: Floats, settings: Floats
+    body: Floats, tools: Floats, edge: Floats, spread: Floats, candidates: Floats, clock: Floats, friction: Floats,
+    settings: Floats,
 ) -> None:
     """Push nodes and faces out of the tools."""
     tools.force[:, :] = 0.0
-    x, v, dt0 = body.x, body.v, settings.penalty_step
+    x, v, dt0, dt = body.x, body.v, settings.penalty_step, clock.step[0]
     push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.push, dt0, dt, friction)
+    faces, count = candidates.faces, candidates.face_count[0]
     if edge.tool >= 0:
-        faces, count = candidates.faces, candidates.face_count[0]
         push_faces_out(tools, edge, faces, candidates.corner_mass, count, x, v, body.mass, body.push, dt0, dt, friction)
+    if spread.tool >= 0:
+        push_spread_edge(spread, tools, body, mean_step(clock), dt, friction)
 
 
 @kernel
@@ -166,26 +180,28 @@ def meet_tools(
     topology: Floats,
     tools: Floats,
     edge: Floats,
+    spread: Floats,
     candidates: Floats,
+    exchange: Floats,
     clock: Floats,
     ledger: Floats,
     friction: Floats,
     settings: Floats,
 ) -> None:
     """Erode what has failed, if anything has, and add the contact forces."""
-    eroded = 0
+    eroded, due = 0, clock.steps[0] % STEP_LIFE == 0
+    if exchange.passes > 0:
+        failed = due and fail_by_mean_strain(exchange, topology, body.state)
     if failed:
         eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
         ledger.lost_kinetic[0] += lost
     if eroded > 0 or clock.reach[0] > settings.margin:
-        look_for_contact(body, topology, tools, edge, candidates, clock, settings)
-    add_contact_forces(body, tools, edge, candidates, clock.step[0], friction, settings)
-
-
-@kernel
-def mean_step(clock: Floats) -> float:
-    """Return the time between the middles of the step before and of this one, by which velocities are kicked."""
-    return 0.5 * (clock.step_before[0] + clock.step[0])
+        look_for_contact(body, topology, tools, edge, spread, candidates, clock, settings)
+        due = True
+    if spread.tool >= 0 and due:
+        faces, count, tip = candidates.faces, candidates.face_count[0], tools.height[spread.tool]
+        take_hold(spread, faces, candidates.crowns, count, body.x, body.free, body.inverse_mass, tip)
+    add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
 @kernel
@@ -210,7 +226,9 @@ def march(
     topology: Floats,
     tools: Floats,
     edge: Floats,
+    spread: Floats,
     candidates: Floats,
+    exchange: Floats,
     clock: Floats,
     ledger: Floats,
     material: Floats,
@@ -223,7 +241,9 @@ def march(
         if outcome != REACHED:
             return outcome
         failed = add_forces_inside(body, topology, clock, material)
-        meet_tools(failed, body, topology, tools, edge, candidates, clock, ledger, friction, settings)
+        meet_tools(
+            failed, body, topology, tools, edge, spread, candidates, exchange, clock, ledger, friction, settings
+        )
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, 0, len(ledger.node_sums))
         outcome = finish_step(body, tools, clock, ledger)
         if outcome != REACHED:

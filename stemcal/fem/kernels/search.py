@@ -1,4 +1,4 @@
-"""Which elements, faces and nodes can meet a tool soon: erosion of the topology and the lists of candidates.
+"""Which elements, faces and nodes can meet a tool soon: the topology and the lists of candidates.
 
 The lists hold everything within `margin` of a tool. They stay valid until nodes and tools together may have moved by
 that margin, which the march adds up from the largest speed of every step, or until an element is eroded.
@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.block import ALIVE, LANES
 from stemcal.fem.kernels.compile import kernel
 from stemcal.fem.kernels.contact import outline_distance
 
@@ -30,6 +29,7 @@ class Topology(NamedTuple):
     neighbours: Ints  # (E, 6) element behind each face, −1 outside
     standing: NDArray[np.bool_]  # (E,) elements not eroded yet, changes
     live: Ints  # (N,) how many standing elements hold a node, changes
+    crowns: Array  # (E, 6) how far the true surface bulges over the middle of each face, mm
 
 
 class Candidates(NamedTuple):
@@ -39,30 +39,8 @@ class Candidates(NamedTuple):
     node_counts: Ints  # (T,)
     faces: Ints  # (F, 4) exposed faces under the edge
     corner_mass: Array  # (F,) mass of one corner of the element behind the face
+    crowns: Array  # (F,) bulge of the true surface over the face
     face_count: Ints  # (1,)
-
-
-@kernel
-def erode(topology: Floats, state: Array, v: Array, mass: Array, inverse_mass: Array) -> Floats:
-    """Take the elements that have just failed out of the topology.
-
-    Returns how many there were and the kinetic energy of the nodes that lost their last element; those stand still
-    from now on and meet nothing.
-    """
-    count, energy = 0, 0.0
-    for e in range(topology.standing.shape[0]):
-        if not topology.standing[e] or state[e // LANES, ALIVE, e % LANES] > 0.0:
-            continue
-        topology.standing[e] = False
-        count += 1
-        for a in range(8):
-            n = topology.hexes[e, a]
-            topology.live[n] -= 1
-            if topology.live[n] == 0:
-                energy += 0.5 * mass[n] * (v[n, 0] ** 2 + v[n, 1] ** 2 + v[n, 2] ** 2)
-                v[n, :] = 0.0
-                inverse_mass[n] = 0.0
-    return count, energy
 
 
 @kernel
@@ -82,11 +60,12 @@ def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Arra
 
 @kernel
 def list_faces_under_edge(
-    candidates: Floats, topology: Floats, tools: Floats, edge: Floats, x: Array, element_mass: Array, margin: float
+    candidates: Floats, topology: Floats, tools: Floats, tool: int, x: Array, element_mass: Array, margin: float
 ) -> None:
-    """List the exposed faces whose extent along x, widened by `margin`, holds the edge and that reach up to it."""
+    """List the exposed faces that a tool's edge, or what it is spread over, may meet within `margin`."""
     count = 0
-    tip = tools.height[edge.tool] - margin
+    reach = margin + tools.spread[tool]
+    tip, edge = tools.height[tool] - reach, tools.edge[tool]
     for e in range(topology.standing.shape[0]):
         if not topology.standing[e]:
             continue
@@ -98,10 +77,11 @@ def list_faces_under_edge(
             for a in range(4):
                 n = topology.hexes[e, FACES[s, a]]
                 low, high, top = min(low, x[n, 0]), max(high, x[n, 0]), max(top, x[n, 2])
-            if low - margin > edge.x or high + margin < edge.x or top < tip:
+            if low - reach > edge or high + reach < edge or top < tip:
                 continue
             for a in range(4):
                 candidates.faces[count, a] = topology.hexes[e, FACES[s, a]]
             candidates.corner_mass[count] = element_mass[e] / 8.0
+            candidates.crowns[count] = topology.crowns[e, s]
             count += 1
     candidates.face_count[0] = count

@@ -45,33 +45,52 @@ def stiffness_bound(bx: Floats, by: Floats, bz: Floats, volume: float, lame: flo
     return (lame * (xx + yy + zz) + 2.0 * shear * norm) / (8.0 * volume * volume)
 
 
+@inlined
+def frequency(hexes: Any, e: int, x: Array, state: Array, mass: Array, lame: float, shear: float, memory: float) -> Floats:
+    """Return a bound of ω² of the fastest mode of a free element, 1/s², and its volume.
+
+    ω² ≤ 8 V k / m for its uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have ω² = k/m.
+    """
+    mx, my, mz = (
+        modes(element_coordinates(hexes, e, x, 0)),
+        modes(element_coordinates(hexes, e, x, 1)),
+        modes(element_coordinates(hexes, e, x, 2)),
+    )
+    bx, by, bz = minor_derivatives(my, mz), minor_derivatives(mz, mx), minor_derivatives(mx, my)
+    volume = contract(mx, bx)
+    uniform = 8.0 * volume * stiffness_bound(bx, by, bz, volume, lame, shear)
+    hourglass = memory * state[e // LANES, HOURGLASS_STIFFNESS, e % LANES]
+    return max(uniform, hourglass) / mass[e], volume
+
+
+@kernel
+def element_steps(
+    hexes: Any, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
+) -> Array:
+    """Return the stable step 2/ω of each element (E,), s."""
+    steps = np.empty(hexes.shape[0])
+    for e in range(hexes.shape[0]):
+        omega2, _ = frequency(hexes, e, x, state, element_mass, lame, shear, memory)
+        steps[e] = 2.0 / sqrt(max(omega2, 1.0e-300))
+    return steps
+
+
 @kernel
 def stable_step(
     hexes: Any, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
 ) -> Floats:
     """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
 
-    ω² ≤ 8 V k / m for the element's uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have
-    ω² = k/m. No assembled mesh is faster than its fastest free element. A volume that is not
-    positive ends the search with step 0.
+    No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with step 0.
     """
     fastest, slowest, smallest = 0.0, -1, 1.0
     for e in range(hexes.shape[0]):
         block, lane = e // LANES, e % LANES
         if state[block, ALIVE, lane] == 0.0:
             continue
-        mx, my, mz = (
-            modes(element_coordinates(hexes, e, x, 0)),
-            modes(element_coordinates(hexes, e, x, 1)),
-            modes(element_coordinates(hexes, e, x, 2)),
-        )
-        bx, by, bz = minor_derivatives(my, mz), minor_derivatives(mz, mx), minor_derivatives(mx, my)
-        volume = contract(mx, bx)
+        omega2, volume = frequency(hexes, e, x, state, element_mass, lame, shear, memory)
         if not volume > 0.0:
             return 0.0, e, volume
-        uniform = 8.0 * volume * stiffness_bound(bx, by, bz, volume, lame, shear)
-        hourglass = memory * state[block, HOURGLASS_STIFFNESS, lane]
-        omega2 = max(uniform, hourglass) / element_mass[e]
         if omega2 > fastest:
             fastest, slowest, smallest = omega2, e, volume
     return 2.0 / sqrt(max(fastest, 1.0e-300)), slowest, smallest

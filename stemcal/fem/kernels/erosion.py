@@ -1,0 +1,93 @@
+"""Erosion: which elements have failed, and what their going changes.
+
+Without an internal length an element fails by itself, in `element`, where its plastic strain reaches the failure
+strain. With an internal length ℓ what counts is the mean of the strain around it,
+
+    ε̄(x) = ∫ w ε dV,   w ~ exp(−r²/ℓ²),
+
+so that failure is a matter of a fixed piece of material and not of one element, whose size would else decide (nonlocal
+damage: Pijaudier-Cabot and Bažant, J. Eng. Mech. 113, 1512-1533, 1987). The weight is that of a substance that has
+spread for the time t = ℓ²/4 at unit diffusivity, so the mean is worked out as just that: passes of exchange between
+elements that share a face,
+
+    ε̄ₑ ← ε̄ₑ + τ/Vₑ Σ_f T_f (ε̄_n − ε̄ₑ),   T = area / distance of centres,   Σ τ = ℓ²/4.
+
+Nothing passes through free surfaces, mirror planes or eroded elements: the mean never looks across the bore or a cut.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN
+from stemcal.fem.kernels.compile import kernel
+
+Floats = Any
+Array = NDArray[np.float64]
+
+
+class Exchange(NamedTuple):
+    """How plastic strain spreads over neighbours; `stemcal.fem.averaging.exchange` makes it."""
+
+    share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
+    passes: int  # 0 for local failure
+    failure_strain: float
+    mean: Array  # (E,) the mean strain, changes
+    next: Array  # (E,) scratch
+
+
+@kernel
+def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
+    """Set `exchange.mean` to the mean plastic strain around each standing element."""
+    mean, after, share = exchange.mean, exchange.next, exchange.share
+    neighbours, standing = topology.neighbours, topology.standing
+    for e in range(mean.shape[0]):
+        mean[e] = state[e // LANES, PLASTIC_STRAIN, e % LANES]
+    for _ in range(exchange.passes):
+        for e in range(mean.shape[0]):
+            gained = 0.0
+            if standing[e]:
+                for face in range(6):
+                    n = neighbours[e, face]
+                    if n >= 0 and standing[n]:
+                        gained += share[e, face] * (mean[n] - mean[e])
+            after[e] = mean[e] + gained
+        mean[:] = after
+
+
+@kernel
+def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> bool:
+    """Mark as failed the elements whose mean strain has reached the failure strain; returns whether there are any."""
+    spread_strains(exchange, topology, state)
+    failed = False
+    for e in range(exchange.mean.shape[0]):
+        if topology.standing[e] and exchange.mean[e] >= exchange.failure_strain:
+            state[e // LANES, ALIVE, e % LANES] = 0.0
+            failed = True
+    return failed
+
+
+@kernel
+def erode(topology: Floats, state: Array, v: Array, mass: Array, inverse_mass: Array) -> Floats:
+    """Take the elements that have just failed out of the topology.
+
+    Returns how many there were and the kinetic energy of the nodes that lost their last element; those stand still
+    from now on and meet nothing.
+    """
+    count, energy = 0, 0.0
+    for e in range(topology.standing.shape[0]):
+        if not topology.standing[e] or state[e // LANES, ALIVE, e % LANES] > 0.0:
+            continue
+        topology.standing[e] = False
+        count += 1
+        for a in range(8):
+            n = topology.hexes[e, a]
+            topology.live[n] -= 1
+            if topology.live[n] == 0:
+                energy += 0.5 * mass[n] * (v[n, 0] ** 2 + v[n, 1] ** 2 + v[n, 2] ** 2)
+                v[n, :] = 0.0
+                inverse_mass[n] = 0.0
+    return count, energy

@@ -1,0 +1,315 @@
+"""A cutting edge whose force is spread over a length, without a stiffness of its own.
+
+A line of force has no continuum limit: the strain under it grows without bound as the mesh gets finer. An edge of
+spread a meets the surface through its mean height around each place y_j along the edge, under a bell
+
+    H_j = Σ w(s) w(t) z(s, y_j + t),   w ~ (1 − (s/a)²)²,   s across and t along the edge, |s|, |t| < a,
+
+and hands its force back with the same weights. It is rigid: row j takes the force λ_j that just keeps its mean height
+from rising above the edge,
+
+    H_j + Δt (Ḣ_j − V) ≤ z_edge,   λ_j ≥ 0,   one of the two with equality,
+
+with Ḣ = Σ N n·v / n_z for a surface of normal n that passes a fixed place. Rows share nodes, so they are solved
+together, one after the other and again until nothing changes, from the forces of the step before (projected
+Gauss–Seidel; the time stepping of Moreau and Jean, Comput. Methods Appl. Mech. Eng. 177, 235-257, 1999). Friction
+opposes the mean slip of a row with up to μ times its force.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy import sqrt
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.compile import inlined, kernel
+from stemcal.fem.kernels.contact import (
+    HAIR,
+    STEEPEST,
+    face_modes,
+    face_normal,
+    friction_limit,
+    locate_in_face,
+    shape_functions,
+)
+
+Floats = Any
+Array = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+# The rows are solved until no force changes by more than this share of the largest, or so often.
+_CLOSE = 1.0e-6
+_SWEEPS = 200
+# What stands above the edge already (a surface that a failed element has laid bare) is brought down by at most this
+# share of it in a step, and at most so many times as fast as the edge itself moves.
+_BROUGHT_BACK = 0.1
+_FASTEST = 5.0
+# A row further below the edge than this share of the spread is left alone until the next look.
+_NEAR = 0.05
+
+
+class SpreadEdge(NamedTuple):
+    """Rows along a spread edge and what they hold; `stemcal.fem.contact.spread_edge` makes it.
+
+    The surface is sampled along L lines across the edge, Q samples each. A row is the bell about a place on the edge;
+    it reaches over M lines, some of them images beyond the mirror plane y = 0.
+    """
+
+    tool: int  # index of the tool it belongs to, −1 for none
+    x: float  # where the edge lies
+    spread: float  # a
+    mirrored: bool  # whether only the half x > 0 of body and bells is computed
+    across: Array  # (Q,) samples across the edge
+    weight: Array  # (Q,) of the bell there
+    along: Array  # (L,) y of the lines
+    lines: Ints  # (R, M) lines of each row, −1 where it has fewer
+    bell: Array  # (R, M) the bell along the edge there
+    image: Array  # (R, M) −1 for images, 1 for others
+    sources: Ints  # (N,) the node that feels a force on each: itself, or for a ghost the node that it mirrors
+    found: Ints  # (L, Q) face under each sample, −1 none, changes
+    place: Array  # (L, Q, 4) where in the face, ξ and η, its height, how much higher the true surface is, changes
+    count: Ints  # (R,) nodes of each row, changes
+    nodes: Ints  # (R, K), changes
+    shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
+    normal: Array  # (R, K, 3) Σ w N n/n_z, likewise
+    crown: Array  # (R,) how much higher the true surface is on the mean, changes
+    compliance: Array  # (R, R) Σ normal·normal/m of two rows, changes
+    give: Array  # (R,) Σ shape²/m, changes
+    force: Array  # (R, 4) λ and the friction, changes
+    excess: Array  # (R,) scratch
+    velocity: Array  # (N, 3) scratch
+
+
+@kernel
+def take_hold(
+    edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Array, inverse_mass: Array, tip: float
+) -> None:
+    """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force."""
+    find_surface(edge, faces, crowns, count, x, tip)
+    for j in range(edge.lines.shape[0]):
+        edge.count[j], edge.crown[j] = 0, 0.0
+        total, height = mean_height(edge, j)
+        if height < tip - _NEAR * edge.spread:
+            continue  # nothing comes so far before the next look
+        for m in range(edge.lines.shape[1]):
+            line = edge.lines[j, m]
+            for q in range(edge.weight.shape[0]):
+                if line >= 0 and edge.found[line, q] >= 0:
+                    weight = edge.bell[j, m] * edge.weight[q] / total
+                    edge.crown[j] += weight * edge.place[line, q, 3]
+                    add_sample(edge, j, edge.place[line, q], edge.image[j, m], faces[edge.found[line, q]], weight, x)
+    work_out_compliance(edge, free, inverse_mass)
+
+
+@kernel
+def find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array, tip: float) -> None:
+    """Set for each sample the highest face that its vertical meets within the spread of the edge, and where."""
+    edge.found[:, :] = -1
+    for m in range(count):
+        a, b, c, d = faces[m, 0], faces[m, 1], faces[m, 2], faces[m, 3]
+        fx = face_modes(x[a, 0], x[b, 0], x[c, 0], x[d, 0])
+        fy = face_modes(x[a, 1], x[b, 1], x[c, 1], x[d, 1])
+        fz = face_modes(x[a, 2], x[b, 2], x[c, 2], x[d, 2])
+        left = min(min(x[a, 0], x[b, 0]), min(x[c, 0], x[d, 0])) - edge.x
+        right = max(max(x[a, 0], x[b, 0]), max(x[c, 0], x[d, 0])) - edge.x
+        near = min(min(x[a, 1], x[b, 1]), min(x[c, 1], x[d, 1]))
+        far = max(max(x[a, 1], x[b, 1]), max(x[c, 1], x[d, 1]))
+        for l in range(np.searchsorted(edge.along, near), np.searchsorted(edge.along, far)):
+            for q in range(np.searchsorted(edge.across, left), np.searchsorted(edge.across, right)):
+                xi, eta = locate_in_face(edge.x + edge.across[q], edge.along[l], fx, fy)
+                if abs(xi) > 1.0 + HAIR or abs(eta) > 1.0 + HAIR:
+                    continue
+                height = fz[0] + fz[1] * xi + fz[2] * eta + fz[3] * xi * eta
+                n = face_normal(fx, fy, fz, xi, eta)
+                if abs(height - tip) > edge.spread or n[2] < STEEPEST:
+                    continue
+                if edge.found[l, q] < 0 or height > edge.place[l, q, 2]:
+                    round_about = xi if abs(fy[1]) > abs(fy[2]) else eta
+                    edge.found[l, q] = m
+                    edge.place[l, q, 0], edge.place[l, q, 1], edge.place[l, q, 2] = xi, eta, height
+                    edge.place[l, q, 3] = crowns[m] * max(1.0 - round_about * round_about, 0.0) / n[2]
+
+
+@inlined
+def mean_height(edge: Floats, j: int) -> Floats:
+    """Return the sum of a row's weights over the samples that have met a face, and the mean height of these."""
+    total, height = 0.0, 0.0
+    for m in range(edge.lines.shape[1]):
+        line = edge.lines[j, m]
+        for q in range(edge.weight.shape[0]):
+            if line >= 0 and edge.found[line, q] >= 0:
+                weight = edge.bell[j, m] * edge.weight[q]
+                total += weight
+                height += weight * (edge.place[line, q, 2] + edge.place[line, q, 3])
+    return total, height / total if total > 0.0 else -1.0e30
+
+
+@kernel
+def add_sample(edge: Floats, j: int, place: Array, image: float, face: Any, weight: float, x: Array) -> None:
+    """Add a sample, of a weight in its row's sum of one, to the nodes of the face that it meets."""
+    a, b, c, d = face[0], face[1], face[2], face[3]
+    fx = face_modes(x[a, 0], x[b, 0], x[c, 0], x[d, 0])
+    fy = face_modes(x[a, 1], x[b, 1], x[c, 1], x[d, 1])
+    fz = face_modes(x[a, 2], x[b, 2], x[c, 2], x[d, 2])
+    n = face_normal(fx, fy, fz, place[0], place[1])
+    shape = shape_functions(place[0], place[1])
+    for corner in range(4):
+        source = edge.sources[face[corner]]
+        k = place_of(edge, j, source)
+        if k < 0:
+            continue
+        share = weight * shape[corner]
+        edge.shape[j, k, 0] += 0.0 if edge.mirrored else share
+        edge.shape[j, k, 1] += image * share
+        edge.shape[j, k, 2] += share
+        edge.normal[j, k, 0] += (share if source == face[corner] else -share) * n[0] / n[2]
+        edge.normal[j, k, 1] += share * n[1] / n[2]
+        edge.normal[j, k, 2] += share
+
+
+@inlined
+def place_of(edge: Floats, j: int, node: int) -> int:
+    """Return where a row keeps a node, taking it in if it is new; −1 if the row is full."""
+    for k in range(edge.count[j]):
+        if edge.nodes[j, k] == node:
+            return k
+    k = edge.count[j]
+    if k == edge.nodes.shape[1]:
+        return -1
+    edge.count[j] = k + 1
+    edge.nodes[j, k] = node
+    edge.shape[j, k, :] = 0.0
+    edge.normal[j, k, :] = 0.0
+    return k
+
+
+@kernel
+def work_out_compliance(edge: Floats, free: Array, inverse_mass: Array) -> None:
+    """Set the rate by which a force of one row speeds up the mean height of another, and each row's own in slip."""
+    answer = edge.velocity
+    for j in range(edge.count.shape[0]):
+        edge.give[j] = 0.0
+        for k in range(edge.count[j]):
+            n = edge.nodes[j, k]
+            edge.give[j] += edge.shape[j, k, 2] ** 2 * inverse_mass[n]
+            for i in range(3):
+                answer[n, i] = edge.normal[j, k, i] * inverse_mass[n] * free[n, i]
+        for other in range(edge.count.shape[0]):
+            total = 0.0
+            for k in range(edge.count[other]):
+                n = edge.nodes[other, k]
+                for i in range(3):
+                    total += edge.normal[other, k, i] * answer[n, i]
+            edge.compliance[other, j] = total
+        for k in range(edge.count[j]):
+            answer[edge.nodes[j, k], :] = 0.0
+
+
+@kernel
+def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt: float, friction: Floats) -> None:
+    """Add to `body.push` the forces that keep the surface under the rows from rising above the edge."""
+    speed, tip = tools.speed[edge.tool], tools.height[edge.tool]
+    foresee(edge, body, kick)
+    for j in range(edge.count.shape[0]):
+        edge.excess[j] = 0.0
+        if edge.count[j] == 0:
+            edge.force[j, :] = 0.0
+        else:
+            turn(edge, body, j, edge.force[j], kick)
+    for j in range(edge.count.shape[0]):
+        edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.count[j] > 0 else 0.0
+    solve_rows(edge, kick)
+    for j in range(edge.count.shape[0]):
+        if edge.count[j] > 0:
+            rub(edge, body, j, speed, kick, friction)
+    for j in range(edge.count.shape[0]):
+        for k in range(edge.count[j]):
+            n = edge.nodes[j, k]
+            for i in range(3):
+                force = edge.normal[j, k, i] * edge.force[j, 0] - edge.shape[j, k, i] * edge.force[j, 1 + i]
+                body.push[n, i] -= force
+                tools.force[edge.tool, i] += force
+
+
+@inlined
+def foresee(edge: Floats, body: Floats, kick: float) -> None:
+    """Set the velocities that the nodes of all rows would have after the kick without the edge."""
+    for j in range(edge.count.shape[0]):
+        for k in range(edge.count[j]):
+            n = edge.nodes[j, k]
+            for i in range(3):
+                force = body.f[n, i] + body.push[n, i]
+                new = (body.v[n, i] + kick * force * body.inverse_mass[n]) * body.free[n, i] + body.driven[n, i]
+                edge.velocity[n, i] = new
+
+
+@inlined
+def turn(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
+    """Change the velocities of a row's nodes by a force (λ, friction): λ pushes down, against the normal."""
+    for k in range(edge.count[j]):
+        n = edge.nodes[j, k]
+        gain = kick * body.inverse_mass[n]
+        for i in range(3):
+            pushed = edge.shape[j, k, i] * force[1 + i] - edge.normal[j, k, i] * force[0]
+            edge.velocity[n, i] += gain * pushed * body.free[n, i]
+
+
+@inlined
+def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
+    """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s."""
+    height, rate = edge.crown[j], -speed
+    for k in range(edge.count[j]):
+        n = edge.nodes[j, k]
+        height += edge.shape[j, k, 2] * body.x[n, 2]
+        for i in range(3):
+            rate += edge.normal[j, k, i] * edge.velocity[n, i]
+    above = height - tip
+    return rate + (above / dt if above < 0.0 else min(_BROUGHT_BACK * above / dt, _FASTEST * abs(speed)))
+
+
+@inlined
+def solve_rows(edge: Floats, kick: float) -> None:
+    """Change the λ of all rows until none rises faster than allowed and none pulls."""
+    rows = edge.count.shape[0]
+    for _ in range(_SWEEPS):
+        largest, change = 0.0, 0.0
+        for j in range(rows):
+            if edge.count[j] == 0:
+                continue
+            old = edge.force[j, 0]
+            new = max(0.0, old + edge.excess[j] / (kick * edge.compliance[j, j]))
+            if new != old:
+                edge.force[j, 0] = new
+                for other in range(rows):
+                    edge.excess[other] -= kick * edge.compliance[other, j] * (new - old)
+            largest, change = max(largest, new), max(change, abs(new - old))
+        if change <= _CLOSE * largest:
+            return
+
+
+@inlined
+def rub(edge: Floats, body: Floats, j: int, speed: float, kick: float, friction: Floats) -> None:
+    """Give a row the friction that stops its mean slip, or as much as Coulomb's law allows."""
+    slip = (0.0, 0.0, -speed)
+    nx, ny = 0.0, 0.0
+    for k in range(edge.count[j]):
+        n, shape = edge.nodes[j, k], edge.shape[j, k]
+        u = edge.velocity[n]
+        slip = (slip[0] + shape[0] * u[0], slip[1] + shape[1] * u[1], slip[2] + shape[2] * u[2])
+        nx, ny = nx + shape[0] / shape[2] * edge.normal[j, k, 0], ny + shape[1] / shape[2] * edge.normal[j, k, 1]
+    # only the part across the mean normal (nx, ny, 1) is slip
+    size = sqrt(nx * nx + ny * ny + 1.0)
+    n = (nx / size, ny / size, 1.0 / size)
+    off = slip[0] * n[0] + slip[1] * n[1] + slip[2] * n[2]
+    slip = (slip[0] - off * n[0], slip[1] - off * n[1], slip[2] - off * n[2])
+    gain = 1.0 / (kick * edge.give[j])
+    held = (edge.force[j, 1] - gain * slip[0], edge.force[j, 2] - gain * slip[1], edge.force[j, 3] - gain * slip[2])
+    total = sqrt(held[0] * held[0] + held[1] * held[1] + held[2] * held[2])
+    limit = friction_limit(edge.force[j, 0] * size, sqrt(slip[0] ** 2 + slip[1] ** 2 + slip[2] ** 2), friction)
+    shrink = limit / total if total > limit else 1.0
+    step = (0.0, shrink * held[0] - edge.force[j, 1], shrink * held[1] - edge.force[j, 2], shrink * held[2] - edge.force[j, 3])
+    turn(edge, body, j, step, kick)
+    for i in range(1, 4):
+        edge.force[j, i] += step[i]
