@@ -65,13 +65,14 @@ def growth(validate: Stage) -> Figure:
 
 
 def _power_law(
-    axes: Axes, diameters: Sequence[float], forces: Sequence[float], exponent: Mapping[str, float], name: str
+    axes: Axes, diameters: Sequence[float], forces: Sequence[float], exponent: Mapping[str, float | None], name: str
 ) -> None:
     """Draw c·dⁿ with the geometric mean's c."""
-    n = exponent["value"]
+    n = exponent["value"] or 0.0
     c = exp(sum(log(f / d**n) for d, f in zip(diameters, forces, strict=True)) / len(forces))
     ends = [min(diameters), max(diameters)]
-    label = f"{name}: n = {n:.2f} ({exponent['low']:.2f} to {exponent['high']:.2f})"
+    known = exponent["low"] is not None and exponent["high"] is not None  # two diameters leave no scatter to tell
+    label = f"{name}: n = {n:.2f}" + (f" ({exponent['low']:.2f} to {exponent['high']:.2f})" if known else "")
     colour, line = (BLUE, "-") if name == "measured" else (ORANGE, "--")
     axes.plot(ends, [c * d**n for d in ends], linestyle=line, color=colour, label=label)
 
@@ -107,8 +108,9 @@ def ridge(rsm: Stage, invert: Stage | None = None) -> Figure:
     figure = new_figure(width=6.4, height=2.8)
     with styled():
         force, place = figure.subplots(1, 2)
-        low, high = ([row["predicted"] + sign * 2.0 * row["standard_error"] for row in rows] for sign in (-1.0, 1.0))
-        force.fill_between(radius, low, high, color=BLUE, alpha=0.2, linewidth=0)
+        known = [row for row in rows if row["standard_error"] is not None]  # none where runs are as many as terms
+        low, high = ([row["predicted"] + sign * 2.0 * row["standard_error"] for row in known] for sign in (-1.0, 1.0))
+        force.fill_between([row["radius"] for row in known], low, high, color=BLUE, alpha=0.2, linewidth=0)
         force.plot(radius, [row["predicted"] for row in rows], "o-", color=BLUE, markersize=4)
         if invert is not None:
             force.axhline(invert["target"], color=ORANGE, linestyle="--", label="measured force")

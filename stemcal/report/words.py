@@ -115,6 +115,8 @@ def _screening_certainty(stage: Stage) -> list[str]:
 
 
 def _surface_certainty(stage: Stage) -> list[str]:
+    if stage["r2"] is None:
+        return ["All runs gave the same force: there is nothing that the surface could explain."]
     text = (
         f"The surface explains {fixed(100 * stage['r2'], 1)} % of the variation between its runs"
         f" (R² {fixed(stage['r2'], 3)}, predicted R² {fixed(stage['predicted_r2'], 3)})"
@@ -127,9 +129,11 @@ def _surface_certainty(stage: Stage) -> list[str]:
 
 
 def _calibration_certainty(stage: Stage) -> list[str]:
+    expected = stage["prediction_interval"]
     sentences = [
-        f"A simulation with the calibrated parameters should give {interval(stage['prediction_interval'])} N "
-        f"(95 % prediction interval)."
+        f"A simulation with the calibrated parameters should give {interval(expected)} N (95 % prediction interval)."
+        if expected is not None
+        else "The surface has as many terms as runs: nothing tells how far a simulation may miss its prediction."
     ]
     if "joint" in stage:
         left_out = stage["joint"]["max_abs_left_out_error_percent"]
