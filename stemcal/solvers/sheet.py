@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import csv
-import difflib
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
@@ -12,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SpecError, SpecProblem
+from stemcal.words import nearest
 
 MAX_BYTES = 10_000_000
 PASSED_OVER = {"run", "#", ""}
@@ -172,8 +172,8 @@ def _number(path: Path, line: int, column: int, name: str, cell: str, problems: 
 
 
 def _suggestion(heading: str, known: Mapping[str, str]) -> str:
-    near = difflib.get_close_matches(heading, known, n=1)
-    return f"did you mean {near[0]}?" if near else f"columns may be {', '.join(dict.fromkeys(known.values()))}"
+    meant = nearest(heading, known)
+    return f"did you mean {meant}?" if meant else f"columns may be {', '.join(dict.fromkeys(known.values()))}"
 
 
 def _problem(path: Path, line: int, column: int, name: str, message: str, remedy: str) -> SpecProblem:

@@ -10,13 +10,14 @@ from fakes import FakeSolver, make_study
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.report.gallery import gallery, write_figures
-from stemcal.report.page import fresh_stages, render
+from stemcal.folder.store import StudyFolder
+from stemcal.report.figures.gallery import gallery, write_figures
+from stemcal.report.page.render import render
 from stemcal.report.records import read_records
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study
-from stemcal.study.store import StudyFolder
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,9 @@ def reported(study: Study, solver: FakeSolver, folder: StudyFolder, monkeypatch:
     """Take a study through all stages, draw every figure and return the page."""
     monkeypatch.setitem(SOLVERS, "embedded", lambda _: solver)
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    stages, stale = fresh_stages(study, folder)
-    assert not stale and list(stages) == ["screen", "rsm", "invert", "validate"]
-    assert write_figures(gallery(study, stages, read_records(stages.values(), folder)), folder.path / "figures")
+    results = fresh_results(study, folder)
+    assert not results.stale and len(list(results.done())) == 4
+    assert write_figures(gallery(study, results, read_records(results, folder)), folder.path / "figures")
     return render(study, folder)
 
 
