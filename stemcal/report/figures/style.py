@@ -95,11 +95,26 @@ def plain(text: str) -> str:
 
 
 def new_figure(width: float = 4.7, height: float = 3.3) -> Figure:
-    """Return an empty figure, sizes in inches; no display and no global state."""
+    """Return an empty figure, sizes in inches; no display and no global state, but it shows itself in a notebook."""
+    with styled():
+        figure: Figure = _shown_figure()(figsize=(width, height), layout="constrained")
+        return figure
+
+
+@cache
+def _shown_figure() -> Any:
     from matplotlib.figure import Figure
 
-    with styled():
-        return Figure(figsize=(width, height), layout="constrained")
+    class ShownFigure(Figure):
+        """A figure that a notebook shows without matplotlib's inline backend."""
+
+        def _repr_png_(self) -> bytes:
+            image = io.BytesIO()
+            with styled():
+                self.savefig(image, format="png", dpi=110, facecolor="white", metadata=_anonymous("png"))
+            return image.getvalue()
+
+    return ShownFigure
 
 
 def save(figure: Figure, path: Path) -> None:
