@@ -18,7 +18,7 @@ from stemcal.solvers.protocol import Estimating, Request, Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.surface import read_before
-from stemcal.stages.validate import calibrated_parameters
+from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
 
 USUAL_FACTORS = 3
@@ -154,8 +154,7 @@ def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked
         with suppress(UsageError):
             levels = calibrated_parameters(study, solver, folder)
     middle = study.midlevels() if levels is None else levels
-    requests = [Request("validate", row, middle, target.diameter) for row, target in enumerate(study.targets.forces)]
-    return Asked("validate", requests, settled=levels is not None)
+    return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
 # ---- what a design can find

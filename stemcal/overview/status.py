@@ -52,7 +52,8 @@ class Entry:
     @property
     def request(self) -> Request:
         """What was asked."""
-        return Request(self.stage, self.run - 1, self.levels, self.diameter)
+        pictured = any(stage.pictured for stage in STAGES if stage.name == self.stage)
+        return Request(self.stage, self.run - 1, self.levels, self.diameter, pictured)
 
 
 @dataclass(frozen=True)

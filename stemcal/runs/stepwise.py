@@ -17,9 +17,15 @@ SimulateAt = Callable[[int, Mapping[str, float], Sequence[float]], list[Outcome]
 
 
 def simulating(
-    stage: str, study: Study, solver: Solver, folder: StudyFolder, executor: Executor, watch: Watch
+    stage: str,
+    study: Study,
+    solver: Solver,
+    folder: StudyFolder,
+    executor: Executor,
+    watch: Watch,
+    pictured: bool = False,
 ) -> SimulateAt:
-    """Return what simulates one point at some diameters.
+    """Return what simulates one point at some diameters; `pictured` runs keep what pictures are made from.
 
     Raises
     ------
@@ -31,7 +37,7 @@ def simulating(
     policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
 
     def simulate(row: int, levels: Mapping[str, float], diameters: Sequence[float]) -> list[Outcome]:
-        requests = [Request(stage, row, levels, diameter) for diameter in diameters]
+        requests = [Request(stage, row, levels, diameter, pictured) for diameter in diameters]
         answers = answer_all(requests, solver, folder, executor, watch, policy)
         return [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
 

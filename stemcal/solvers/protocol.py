@@ -15,19 +15,22 @@ class Request:
     Parameters
     ----------
     stage : str
-        ``screen``, ``rsm`` or ``validate``.
+        Which stage asks.
     row : int
         Row of the stage's design, from 0.
     levels : mapping
         Every factor's value in the units of the spec.
     diameter : float
         Outer diameter of the stem, mm.
+    pictured : bool
+        Whether the answer is to tell what pictures of the run are made from, if the solver can.
     """
 
     stage: str
     row: int
     levels: Mapping[str, float]
     diameter: float
+    pictured: bool = False
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,8 @@ class Stage:
         Whether the whole study has it.
     simulates : bool
         Whether it has runs of its own.
+    pictured : bool
+        Whether its runs keep what pictures are made from: those at a solution do.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Stage:
     help: str
     asked_for: Callable[[Study], bool] = lambda _study: True
     simulates: bool = True
+    pictured: bool = False
 
 
 def _before_surface(study: Study) -> str | None:
@@ -120,6 +123,7 @@ STAGES: tuple[Stage, ...] = (
         section refine in the spec it is part of `stemcal run`, and the validation takes the refined parameters.
         """,
         lambda study: study.refine is not None,
+        pictured=True,
     ),
     Stage(
         "validate",
@@ -130,6 +134,7 @@ STAGES: tuple[Stage, ...] = (
         ("targets",),
         lambda study: "invert" if study.refine is None else "refine",
         "Simulate every measured diameter with the calibrated parameters.",
+        pictured=True,
     ),
     Stage(
         "audit",

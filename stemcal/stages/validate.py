@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
@@ -113,7 +113,7 @@ def validate(
         parameters = calibrated_parameters(study, solver, folder)
         head = head_of(study, solver, folder, "validate")
         targets = study.targets.forces
-        requests = [Request("validate", row, parameters, target.diameter) for row, target in enumerate(targets)]
+        requests = requests_at(study, parameters)
         answers = answer_all(requests, solver, folder, executor, watch, study.runs)
         outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
         found = compare_diameters(
@@ -141,6 +141,12 @@ def validate(
             notes=(*found.notes, *remarks),
         )
         return leave(folder, result)
+
+
+def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
+    """Return a request per measured diameter at these levels."""
+    targets = enumerate(study.targets.forces)
+    return [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
 
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:

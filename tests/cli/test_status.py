@@ -237,7 +237,7 @@ def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.Mon
     from stemcal.study.spec import load_study
 
     study = load_study(SMOKE)
-    request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0)
+    request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0, pictured=True)
     key = record_key(Embedded(study), request)
     with StudyFolder(tmp_path / "out") as folder:
         folder.save({"key": key, "request": {**vars(request), "levels": dict(request.levels)}})

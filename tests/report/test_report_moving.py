@@ -240,7 +240,13 @@ def test_runs_at_a_solution_keep_their_pictures_whatever_stage_came_first() -> N
     """Refining and validating share a run at the calibration diameter: whichever computes it keeps the pictures."""
     study = load_study(Path(__file__).parents[2] / "configs" / "smoke.yaml")
     solver, levels = Embedded(study), study.midlevels()
-    answers = {stage: solver.solve(Request(stage, 0, levels, 8.0)) for stage in ("rsm", "refine", "validate")}
+    asked = {
+        "rsm": Request("rsm", 0, levels, 8.0),
+        "refine": Request("refine", 0, levels, 8.0, pictured=True),
+        "validate": Request("validate", 0, levels, 8.0, pictured=True),
+    }
+    answers = {stage: solver.solve(request) for stage, request in asked.items()}
+    assert solver.identity(asked["refine"]) == solver.identity(asked["validate"]) != solver.identity(asked["rsm"])
     pictures = {"energies", "shape", "film"}
     assert {stage: pictures & set(answer.details) for stage, answer in answers.items()} == {
         "rsm": set(),

@@ -32,7 +32,7 @@ def refine(
     """Simulate at the solution and correct it until the simulated force is right, at every diameter of a joint fit."""
     solver = solver or make_solver(study)
     with folder:
-        simulate = simulating("refine", study, solver, folder, executor, watch)
+        simulate = simulating("refine", study, solver, folder, executor, watch, pictured=True)
         surface = read_fresh(study, solver, folder, SurfaceResult)
         solution = read_fresh(study, solver, folder, InvertResult)
         head = head_of(study, solver, folder, "refine")
