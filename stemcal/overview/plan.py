@@ -11,7 +11,7 @@ from stemcal.doe.designs.power import DesignQuality, judge_design
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import record_key
+from stemcal.runs.key import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Estimating, Request, Solver

@@ -12,7 +12,8 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.store import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
-from stemcal.runs.answer import Watch, answer_all, answer_of, ignore, record_key
+from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.key import answer_of, record_key
 from stemcal.runs.policy import is_censored, judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver

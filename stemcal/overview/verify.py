@@ -9,7 +9,7 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import digest
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import Asked, asked
-from stemcal.runs.answer import KEY_LENGTH, record_key
+from stemcal.runs.key import KEY_LENGTH, record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage

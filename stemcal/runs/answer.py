@@ -14,19 +14,17 @@ from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from stemcal.executors.inline import InlineExecutor
-from stemcal.files.durable import digest
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
+from stemcal.runs.key import answer_of, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
 from stemcal.solvers.protocol import Answer, Immediate, Placed, Request, Solver
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
 
-KEY_LENGTH = 32
 MOST_WARNINGS = 10
 WORK = "work"  # where solvers that need files have their run folders
 
@@ -48,11 +46,6 @@ Watch = Callable[[Progress], None]
 
 def ignore(_progress: Progress) -> None:
     """Watch and say nothing."""
-
-
-def record_key(solver: Solver, request: Request) -> str:
-    """Return the name of the record that answers a request: a hash of what determines the answer."""
-    return digest(solver.identity(request))[:KEY_LENGTH]
 
 
 def answer_all(
@@ -111,11 +104,6 @@ def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> 
         if record is not None and stands(record, policy):
             found[key] = judged(answer_of(record), policy)
     return found
-
-
-def answer_of(record: Mapping[str, Any]) -> Answer:
-    """Return the answer that a record holds."""
-    return Answer(**{name: record[name] for name in ("status", "force", "reason", "message", "details")})
 
 
 class _Tally:

@@ -10,7 +10,8 @@ from statsmodels.stats.anova import anova_lm
 
 from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.designs.plackett_burman import cyclic_design
-from stemcal.doe.screening.analysis import adjusted_p, analyse_screening
+from stemcal.doe.screening.analysis import analyse_screening
+from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import lenth
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json

@@ -22,6 +22,7 @@ from stemcal.doe.regression.least_squares import (
 )
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
+from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import Lenth, lenth
 from stemcal.doe.screening.notes import screening_notes, stands_out, verdict
 from stemcal.errors import RunsFailed, UsageError
@@ -193,16 +194,6 @@ def _effects(
         )
         for i, (name, test) in enumerate(zip(names, tests, strict=True))
     )
-
-
-def adjusted_p(p: Sequence[float | None], method: str) -> list[float | None]:
-    """Adjust p-values for testing all of them at once: ``holm`` or ``fdr_bh`` (Benjamini–Hochberg)."""
-    known = [value for value in p if value is not None]
-    if len(known) < len(p) or not known:
-        return [None] * len(p)
-    from statsmodels.stats.multitest import multipletests
-
-    return [float(value) for value in multipletests(known, method=method)[1]]
 
 
 def _significant(effects: Sequence[Effect], size: Lenth, alpha: float) -> tuple[str, ...]:
