@@ -189,7 +189,7 @@ def test_who_looks_does_not_disturb(tmp_path: Path) -> None:
     with StudyFolder(looker.path) as folder:
         folder.sign(stage="screen", workers=2)
         held = looker.holder()
-        assert held is not None and (held["pid"], held["stage"], held["workers"]) == (os.getpid(), "screen", 2)
+        assert held is not None and (held.pid, held.stage, held.workers) == (os.getpid(), "screen", 2)
     assert looker.holder() is None
     for _ in range(20):
         stop = threading.Event()
