@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.executors.local import LocalExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.answer import answer_all
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.answering import answer_all
-from stemcal.study.store import StudyFolder
 
 RUNS = 10_000
 CURVE = [0.1 * i for i in range(200)]

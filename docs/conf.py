@@ -16,7 +16,11 @@ project = "stemcal"
 author = "The stemcal developers"
 project_copyright = author
 release = version = __version__
-extensions = ["myst_parser", "mathml"]
+extensions = ["myst_nb", "mathml"]
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_execution_show_tb = True
+nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # no page asks for anything from elsewhere
 html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3

@@ -1,3 +1,70 @@
-"""Calibrate finite element models of plant stems against measured cutting force."""
+"""Calibrate finite element models of plant stems against measured cutting force.
+
+    study = stemcal.load_study("my-stems.yaml")
+    results = stemcal.calibrate(study, workers=2)
+    results.parameters, results.surface.anova, results.surface.plot.contour()
+
+Names are loaded when they are first asked for, so that the import itself takes no time.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stemcal.python.results import StudyResults
+    from stemcal.python.study import Curve, Simulated, calibrate, load_study, open_results, simulate
+    from stemcal.stages.climb import ClimbResult
+    from stemcal.stages.invert.result import InvertResult
+    from stemcal.stages.refine.result import RefineResult
+    from stemcal.stages.screen import ScreenResult
+    from stemcal.stages.surface import SurfaceResult
+    from stemcal.stages.validate import ValidateResult
+    from stemcal.study.model import Study
 
 __version__ = "0.1.0"
+_NAMES = {
+    "calibrate": "stemcal.python.study",
+    "load_study": "stemcal.python.study",
+    "open_results": "stemcal.python.study",
+    "simulate": "stemcal.python.study",
+    "Curve": "stemcal.python.study",
+    "Simulated": "stemcal.python.study",
+    "StudyResults": "stemcal.python.results",
+    "ScreenResult": "stemcal.stages.screen",
+    "ClimbResult": "stemcal.stages.climb",
+    "SurfaceResult": "stemcal.stages.surface",
+    "InvertResult": "stemcal.stages.invert.result",
+    "RefineResult": "stemcal.stages.refine.result",
+    "ValidateResult": "stemcal.stages.validate",
+    "Study": "stemcal.study.model",
+}
+__all__ = [
+    "ClimbResult",
+    "Curve",
+    "InvertResult",
+    "RefineResult",
+    "ScreenResult",
+    "Simulated",
+    "Study",
+    "StudyResults",
+    "SurfaceResult",
+    "ValidateResult",
+    "calibrate",
+    "load_study",
+    "open_results",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name == "errors":
+        return import_module("stemcal.errors")
+    if name not in _NAMES:
+        raise AttributeError(f"module 'stemcal' has no attribute {name!r}")
+    return getattr(import_module(_NAMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*_NAMES, "__version__", "errors"])

@@ -11,8 +11,9 @@ from fakes import FakeSolver, lines, make_study
 from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.stages.layout import design_radius, screening_design, surface_design
-from stemcal.study.store import StudyFolder
+from stemcal.files.typed import to_json
+from stemcal.folder.store import StudyFolder
+from stemcal.stages.design import design_radius, screening_design, surface_design
 
 THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
 
@@ -88,7 +89,7 @@ def test_a_fold_over_computes_only_the_new_runs(tmp_path: Path) -> None:
     before = len(lines(witness))
     stage = workflow.screen(
         make_study(tmp_path, "screen: {fold_over: true}\n"), folder, InlineExecutor(), solver=solver
-    )
+    ).to_json()
     assert (before, len(lines(witness))) == (12, 24)
     assert any("clear of two-factor interactions" in note for note in stage["notes"])
     assert stage["effects"][3]["verdict"].startswith("yield_stress matters")
@@ -109,11 +110,11 @@ def test_extra_runs_compute_only_themselves(tmp_path: Path) -> None:
 def test_a_reduced_surface_goes_on_to_the_solution(tmp_path: Path) -> None:
     folder = StudyFolder(tmp_path / "out")
     study = make_study(tmp_path, THREE.format("reduce: backward"))
-    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     terms = {row["term"] for row in stage["coefficients"]}
     assert {"1", "yield_stress", "failure_strain", "failure_strain^2"} <= terms
     assert set(stage["reduction"]["dropped"]).isdisjoint(terms)
-    found = workflow.invert(study, folder, solver=FakeSolver())
+    found = workflow.invert(study, folder, solver=FakeSolver()).to_json()
     assert found["predicted"] == pytest.approx(110.0, abs=1e-6)
     a = (found["solution"]["yield_stress"] - 15.0) / 5.0
     b = (found["solution"]["failure_strain"] - 0.03) / 0.02
@@ -123,7 +124,7 @@ def test_a_reduced_surface_goes_on_to_the_solution(tmp_path: Path) -> None:
 
 def test_the_surface_stage_tells_its_shape(tmp_path: Path) -> None:
     study = make_study(tmp_path, THREE.format("centre_points: 2"))
-    stage = workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=FakeSolver())
+    stage = workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=FakeSolver()).to_json()
     assert len(stage["ridge"]) == 5 and stage["ridge"][0]["predicted"] == pytest.approx(100.0)
     assert stage["ridge"][-1]["radius"] == pytest.approx(8**0.25)
     assert stage["canonical"]["eigenvalues"][0] > 0.0
@@ -131,7 +132,7 @@ def test_the_surface_stage_tells_its_shape(tmp_path: Path) -> None:
 
 
 def test_plan_tells_what_the_designs_can_find(tmp_path: Path) -> None:
-    planned = workflow.plan(make_study(tmp_path), None, FakeSolver())
+    planned = to_json(workflow.plan(make_study(tmp_path), None, FakeSolver()))
     screening, surface, validation = planned["stages"]
     assert screening["quality"]["residual_df"] == 2
     assert screening["quality"]["terms"][0]["power"]["2"] == pytest.approx(0.4707, abs=1e-4)

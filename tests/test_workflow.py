@@ -15,9 +15,10 @@ from stemcal import workflow
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
-from stemcal.stages.answering import Progress
+from stemcal.files.typed import to_json
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.answer import Progress
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 STAGES = ("screen", "rsm", "invert", "validate")
@@ -60,7 +61,7 @@ def test_calibrates_to_the_known_point(tmp_path: Path, folder: StudyFolder) -> N
 
 def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) -> None:
     study = make_study(tmp_path, TWO)
-    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     values = {row["term"]: row["value"] for row in stage["coefficients"]}
     alpha = 2**0.5
     assert values["1"] == pytest.approx(100.0, abs=1e-9)
@@ -73,7 +74,7 @@ def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) 
 
 
 def test_screening_finds_the_two_factors_that_act(tmp_path: Path, folder: StudyFolder) -> None:
-    stage = workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver()).to_json()
     ranked = sorted(stage["effects"], key=lambda e: -e["contribution_percent"])
     assert [e["factor"] for e in ranked[:2]] == ["yield_stress", "failure_strain"]
     assert ranked[0]["effect"] == pytest.approx(40.0, abs=1e-9)  # 2·20; a·b is aliased with other columns
@@ -83,7 +84,7 @@ def test_screening_finds_the_two_factors_that_act(tmp_path: Path, folder: StudyF
 
 def test_validation_rows_have_the_papers_sign(tmp_path: Path, folder: StudyFolder) -> None:
     """Measured forces follow d², as the solver does: no error anywhere, 8 mm is the calibration."""
-    stage = workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert [row["role"] for row in stage["rows"]] == ["validation", "calibration", "validation"]
     assert [row["error_percent"] for row in stage["rows"]] == pytest.approx([0.0, 0.0, 0.0], abs=1e-5)
     assert all(row["status"] == "ok" for row in stage["rows"])
@@ -92,7 +93,7 @@ def test_validation_rows_have_the_papers_sign(tmp_path: Path, folder: StudyFolde
 def test_fewer_than_two_significant_takes_the_two_largest(tmp_path: Path, folder: StudyFolder) -> None:
     study = make_study(tmp_path, "screen: {alpha: 1e-12}\n")
     workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert stage["names"] == ["yield_stress", "failure_strain"]
     assert any("two factors of largest contribution" in note for note in stage["notes"])
     assert stage["fixed"]["strain_rate_c"] == 90.0
@@ -101,7 +102,7 @@ def test_fewer_than_two_significant_takes_the_two_largest(tmp_path: Path, folder
 @pytest.mark.parametrize(("alpha", "radius"), [("face", 2**0.5), ("1.2", 2**0.5), ("1.8", 1.8)])
 def test_design_radius(tmp_path: Path, folder: StudyFolder, alpha: str, radius: float) -> None:
     extra = f"rsm: {{factors: [yield_stress, failure_strain], alpha: {alpha}}}\n"
-    stage = workflow.fit_surface(make_study(tmp_path, extra), folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.fit_surface(make_study(tmp_path, extra), folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert stage["radius"] == pytest.approx(radius)
     levels = [run["levels"]["yield_stress"] for run in stage["design"]["runs"]]
     assert (min(levels), max(levels)) == (10.0, 20.0)
@@ -118,7 +119,7 @@ def test_unreachable_target(tmp_path: Path, folder: StudyFolder) -> None:
     )
     workflow.fit_surface(far, folder, InlineExecutor(), solver=FakeSolver())
     with pytest.raises(TargetUnreachable, match="1100 N is above"):
-        workflow.invert(far, folder, FakeSolver())
+        workflow.invert(far, folder, solver=FakeSolver())
 
 
 # ---- the paper's tables
@@ -196,7 +197,7 @@ def test_a_new_solver_version_reuses_nothing(tmp_path: Path, folder: StudyFolder
     study = make_study(tmp_path, TWO)
     workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver(witness))
     with pytest.raises(UsageError, match="solver version changed since"):
-        workflow.invert(study, folder, FakeSolver(witness, version=2))
+        workflow.invert(study, folder, solver=FakeSolver(witness, version=2))
     workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver(witness, version=2))
     assert len(lines(witness)) == 18
     log = (folder.path / "log.jsonl").read_text(encoding="utf-8")
@@ -219,7 +220,7 @@ def test_a_stage_needs_the_one_before(tmp_path: Path, folder: StudyFolder, stage
     study, solver, executor = make_study(tmp_path), FakeSolver(), InlineExecutor()
     commands: dict[str, Any] = {
         "rsm": lambda: workflow.fit_surface(study, folder, executor, solver=solver),
-        "invert": lambda: workflow.invert(study, folder, solver),
+        "invert": lambda: workflow.invert(study, folder, solver=solver),
         "validate": lambda: workflow.validate(study, folder, executor, solver=solver),
     }
     with pytest.raises(UsageError, match=f"run `stemcal {missing} SPEC` first"):
@@ -252,7 +253,9 @@ def test_a_new_surface_makes_the_solution_stale(tmp_path: Path, folder: StudyFol
 )
 def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble: str, reason: str) -> None:
     """One of twelve runs fails: ten coefficients from eleven runs leave one residual df."""
-    stage = workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble={3: trouble}))
+    stage = workflow.screen(
+        make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble={3: trouble})
+    ).to_json()
     run = stage["design"]["runs"][3]
     assert (run["status"], run["reason"], run["force"]) == ("failed", reason, None)
     assert stage["residual"]["df"] == 1
@@ -292,7 +295,9 @@ def test_physical_failures_stand_accidents_are_tried_again(tmp_path: Path, folde
 
 def test_a_dead_worker_costs_one_run(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     with LocalExecutor(2) as executor:
-        stage = workflow.screen(make_study(tmp_path), folder, executor, solver=FakeSolver(witness, trouble={3: "exit"}))
+        stage = workflow.screen(
+            make_study(tmp_path), folder, executor, solver=FakeSolver(witness, trouble={3: "exit"})
+        ).to_json()
     statuses = [run["status"] for run in stage["design"]["runs"]]
     assert statuses.count("failed") == 1 and statuses[3] == "failed"
     assert stage["design"]["runs"][3]["reason"] == "worker_died"
@@ -326,17 +331,17 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path, folder: StudyFolder, witness:
 
 def test_plan_counts_and_runs_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     study, solver = make_study(tmp_path, TWO), FakeSolver(witness)
-    planned = workflow.plan(study, folder, solver)
+    planned = to_json(workflow.plan(study, folder, solver))
     assert [s["to_run"] for s in planned["stages"]] == [12, 9, 3]
     assert planned["stages"][0]["seconds"] == pytest.approx(120.0)
     assert planned["stages"][2]["seconds"] == pytest.approx(10.0 * (49 + 64 + 100) / 64)
     assert not folder.path.exists() and not witness.exists()
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    assert workflow.plan(study, folder, solver)["to_run"] == 0
+    assert workflow.plan(study, folder, solver).to_run == 0
     json.dumps(planned)
 
 
 def test_plan_before_the_screening_assumes_three_factors(tmp_path: Path, folder: StudyFolder) -> None:
-    planned = workflow.plan(make_study(tmp_path), folder, FakeSolver())
+    planned = to_json(workflow.plan(make_study(tmp_path), folder, FakeSolver()))
     assert planned["stages"][1]["rows"] == 8 + 6 + 6
     assert any("3 are assumed" in note for note in planned["notes"])

@@ -13,34 +13,29 @@ from typer.core import TyperGroup
 
 from stemcal import __version__
 from stemcal.cli import (
-    audit,
     augment,
     check,
-    climb,
     demo,
     doctor,
     explain,
     export,
     export_deck,
     init,
-    invert,
     measure,
     plan,
     plot,
-    refine,
     report,
     retry,
-    rsm,
     run,
     runs,
     schema,
-    screen,
     simulate,
+    stages,
     status,
-    validate,
     verify,
 )
 from stemcal.cli.guard import exit_codes
+from stemcal.stages.base import STAGES
 
 
 class Commands(TyperGroup):
@@ -61,24 +56,21 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-STAGES = "Stages of a study (each goes on where it stopped)"
+PANEL = "Stages of a study (each goes on where it stopped)"
 RESULTS = "Results to publish"
 FOLDER = "The study folder"
 AROUND = "Around a study"
 FIRST = "First steps and help"
 
-app.command(rich_help_panel=STAGES)(run.run)
-app.command(rich_help_panel=STAGES)(screen.screen)
-app.command(rich_help_panel=STAGES)(climb.climb)
-app.command(rich_help_panel=STAGES)(rsm.rsm)
-app.command(rich_help_panel=STAGES)(augment.augment)
-app.command(rich_help_panel=STAGES)(invert.invert)
-app.command(rich_help_panel=STAGES)(refine.refine)
-app.command(rich_help_panel=STAGES)(validate.validate)
-app.command(rich_help_panel=STAGES)(report.report)
+app.command(rich_help_panel=PANEL)(run.run)
+for _stage in STAGES:
+    if _stage.name != "audit":
+        app.command(rich_help_panel=PANEL)(stages.command_of(_stage))
+app.command(rich_help_panel=PANEL)(augment.augment)
+app.command(rich_help_panel=PANEL)(report.report)
 app.command(rich_help_panel=RESULTS)(export.export)
 app.command(rich_help_panel=RESULTS)(plot.plot)
-app.command(rich_help_panel=RESULTS)(audit.audit)
+app.command(rich_help_panel=RESULTS)(stages.audit_command())
 app.add_typer(measure.app, name="measure", rich_help_panel=AROUND)
 app.command(rich_help_panel=AROUND)(init.init)
 app.command(rich_help_panel=AROUND)(check.check)

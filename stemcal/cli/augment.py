@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+from stemcal.stages.base import stage_called
 
 
 def augment(
@@ -40,7 +41,8 @@ def augment(
     from stemcal.cli.console import note
     from stemcal.cli.session import existing_folder, opened, read_study
     from stemcal.cli.show import show_stage
-    from stemcal.stages import augmenting
+    from stemcal.overview import augment as augmenting
+    from stemcal.stages.making import make
     from stemcal.study.amend import rewrite
 
     study = read_study(spec)
@@ -48,14 +50,12 @@ def augment(
     larger, changes = augmenting.augment(study, added)
     folder = existing_folder(study, out)
     for part in augmenting.growth(study, larger, added.stages, folder):
-        note(f"{part['stage']}: {part['had']} runs become {part['rows']}, {part['to_run']} of them to compute")
+        note(f"{part.stage}: {part.had} runs become {part.rows}, {part.to_run} of them to compute")
     if dry_run:
         return
     rewrite(spec, larger, changes)
     note(f"{spec.name}: " + "; ".join(f"{section}.{key}: {value}" for section, key, value in changes))
     with opened(spec, out, workers, executor, quiet) as work:
-        from stemcal import workflow
-
-        make = {"screen": workflow.screen, "rsm": workflow.fit_surface}
         for name in added.stages:
-            show_stage(make[name](work.study, work.folder, work.executor, work.watch), work.folder, as_json, quiet)
+            result = make(stage_called(name), work.study, work.folder, work.executor, work.watch)
+            show_stage(result, work.folder, as_json, quiet)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stemcal.cli.options import AsJson, Spec
 
@@ -36,12 +37,12 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
         )
 
 
-def _problems(error: SpecError) -> dict[str, Any]:
+def _problems(error: SpecError) -> Mapping[str, object]:
     problems = [asdict(problem) for problem in error.problems]
     return {"schema_version": 1, "stage": "check", "ok": False, "problems": problems}
 
 
-def _summary(study: Study) -> dict[str, Any]:
+def _summary(study: Study) -> Mapping[str, object]:
     return {
         "schema_version": 1,
         "stage": "check",

@@ -103,7 +103,7 @@ def _cache() -> Iterator[Finding]:
 
 
 def _fonts() -> Iterator[Finding]:
-    from stemcal.report.style import installed_fonts
+    from stemcal.report.figures.style import installed_fonts
 
     chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
     found = ", ".join(chinese) or "none: Chinese names come out as boxes in PNG figures"
@@ -114,7 +114,7 @@ def _statistics() -> Iterator[Finding]:
     """Fit a known quadratic: 100 + 30a + 10b − 5ab + 2a² at the points of a face-centred design."""
     import numpy as np
 
-    from stemcal.doe.surface import fit_surface
+    from stemcal.doe.regression.surface import fit_surface
 
     grid = np.array([(a, b) for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
     a, b = grid.T

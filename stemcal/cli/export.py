@@ -24,16 +24,16 @@ def export(spec: Spec, kind: Format = "csv", out: Out = None, as_json: AsJson = 
     """
     from stemcal.cli.console import say, say_json, warn
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.export import export_tables
-    from stemcal.report.page import fresh_stages
-    from stemcal.report.paper import paper_tables
+    from stemcal.report.export.formats import export_tables
+    from stemcal.report.export.paper import paper_tables
+    from stemcal.stages.results import fresh_results
 
     study = read_study(spec)
     folder = existing_folder(study, out)
-    stages, stale = fresh_stages(study, folder)
-    for sentence in stale:
+    results = fresh_results(study, folder)
+    for sentence in results.stale:
         warn(sentence)
-    paths = [str(path) for path in export_tables(paper_tables(study, stages), kind, folder.path / "tables")]
+    paths = [str(path) for path in export_tables(paper_tables(study, results), kind, folder.path / "tables")]
     if as_json:
         say_json({"schema_version": 1, "stage": "export", "files": paths})
     else:

@@ -37,14 +37,15 @@ def export_deck(
         raise UsageError(f"{out}: the folder {out.parent} does not exist")
 
     from stemcal.solvers.deck import deck_text
+    from stemcal.study.model import EmbeddedSolver
 
-    size = getattr(study.solver, "element_size", 0.0)
+    size = study.solver.element_size if isinstance(study.solver, EmbeddedSolver) else 0.0
     if chosen < 2 * size:
         raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
 
     text = deck_text(study, levels, chosen)
     out.write_text(text, encoding="utf-8", newline="\n")
-    if getattr(study.solver, "rate_law", "") == "paper":
+    if isinstance(study.solver, EmbeddedSolver) and study.solver.rate_law == "paper":
         warn("LS-DYNA scales the yield stress by 1 + (rate/C)^(1/P), not by 1 + (rate/C)^P as this study does")
     if not quiet:
         note(f"wrote {out} ({text.count(chr(10))} lines)")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stemcal.measured.curves import CurveOptions
     from stemcal.measured.reading import Form
     from stemcal.measured.shear import ShearTests
-    from stemcal.report.sheets import Sheet
+    from stemcal.report.tables.sheet import Sheet
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -53,13 +53,14 @@ def diameters(
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
     from stemcal.measured.diameters import measure_diameters
-    from stemcal.report import laboratory
+    from stemcal.report.figures import laboratory as figures
+    from stemcal.report.tables import laboratory as tables
 
     found = measure_diameters(file, _form(encoding, separator, decimal), _numbers(grades), step)
     data = {"schema_version": 1, "stage": "measure-diameters", **found.as_dict()}
     if out:
-        _leave_files(out, data, {"diameters": laboratory.diameter_histogram(data)}, "stems")
-    _show(data, laboratory.diameter_sheets(data), [], as_json, quiet)
+        _leave_files(out, data, {"diameters": figures.diameter_histogram(data)}, "stems")
+    _show(data, tables.diameter_sheets(data), [], as_json, quiet)
 
 
 @app.command()
@@ -129,19 +130,20 @@ def _finish_shear(
 ) -> None:
     """Write what was asked for, show the rest."""
     from stemcal.cli.console import note
-    from stemcal.report import laboratory
+    from stemcal.report.figures import laboratory as figures
+    from stemcal.report.tables import laboratory as tables
 
     data = {"schema_version": 1, "stage": "measure-shear", **tests.as_dict(), "targets": section}
     if spec:
         replace_targets(spec, section)
     if out:
         curves = {g.diameter: [s.curve for s in tests.specimens if s.grade == g.diameter] for g in tests.grades}
-        figures = {
-            "shear-curves": laboratory.shear_curves(curves, tests.synthetic),
-            "force-diameter": laboratory.force_over_diameter(data),
+        drawn = {
+            "shear-curves": figures.shear_curves(curves, tests.synthetic),
+            "force-diameter": figures.force_over_diameter(data),
         }
-        _leave_files(out, data, figures, "specimens", {"targets.yaml": section})
-    _show(data, laboratory.shear_sheets(data), tests.remarks(), as_json, quiet, section)
+        _leave_files(out, data, drawn, "specimens", {"targets.yaml": section})
+    _show(data, tables.shear_sheets(data), tests.remarks(), as_json, quiet, section)
     if spec and not quiet:
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
@@ -149,8 +151,8 @@ def _finish_shear(
 def replace_targets(spec: Path, section: str) -> None:
     """Put a targets section into a spec; one that would then be wrong is left as it was."""
     from stemcal.errors import UsageError
+    from stemcal.files.durable import write_durably
     from stemcal.measured.targets import with_targets
-    from stemcal.study.durable import write_durably
     from stemcal.study.spec import read_study
 
     try:
@@ -184,8 +186,8 @@ def _leave_files(
     import csv
     import io
 
-    from stemcal.report.style import save_both
-    from stemcal.study.durable import as_json, write_durably
+    from stemcal.files.durable import as_json, write_durably
+    from stemcal.report.figures.style import save_both
 
     folder.mkdir(parents=True, exist_ok=True)
     table = io.StringIO(newline="")
@@ -208,7 +210,7 @@ def _show(
     section: str = "",
 ) -> None:
     from stemcal.cli.console import note, say, say_json, warn
-    from stemcal.report.tables import drawn
+    from stemcal.report.tables.terminal import drawn
 
     if as_json:
         say_json(data)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stemcal.cli.options import AsJson, Out, Quiet, Spec, Workers
 
 if TYPE_CHECKING:
-    from stemcal.report.sheets import Sheet
+    from stemcal.overview.plan import Plan
+    from stemcal.report.tables.sheet import Sheet
 
 
 def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
@@ -18,44 +19,45 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     from stemcal.cli.console import note, say, say_json
     from stemcal.cli.session import folder_of, read_study
     from stemcal.executors.local import available_cores
-    from stemcal.report.tables import drawn
-    from stemcal.stages.planning import plan as make_plan
-    from stemcal.study.store import StudyFolder
+    from stemcal.files.typed import to_json
+    from stemcal.folder.store import StudyFolder
+    from stemcal.overview.plan import plan as make_plan
+    from stemcal.report.tables.terminal import drawn
 
     study = read_study(spec)
     path = folder_of(study, out)
     found = make_plan(study, StudyFolder(path) if path.is_dir() else None)
     if as_json:
-        say_json(found)
+        say_json(to_json(found))
     else:
         say(*drawn(_sheet(found, workers or available_cores())))
     if not quiet:
-        for sentence in found["notes"]:
+        for sentence in found.notes:
             note(f"note: {sentence}")
 
 
-def _sheet(found: dict[str, Any], workers: int) -> Sheet:
+def _sheet(found: Plan, workers: int) -> Sheet:
     from stemcal.report.numbers import duration
-    from stemcal.report.sheets import Sheet
-    from stemcal.report.words import counted
+    from stemcal.report.tables.sheet import Sheet
+    from stemcal.words import counted
 
     rows = tuple(
         (
-            stage["stage"],
-            str(stage["rows"]),
-            str(stage["recorded"]),
-            str(stage["to_run"]),
-            duration(stage["seconds"]),
+            stage.stage,
+            str(stage.rows),
+            str(stage.recorded),
+            str(stage.to_run),
+            duration(stage.seconds),
         )
-        for stage in found["stages"]
+        for stage in found.stages
     )
-    total = f"{counted(found['to_run'], 'run')} to compute"
-    if found["seconds"] is not None:
-        elapsed = found["seconds"] / max(1, min(workers, found["to_run"]))
-        total += f": about {duration(found['seconds'])} of one core".replace("about under", "under")
+    total = f"{counted(found.to_run, 'run')} to compute"
+    if found.seconds is not None:
+        elapsed = found.seconds / max(1, min(workers, found.to_run))
+        total += f": about {duration(found.seconds)} of one core".replace("about under", "under")
         total += f", {duration(elapsed)} with {counted(workers, 'worker')}" if workers > 1 else ""
     return Sheet(
-        f"Plan of {found['study']}",
+        f"Plan of {found.study}",
         ("Stage", "Runs", "Recorded", "To compute", "On one core"),
         rows,
         foot=(f"{total}.",),

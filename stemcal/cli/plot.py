@@ -11,9 +11,9 @@ from stemcal.cli.options import AsJson, Out, Spec
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stemcal.report.gallery import Plot
+    from stemcal.folder.store import StudyFolder
+    from stemcal.report.figures.gallery import Plot
     from stemcal.study.model import Study
-    from stemcal.study.store import StudyFolder
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="A figure, the beginning of some names, all, or list.")]
 
@@ -33,7 +33,7 @@ def plot(name: Name, spec: Spec, out: Out = None, film: Format = "gif", as_json:
     from stemcal.cli.console import say, say_json
     from stemcal.cli.requested import CAPTIONS, is_requested, requestable, write_requested
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.gallery import write_figures
+    from stemcal.report.figures.gallery import write_figures
 
     study = read_study(spec)
     folder = existing_folder(study, out)
@@ -54,14 +54,14 @@ def plot(name: Name, spec: Spec, out: Out = None, film: Format = "gif", as_json:
 def plots_of(study: Study, folder: StudyFolder) -> list[Plot]:
     """Return the figures that the folder allows; warn of stages that are out of date."""
     from stemcal.cli.console import warn
-    from stemcal.report.gallery import gallery
-    from stemcal.report.page import fresh_stages
+    from stemcal.report.figures.gallery import gallery
     from stemcal.report.records import read_records
+    from stemcal.stages.results import fresh_results
 
-    stages, stale = fresh_stages(study, folder)
-    for sentence in stale:
+    results = fresh_results(study, folder)
+    for sentence in results.stale:
         warn(sentence)
-    return gallery(study, stages, read_records(stages.values(), folder))
+    return gallery(study, results, read_records(results, folder))
 
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:
@@ -78,8 +78,8 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
 def draw_all(study: Study, folder: StudyFolder) -> Path:
     """Write the figures of a report unless they are there for the same stages; returns their folder."""
     from stemcal import __version__
-    from stemcal.report.gallery import write_figures
-    from stemcal.study.durable import digest
+    from stemcal.files.durable import digest
+    from stemcal.report.figures.gallery import write_figures
 
     where = folder.path / "figures"
     mark = where / "drawn-for.txt"

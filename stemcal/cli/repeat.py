@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 def recorded_run(study: Study, out: Path | None, short: str) -> tuple[dict[str, float], float]:
     """Return levels and diameter of the run whose key begins with `short`; warn if the spec has changed since."""
     from stemcal.errors import UsageError
+    from stemcal.overview.status import complete_key
+    from stemcal.runs.key import record_key
     from stemcal.solvers import make_solver
     from stemcal.solvers.protocol import Request
-    from stemcal.stages.answering import record_key
-    from stemcal.stages.ledger import complete_key
 
     folder = existing_folder(study, out)
     key = complete_key(short, folder.keys())

@@ -21,7 +21,7 @@ def report(spec: Spec, out: Out = None, figures: Figures = True, as_json: AsJson
     from stemcal.cli.console import say, say_json
     from stemcal.cli.plot import draw_all
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.page import write_page
+    from stemcal.report.page.render import write_page
 
     study = read_study(spec)
     folder = existing_folder(study, out)

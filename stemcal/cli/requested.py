@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
+    from stemcal.folder.store import StudyFolder
+    from stemcal.report.records import Details
     from stemcal.study.model import Study
-    from stemcal.study.store import StudyFolder
 
-Details = Mapping[str, Any]
 NEEDS = {"animation": "film", "view": "shape"}  # what a run must have kept for it
 CAPTIONS = {"animation": "The cut as a short film.", "view": "The cut stem in space."}
 
@@ -24,15 +24,15 @@ def is_requested(name: str) -> bool:
 
 def requestable(study: Study, folder: StudyFolder) -> dict[str, Details]:
     """Return the details of the runs that can be shown so, by the name of the picture."""
-    from stemcal.report.page import fresh_stages
     from stemcal.report.records import at_solution, read_records
+    from stemcal.stages.results import fresh_results
 
-    records = read_records(fresh_stages(study, folder)[0].values(), folder)
+    records = read_records(fresh_results(study, folder), folder)
     return {
-        f"{kind}-{label.replace(' ', '')}": record["details"]
+        f"{kind}-{label.replace(' ', '')}": record.details
         for kind, needed in NEEDS.items()
         for label, record in records.items()
-        if record["details"].get(needed) and at_solution(label)
+        if getattr(record.details, needed) and at_solution(label)
     }
 
 
@@ -53,20 +53,20 @@ def write_requested(study: Study, folder: StudyFolder, name: str, suffix: str) -
 
 def _animation(details: Details, path: Path) -> Path:
     from stemcal.cutting.shape import Shape
-    from stemcal.report.animation import write_animation
+    from stemcal.report.figures.animation import write_animation
     from stemcal.solvers.film import frames_of
 
-    curve = details["curve"]
-    frames = frames_of(Shape.unpacked(details["shape"]), details["film"])
-    return write_animation(frames, path, (curve["travel"], curve["force"]))
+    curve = details.curve
+    frames = frames_of(Shape.unpacked(details.shape), details.film)
+    return write_animation(frames, path, None if curve is None else (curve.travel, curve.force))
 
 
 def _view(details: Details, path: Path) -> Path:
     from stemcal.cli.console import note
     from stemcal.cutting.shape import Shape
-    from stemcal.report.view import write_view
+    from stemcal.report.figures.view import write_view
 
-    note(f"{path.name}: {write_view(Shape.unpacked(details['shape']), path)}")
+    note(f"{path.name}: {write_view(Shape.unpacked(details.shape), path)}")
     return path
 
 

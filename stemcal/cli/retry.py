@@ -31,20 +31,20 @@ def retry(
     from stemcal.cli.console import note, say, say_json, warn
     from stemcal.cli.runs import table_of
     from stemcal.cli.session import opened
-    from stemcal.report.tables import drawn
-    from stemcal.stages.ledger import retry as again
+    from stemcal.files.typed import to_json
+    from stemcal.overview.status import retry as again
+    from stemcal.report.tables.terminal import drawn
 
     with opened(spec, out, workers, executor, quiet) as work:
         entries = again(work.study, work.folder, work.executor, keys or (), work.watch)
         title = f"Runs of study {work.study.name} begun again"
-    found = [entry.as_dict() for entry in entries]
     if as_json:
-        say_json({"schema_version": 1, "stage": "retry", "runs": found})
+        say_json({"schema_version": 1, "stage": "retry", "runs": to_json(entries)})
     else:
-        say(*drawn(table_of(title, found)))
-    if found and not quiet:
+        say(*drawn(table_of(title, entries)))
+    if entries and not quiet:
         note(f"now `stemcal run {spec}` takes the new answers into its tables")
     failed = sum(entry.status == "failed" for entry in entries)
     if failed:
-        warn(f"{failed} of {len(found)} runs failed again")
+        warn(f"{failed} of {len(entries)} runs failed again")
         raise typer.Exit(SOME_RUNS_FAILED)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 
-STAGES = ("screen", "climb", "rsm", "invert", "refine", "validate")
-
 
 def run(
     spec: Spec,
@@ -27,13 +25,14 @@ def run(
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
         from stemcal.cli.plot import draw_all
-        from stemcal.report.page import write_page
+        from stemcal.report.page.render import write_page
+        from stemcal.stages.results import fresh_results
 
         workflow.calibrate(work.study, work.folder, work.executor, work.watch)
+        work.folder.remember_spec(work.study.source)
         page = write_page(work.study, work.folder)
         draw_all(work.study, work.folder)
-        asked = {"climb": work.study.climb, "refine": work.study.refine}
-        stages = {name: work.folder.read_stage(name) for name in STAGES if asked.get(name, True) is not None}
-    show_run(stages, page, as_json, quiet)
-    warn_of_runs(stages.values(), work.folder)
-    leave_if_failed(*stages.values())
+        results = fresh_results(work.study, work.folder)
+    show_run(results, page, as_json, quiet)
+    warn_of_runs(results, work.folder)
+    leave_if_failed(*results.done())

@@ -4,21 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.stages.base import STAGES
 
 if TYPE_CHECKING:
-    from stemcal.report.sheets import Sheet
+    from stemcal.overview.status import Entry
+    from stemcal.report.tables.sheet import Sheet
 
 SHORT_KEY = 8
 COLUMNS = ("stage", "run", "key", "status", "force", "reason", "message", "diameter")
 AFTER_LEVELS = ("tries", "wall_seconds", "started", "host", "stemcal")
+SIMULATING = tuple(stage.name for stage in STAGES if stage.simulates)
+
+
+def _simulating(name: str) -> str:
+    """Return the name of a stage that has runs of its own."""
+    if name not in SIMULATING:
+        raise typer.BadParameter(f"{name!r} is not one of {', '.join(SIMULATING)}")
+    return name
+
 
 StageName = Annotated[
-    Literal["screen", "rsm", "refine", "validate"] | None, typer.Option(help="Only runs of this stage.")
+    str | None,
+    typer.Option(
+        metavar=f"[{'|'.join(SIMULATING)}]",
+        help="Only runs of this stage.",
+        parser=_simulating,
+        autocompletion=lambda: list(SIMULATING),
+    ),
 ]
 Status = Annotated[
     Literal["ok", "censored", "failed", "left", "damaged"] | None, typer.Option(help="Only runs of this status.")
@@ -42,26 +59,26 @@ def runs(
     from stemcal.cli.console import note, say, say_json
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.errors import UsageError
-    from stemcal.report.tables import drawn
-    from stemcal.stages.ledger import ledger
+    from stemcal.files.typed import to_json
+    from stemcal.overview.status import ledger
+    from stemcal.report.tables.terminal import drawn
 
     study = read_study(spec)
     if csv_file and not csv_file.absolute().parent.is_dir():
         raise UsageError(f"{csv_file}: the folder {csv_file.parent} does not exist")
     entries = ledger(study, existing_folder(study, out))
-    wanted = [e for e in entries if stage in (None, e.request.stage) and status in (None, e.status)]
-    found = [entry.as_dict() for entry in wanted]
+    found = [e for e in entries if stage in (None, e.stage) and status in (None, e.status)]
     if csv_file:
         write_table(found, study.names, csv_file)
     if as_json:
-        say_json({"schema_version": 1, "stage": "runs", "study": study.name, "runs": found})
+        say_json({"schema_version": 1, "stage": "runs", "study": study.name, "runs": to_json(found)})
     elif not csv_file:
         say(*drawn(table_of(f"Runs of study {study.name}", found)))
     if csv_file and not quiet:
         note(f"wrote {csv_file}")
 
 
-def write_table(found: Iterable[dict[str, Any]], factors: Iterable[str], path: Path) -> None:
+def write_table(found: Iterable[Entry], factors: Iterable[str], path: Path) -> None:
     """Write runs as CSV: a column per factor, empty cells where there is nothing."""
     import csv
 
@@ -70,26 +87,26 @@ def write_table(found: Iterable[dict[str, Any]], factors: Iterable[str], path: P
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*COLUMNS, *names, *AFTER_LEVELS])
         for run in found:
-            levels = [run["levels"].get(name) for name in names]
-            writer.writerow([*(run[c] for c in COLUMNS), *levels, *(run[c] for c in AFTER_LEVELS)])
+            levels = [run.levels.get(name) for name in names]
+            writer.writerow([*(getattr(run, c) for c in COLUMNS), *levels, *(getattr(run, c) for c in AFTER_LEVELS)])
 
 
-def table_of(title: str, found: Iterable[dict[str, Any]]) -> Sheet:
+def table_of(title: str, found: Iterable[Entry]) -> Sheet:
     """Return runs as a table for the terminal."""
     from stemcal.report.numbers import fixed, short, significant
-    from stemcal.report.sheets import Sheet
+    from stemcal.report.tables.sheet import Sheet
 
     columns = ("Stage", "Key", "Status", "Reason", "Run", "Diameter,\nmm", "Force,\nN", "Time,\ns")
     rows = tuple(
         (
-            run["stage"],
-            run["key"][:SHORT_KEY],
-            run["status"],
-            run["reason"],
-            str(run["run"]),
-            short(run["diameter"]),
-            significant(run["force"]),
-            fixed(run["wall_seconds"], 1),
+            run.stage,
+            run.key[:SHORT_KEY],
+            run.status,
+            run.reason,
+            str(run.run),
+            short(run.diameter),
+            significant(run.force),
+            fixed(run.wall_seconds, 1),
         )
         for run in found
     )

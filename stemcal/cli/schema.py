@@ -21,7 +21,7 @@ def schema(out: Target = None) -> None:
     """
     from stemcal.cli.console import note, say, say_json
     from stemcal.errors import UsageError
-    from stemcal.study.durable import as_json, write_durably
+    from stemcal.files.durable import as_json, write_durably
     from stemcal.study.schema import json_schema
 
     if out is None:

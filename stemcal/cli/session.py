@@ -6,21 +6,20 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from stemcal.cli.console import route_log, warn
+from stemcal.cli.console import route_log, stderr, warn
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from stemcal.cli.watch import Watcher
     from stemcal.executors.cluster import DaskExecutor
     from stemcal.executors.local import LocalExecutor
+    from stemcal.folder.store import StudyFolder
+    from stemcal.report.progress import Watcher
     from stemcal.study.model import Study
-    from stemcal.study.store import StudyFolder
 
-DEFAULT_ROOT = Path("runs")
 DASK = "dask://"
 
 
@@ -47,7 +46,9 @@ def read_study(spec: Path) -> Study:
 
 def folder_of(study: Study, out: Path | None) -> Path:
     """Return where the study's results lie."""
-    return out if out is not None else DEFAULT_ROOT / study.name
+    from stemcal.folder.store import default_place
+
+    return out if out is not None else default_place(study.name)
 
 
 def check_executor(name: str, workers: int | None) -> None:
@@ -79,32 +80,21 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
     check_executor(executor, workers)
     study = read_study(spec)
 
-    from stemcal.cli.watch import make_watch
-    from stemcal.study.store import StudyFolder
+    from stemcal.folder.store import StudyFolder
+    from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
         pool = stack.enter_context(make_executor(executor, workers, study.runs.time_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
-        watch = stack.enter_context(make_watch(quiet))
+        watch = stack.enter_context(make_watch(None if quiet else stderr()))
         yield Session(study, folder, pool, watch)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     """Return the folder of a study that has been worked on; nothing is made."""
-    from stemcal.study.store import StudyFolder
+    from stemcal.folder.store import StudyFolder
 
     path = folder_of(study, out)
     if not path.is_dir():
         raise UsageError(f"{path} is not there; run `stemcal run SPEC` first, or name the folder with --out")
     return StudyFolder(path)
-
-
-def runs_of(stage: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the runs of a stage: of its design, or its rows over diameter."""
-    own = stage.get("design", {}).get("runs", []) or stage.get("rows", [])
-    return [*own, *(run for part in stage.get("diameters", []) for run in part["runs"])]
-
-
-def failed_runs(stage: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the runs of a stage that gave no force."""
-    return [run for run in runs_of(stage) if run.get("status", "ok") != "ok"]

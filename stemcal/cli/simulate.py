@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.words import nearest
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
@@ -179,10 +180,8 @@ def _number(setting: str, text: str) -> float:
 
 
 def _suggestion(name: str, known: list[str]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"; did you mean {near[0]}?" if near else f"; the study's factors are {', '.join(known)}"
+    meant = nearest(name, known)
+    return f"; did you mean {meant}?" if meant else f"; the study's factors are {', '.join(known)}"
 
 
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> None:
@@ -214,12 +213,14 @@ def write_history(result: CuttingResult, path: Path) -> None:
 
 
 def _write_figure(result: CuttingResult, path: Path) -> None:
-    from stemcal.report.figures import force_travel, save
+    from stemcal.report.figures.curves import force_travel
+    from stemcal.report.figures.style import save
+    from stemcal.report.records import Curve
 
     history = result.history
     curves = {
-        "contact force": (history.travel.tolist(), history.force.tolist()),
-        "filtered": (history.travel.tolist(), history.force_filtered.tolist()),
+        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist())),
+        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist())),
     }
     save(force_travel(curves, highlighted=["filtered"]), path)
 
@@ -227,7 +228,7 @@ def _write_figure(result: CuttingResult, path: Path) -> None:
 def _show(result: CuttingResult) -> None:
     from stemcal.cli.console import can_show, say
     from stemcal.cli.sketch import sketch
-    from stemcal.report.tables import simulation_table
+    from stemcal.report.tables.terminal import simulation_table
 
     say(simulation_table(summary(result)))
     plain = not can_show("▁█")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stemcal.cli.options import AsJson, Out, Spec
 
 if TYPE_CHECKING:
-    from stemcal.report.sheets import Sheet
+    from stemcal.folder.store import Holder
+    from stemcal.overview.status import Status
+    from stemcal.report.tables.sheet import Sheet
 
 
 def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
@@ -19,26 +21,31 @@ def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
     """
     from stemcal.cli.console import say, say_json
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.tables import drawn
-    from stemcal.stages.ledger import status as count
+    from stemcal.files.typed import to_json
+    from stemcal.overview.status import status as count
+    from stemcal.report.tables.terminal import drawn
 
     study = read_study(spec)
     found = count(study, existing_folder(study, out))
     if as_json:
-        say_json(found)
+        say_json(to_json(found))
     else:
         say(*drawn(_sheet(found)))
 
 
-def _sheet(found: dict[str, Any]) -> Sheet:
-    from stemcal.report.sheets import Sheet
+def _sheet(found: Status) -> Sheet:
+    from stemcal.report.tables.sheet import Sheet
 
     columns = ("Stage", "File", "Runs", "Done", "Running", "Failed", "Left")
     rows = tuple(
-        (stage["stage"], stage["file"], *(_cell(stage[name]) for name in ("rows", "done", "running", "failed", "left")))
-        for stage in found["stages"]
+        (
+            stage.stage,
+            stage.file,
+            *(_cell(getattr(stage, name)) for name in ("rows", "done", "running", "failed", "left")),
+        )
+        for stage in found.stages
     )
-    return Sheet(f"Study {found['study']}", columns, rows, texts=2, foot=tuple(_foot(found)))
+    return Sheet(f"Study {found.study}", columns, rows, texts=2, foot=tuple(_foot(found)))
 
 
 def _cell(count: int | None) -> str:
@@ -46,23 +53,23 @@ def _cell(count: int | None) -> str:
     return "?" if count is None else str(count)
 
 
-def _foot(found: dict[str, Any]) -> list[str]:
-    working = found["working"]
+def _foot(found: Status) -> list[str]:
+    working = found.working
     lines = [_worker(working) if working is not None else "No process works here now."]
-    for stage in found["stages"]:
-        if stage["reasons"]:
-            listed = ", ".join(f"{reason} ({count})" for reason, count in stage["reasons"].items())
-            lines.append(f"{stage['stage']}: failed: {listed}; `stemcal runs SPEC --status failed` tells more.")
-        if stage["censored"]:
-            lines.append(f"{stage['stage']}: {stage['censored']} forces still rose when the stroke ended.")
-        if stage["damaged"]:
-            lines.append(f"{stage['stage']}: {stage['damaged']} records are damaged; their runs will be done again.")
-        if stage["changed"]:
-            lines.append(f"{stage['stage']}.json is stale: {', '.join(stage['changed'])} changed since.")
+    for stage in found.stages:
+        if stage.reasons:
+            listed = ", ".join(f"{reason} ({count})" for reason, count in stage.reasons.items())
+            lines.append(f"{stage.stage}: failed: {listed}; `stemcal runs SPEC --status failed` tells more.")
+        if stage.censored:
+            lines.append(f"{stage.stage}: {stage.censored} forces still rose when the stroke ended.")
+        if stage.damaged:
+            lines.append(f"{stage.stage}: {stage.damaged} records are damaged; their runs will be done again.")
+        if stage.changed:
+            lines.append(f"{stage.stage}.json is stale: {', '.join(stage.changed)} changed since.")
     return lines
 
 
-def _worker(working: dict[str, Any]) -> str:
-    if not {"pid", "host", "since"} <= set(working):
+def _worker(working: Holder) -> str:
+    if working.pid is None:
         return "A process works here."
-    return f"Process {working['pid']} on {working['host']} works here since {working['since']}."
+    return f"Process {working.pid} on {working.host} works here since {working.since}."

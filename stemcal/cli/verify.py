@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import typer
 
 from stemcal.cli.options import AsJson, Out, Spec
+
+if TYPE_CHECKING:
+    from stemcal.overview.verify import Inspection
 
 DAMAGED = 1
 MOST_NAMES = 20
@@ -21,35 +25,36 @@ def verify(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
     """
     from stemcal.cli.console import fail, say, say_json
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.stages.inspection import inspect
+    from stemcal.files.typed import to_json
+    from stemcal.overview.verify import inspect
 
     study = read_study(spec)
     found = inspect(study, existing_folder(study, out))
     if as_json:
-        say_json(found)
+        say_json(to_json(found))
     else:
         say(*_lines(found))
-    if not found["ok"]:
-        for entry in found["damaged"][:MOST_NAMES]:
-            fail(f"{entry['file']} {entry['problem']}")
+    if not found.ok:
+        for entry in found.damaged[:MOST_NAMES]:
+            fail(f"{entry.file} {entry.problem}")
         raise typer.Exit(DAMAGED)
 
 
-def _lines(found: dict[str, Any]) -> list[str]:
-    intact = found["records"] - sum(entry["file"].startswith("runs/") for entry in found["damaged"])
-    lines = [f"{found['folder']}: {intact} of {found['records']} records are intact."]
-    if found["set_aside"]:
-        lines.append(f"{found['set_aside']} damaged records were set aside earlier, in runs/damaged.")
-    lines += _named("belongs to no run", "belong to no run", found["orphans"])
-    stale = [key[:8] for key in found["stale_records"]]
+def _lines(found: Inspection) -> list[str]:
+    intact = found.records - sum(entry.file.startswith("runs/") for entry in found.damaged)
+    lines = [f"{found.folder}: {intact} of {found.records} records are intact."]
+    if found.set_aside:
+        lines.append(f"{found.set_aside} damaged records were set aside earlier, in runs/damaged.")
+    lines += _named("belongs to no run", "belong to no run", found.orphans)
+    stale = [key[:8] for key in found.stale_records]
     lines += _named("is a run that the spec asks for no more", "are runs that the spec asks for no more", stale)
-    for stage in found["stages"]:
-        if stage["changed"]:
-            lines.append(f"{stage['stage']}.json is stale: {', '.join(stage['changed'])} changed since.")
+    for stage in found.stages:
+        if stage.changed:
+            lines.append(f"{stage.stage}.json is stale: {', '.join(stage.changed)} changed since.")
     return lines
 
 
-def _named(one: str, many: str, names: list[str]) -> list[str]:
+def _named(one: str, many: str, names: Sequence[str]) -> list[str]:
     """Return a line that names up to twenty things, none if there are none."""
     if not names:
         return []

@@ -13,7 +13,9 @@ import os
 import pickle
 import queue
 import signal
+import sys
 import threading
+import types
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from multiprocessing.connection import wait
@@ -197,7 +199,7 @@ class _Worker:
         self.pipe, far_end = context.Pipe()
         self.process: SpawnProcess = context.Process(target=serve, args=(far_end,), name=name, daemon=True)
         try:
-            with _free_to_have_children():
+            with _free_to_have_children(), _without_main():
                 self.process.start()
         finally:
             far_end.close()
@@ -288,6 +290,20 @@ def _free_to_have_children() -> Iterator[None]:
         finally:
             if daemon is not None:
                 config["daemon"] = daemon
+
+
+@contextlib.contextmanager
+def _without_main() -> Iterator[None]:
+    """Start a process that does not import the script that runs here: it would begin the study once more.
+
+    So a script, or a notebook, needs no ``if __name__ == "__main__"``; what a worker calls lies in modules.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = types.ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def _block_ctrl_c() -> None:

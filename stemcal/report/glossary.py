@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError
+from stemcal.words import near
 
 
 @dataclass(frozen=True)
@@ -183,8 +183,8 @@ def look_up(term: str) -> list[Entry]:
     if found:
         return found
     names = {_plain(name): entry.term for entry in GLOSSARY for name in (entry.term, *entry.aliases)}
-    near = [names[name] for name in difflib.get_close_matches(wanted, names, n=3)]
-    remedy = f"did you mean {', '.join(dict.fromkeys(near))}?" if near else "`stemcal explain` lists the terms"
+    meant = [names[name] for name in near(wanted, names, most=3)]
+    remedy = f"did you mean {', '.join(dict.fromkeys(meant))}?" if meant else "`stemcal explain` lists the terms"
     raise UsageError(f"{term!r} is not in the glossary; {remedy}")
 
 

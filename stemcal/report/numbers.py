@@ -66,14 +66,14 @@ def percent(value: float | None) -> str:
     return fixed(value, 3 if abs(value) < 0.005 else 2)
 
 
-def interval(bounds: list[float] | tuple[float, float] | None, digits: int = 4) -> str:
+def interval(bounds: list[float] | tuple[float, float] | None, digits: int = 4, missing: str = MISSING) -> str:
     """Return a range.
 
     >>> interval([17.6258, 18.9641])
     '17.63 to 18.96'
     """
     if not bounds:
-        return MISSING
+        return missing
     return f"{significant(bounds[0], digits)} to {significant(bounds[1], digits)}"
 
 

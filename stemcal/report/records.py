@@ -1,33 +1,82 @@
-"""What the page takes from the records of the runs: curves, where and how long they were computed."""
+"""What is taken from the records of the runs: curves, checks, pictures, where and when they were computed."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
-from stemcal.report.numbers import duration, short
-from stemcal.report.words import counted
+from stemcal.files.typed import from_json
+from stemcal.folder.store import StudyFolder
+from stemcal.report.numbers import duration
+from stemcal.stages.result import StageResult
+from stemcal.stages.results import Results
+from stemcal.words import counted
 
-if TYPE_CHECKING:
-    from stemcal.study.store import StudyFolder
-
-Stage = Mapping[str, Any]
-Curves = dict[str, tuple[list[float], list[float]]]
+Numbers = tuple[float, ...]
 
 
-def runs_of(stage: Stage) -> Iterator[tuple[str, str]]:
-    """Yield label and record key of every run of a stage."""
-    if stage["stage"] == "validate":
-        for row in stage["rows"]:
-            yield f"{short(row['diameter'])} mm", row.get("key", "")
-    for number, row in enumerate(stage["rows"] if stage["stage"] in ("climb", "refine") else [], 1):
-        yield f"{stage['stage']} {number}", row.get("key", "")
-    for part in stage.get("diameters", []):
-        for run in part["runs"]:
-            yield f"{stage['stage']} {run['run']} at {short(part['diameter'])} mm", run.get("key", "")
-    for run in stage.get("design", {}).get("runs", []):
-        yield f"{stage['stage']} {run['run']}", run.get("key", "")
+@dataclass(frozen=True)
+class Curve:
+    """Force (N) over travel of the blade (mm)."""
+
+    travel: Numbers
+    force: Numbers
+
+
+@dataclass(frozen=True)
+class Checks:
+    """The solver's own checks of a run."""
+
+    peak_force: float
+    peak_travel: float
+    stroke_was_enough: bool
+    elements: int
+    deleted_elements: int
+    steps: int
+    energy_drift_percent: float
+    kinetic_ratio_percent: float
+    hourglass_ratio_percent: float
+
+
+@dataclass(frozen=True)
+class Details:
+    """What a solver told beside the force, as far as it told; `shape` and `film` are packed."""
+
+    curve: Curve | None = None
+    energies: dict[str, Numbers] | None = None
+    shape: Any = None
+    film: Any = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where, when and with what a run was computed."""
+
+    stemcal: str | None = None
+    python: str | None = None
+    numpy: str | None = None
+    platform: str | None = None
+    host: str | None = None
+    started: str | None = None
+    finished: str | None = None
+    wall_seconds: float | None = None
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """The record of a run."""
+
+    key: str
+    details: Details
+    checks: Checks | None
+    provenance: Provenance
+
+
+Records = Mapping[str, RunRecord]
+"""Records by the label of the run."""
 
 
 def at_solution(label: str) -> bool:
@@ -39,29 +88,38 @@ def at_solution(label: str) -> bool:
     return label.endswith(" mm") and label.count(" ") == 1
 
 
-def read_records(stages: Iterable[Stage], folder: StudyFolder) -> dict[str, dict[str, Any]]:
-    """Return the intact records of the stages' runs, by the label of the run."""
+def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, RunRecord]:
+    """Return the intact records of the results' runs, by the label of the run."""
     found = {}
-    for stage in stages:
-        for label, key in runs_of(stage):
-            record = folder.peek(key) if key else None
-            if record is not None:
-                found[label] = record
+    for label, outcome in results.runs():
+        content = folder.peek(outcome.key) if outcome.key else None
+        if content is not None:
+            details = content["details"]
+            told = from_json(Checks, details) if "energy_drift_percent" in details else None
+            provenance = from_json(Provenance, content.get("provenance", {}))
+            found[label] = RunRecord(content["key"], from_json(Details, details), told, provenance)
     return found
 
 
-def curves_of(records: Mapping[str, Mapping[str, Any]]) -> Curves:
+def distinct_of(records: Records) -> dict[str, tuple[str, RunRecord]]:
+    """Return every record once, by its key, with the first label it has."""
+    found: dict[str, tuple[str, RunRecord]] = {}
+    for label, record in records.items():
+        found.setdefault(record.key, (label, record))
+    return found
+
+
+def curves_of(records: Records) -> dict[str, Curve]:
     """Return force over travel of every run whose solver kept it."""
-    kept = {label: record["details"].get("curve") for label, record in records.items()}
-    return {label: (curve["travel"], curve["force"]) for label, curve in kept.items() if curve}
+    return {label: record.details.curve for label, record in records.items() if record.details.curve}
 
 
-def run_warnings(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
+def run_warnings(records: Records) -> list[str]:
     """Return what the solver warned of, once per kind: how many runs, and the first one's words."""
     kinds: dict[str, list[tuple[str, str]]] = {}
-    distinct = {record["key"]: (label, record) for label, record in reversed(list(records.items()))}
-    for label, record in reversed(list(distinct.values())):
-        for warning in record["details"].get("warnings", ()):
+    distinct = distinct_of(records)
+    for label, record in distinct.values():
+        for warning in record.details.warnings:
             kinds.setdefault(re.sub(r"[\d.]+", "#", warning), []).append((label, warning))
     return [
         f"{len(found)} of {counted(len(distinct), 'run')} (first {found[0][0]}): {found[0][1]}."
@@ -69,19 +127,19 @@ def run_warnings(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def provenance_rows(records: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
+def provenance_rows(records: Records) -> list[tuple[str, str]]:
     """Return what the runs were computed with; several values where it changed on the way."""
-    distinct = {record["key"]: record["provenance"] for record in records.values()}
+    distinct = [record.provenance for _, record in distinct_of(records).values()]
     rows = [("Distinct runs", str(len(distinct)))]
     for name in ("stemcal", "python", "numpy", "platform", "host"):
-        values = sorted({str(p[name]) for p in distinct.values() if p.get(name)})
+        values = sorted({str(getattr(p, name)) for p in distinct if getattr(p, name)})
         if values:
             rows.append((name.capitalize() if name != "stemcal" else name, ", ".join(values)))
-    starts = sorted(p["started"] for p in distinct.values() if p.get("started"))
+    starts = sorted(p.started for p in distinct if p.started)
     if starts:
-        ends = sorted(p["finished"] for p in distinct.values() if p.get("finished"))
+        ends = sorted(p.finished for p in distinct if p.finished)
         rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
-    seconds = sum(p.get("wall_seconds") or 0.0 for p in distinct.values())
+    seconds = sum(p.wall_seconds or 0.0 for p in distinct)
     rows.append(("Computing time, all runs", duration(seconds)))
     return rows
 

@@ -38,8 +38,6 @@ from stemcal.study.model import EmbeddedSolver, Study
 
 # Points of the force-travel curve that a run's record keeps.
 _CURVE_POINTS = 200
-# Stages whose runs keep what pictures are made from: those at a solution.
-PICTURED = ("refine", "validate")
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
 # Element-steps per second of one core of a small machine, for estimates only.
@@ -62,13 +60,14 @@ class Embedded:
             "solver": "embedded",
             "revision": cutting.REVISION,
             "tests": [_determining(test) for test in self._tests(request)],
+            **({"pictured": True} if request.pictured else {}),
         }
 
     def solve(self, request: Request) -> Answer:
         """Run the virtual shear tests that a request asks for; their mean is the answer."""
         try:
             tests = self._tests(request)
-            film = Film(tests[0].discretisation.integration.outputs) if request.stage in PICTURED else None
+            film = Film(tests[0].discretisation.integration.outputs) if request.pictured else None
             results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))

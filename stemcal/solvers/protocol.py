@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
 
 
 @dataclass(frozen=True)
@@ -14,19 +15,22 @@ class Request:
     Parameters
     ----------
     stage : str
-        ``screen``, ``rsm`` or ``validate``.
+        Which stage asks.
     row : int
         Row of the stage's design, from 0.
     levels : mapping
         Every factor's value in the units of the spec.
     diameter : float
         Outer diameter of the stem, mm.
+    pictured : bool
+        Whether the answer is to tell what pictures of the run are made from, if the solver can.
     """
 
     stage: str
     row: int
     levels: Mapping[str, float]
     diameter: float
+    pictured: bool = False
 
 
 @dataclass(frozen=True)
@@ -48,11 +52,7 @@ class Answer:
 class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
-    Notes
-    -----
-    A solver may offer three things more: ``cost_estimate(request) -> float``, the seconds a run takes on one
-    core, for plans; ``inline = True`` if an answer takes less time than starting a worker process; and
-    ``placed(path) -> Solver``, itself with a folder of the study for the files of its runs.
+    A solver that can do more says so by its type: `Estimating`, `Placed`, `Immediate`.
     """
 
     def prepare(self) -> None:
@@ -66,3 +66,23 @@ class Solver(Protocol):
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
         """The rows of levels this solver can answer for `stage`, or None if it answers any."""
+
+
+@runtime_checkable
+class Estimating(Protocol):
+    """A solver that knows roughly what a run costs."""
+
+    def cost_estimate(self, request: Request) -> float:
+        """The seconds a run takes on one core, for plans."""
+
+
+@runtime_checkable
+class Placed(Protocol):
+    """A solver that needs a folder for the files of its runs."""
+
+    def placed(self, folder: Path) -> Solver:
+        """Itself with a folder of the study."""
+
+
+class Immediate:
+    """Inherited by a solver that answers in less time than a worker process takes to start."""

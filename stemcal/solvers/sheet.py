@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import codecs
 import csv
-import difflib
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
@@ -12,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SpecError, SpecProblem
+from stemcal.study.scalars import decode
+from stemcal.words import nearest
 
 MAX_BYTES = 10_000_000
 PASSED_OVER = {"run", "#", ""}
 NO_NUMBER = {"", "nan", "na", "n/a", "-"}
-_BOMS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 
 
 @dataclass(frozen=True)
@@ -100,15 +99,10 @@ def read_cells(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
 
 
 def _decoded(path: Path, blob: bytes) -> str:
-    encodings = [name for bom, name in _BOMS if blob.startswith(bom)] or ["utf-8", "gbk"]
-    for encoding in encodings:
-        try:
-            text = blob.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        if "\0" not in text:
-            return text
-    raise SpecError([_problem(path, 1, 1, "", "is no text", "save it as CSV in UTF-8")])
+    text = decode(blob)
+    if text is None or "\0" in text:
+        raise SpecError([_problem(path, 1, 1, "", "is no text", "save it as CSV in UTF-8")])
+    return text
 
 
 def _names(path: Path, header: Sequence[str], known: Mapping[str, str], required: Sequence[str]) -> list[str | None]:
@@ -172,8 +166,8 @@ def _number(path: Path, line: int, column: int, name: str, cell: str, problems: 
 
 
 def _suggestion(heading: str, known: Mapping[str, str]) -> str:
-    near = difflib.get_close_matches(heading, known, n=1)
-    return f"did you mean {near[0]}?" if near else f"columns may be {', '.join(dict.fromkeys(known.values()))}"
+    meant = nearest(heading, known)
+    return f"did you mean {meant}?" if meant else f"columns may be {', '.join(dict.fromkeys(known.values()))}"
 
 
 def _problem(path: Path, line: int, column: int, name: str, message: str, remedy: str) -> SpecProblem:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import SpecError, SpecProblem, UsageError
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import Answer, Immediate, Request
 from stemcal.solvers.sheet import Sheet, read_sheet
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ MARKS = ("block", "weight")
 TABLE_VERSION = 1
 
 
-class TableSolver:
+class TableSolver(Immediate):
     """Answers from the CSV files under ``solver`` in the spec.
 
     Parameters
@@ -39,8 +39,6 @@ class TableSolver:
     An empty force, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own force. The table of
     ``rsm`` may say in a column ``block`` which runs were made together, in a column ``weight`` how much each counts.
     """
-
-    inline = True  # answers faster than a worker process starts
 
     def __init__(self, study: Study) -> None:
         files = {stage: getattr(study.solver, stage, None) for stage in ("screen", "rsm", "validate")}

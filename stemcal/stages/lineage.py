@@ -12,24 +12,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from stemcal.errors import UsageError
+from stemcal.files.durable import digest
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.study.durable import digest
+from stemcal.stages.base import stage_called
 from stemcal.study.model import Study
-from stemcal.study.store import StudyFolder
 
 logger = logging.getLogger(__name__)
 
 _SHORT = 16
 _PROBED = frozenset({"stage", "row", "levels", "diameter"})  # of the probe, not of the solver
-_OPTIONS = {
-    "screen": ("screen",),
-    "climb": ("climb", "rsm", "targets"),
-    "rsm": ("rsm",),
-    "invert": ("invert", "targets"),
-    "refine": ("refine", "targets"),
-    "validate": ("targets",),
-    "audit": ("targets", "published", "loading"),
-}
 # Keys that earlier versions did not know, and what they hold where nobody uses them: then they are no input, so that
 # stage files of those versions stay fresh.
 _UNUSED_RSM = {"axial": None, "blocks": "none", "weights": "equal", "inestimable": "refuse"}
@@ -37,22 +29,11 @@ _UNUSED_INVERT = {"responses": ["force"]}
 _UNUSED_TARGET = {"travel": None, "travel_sd": None, "work": None, "work_sd": None}
 
 
-def stage_before(study: Study, stage: str) -> str | None:
-    """Return the stage whose file a stage reads; a surface of named factors needs no screening."""
-    if stage == "rsm" and study.climb is not None:
-        return "climb"
-    if stage == "rsm" and study.rsm.factors != "significant":
-        return None
-    solution = "invert" if study.refine is None else "refine"
-    before = {"climb": "screen", "rsm": "screen", "invert": "rsm", "refine": "invert", "validate": solution}
-    return {**before, "audit": "validate"}.get(stage)
-
-
 def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, str]:
     """Return the hash of each thing that a stage is made from."""
     dump = _used_options(study)
     parts: dict[str, Any] = {"factors": dump["factors"], "calibrate_at": dump["targets"]["calibrate_at"]}
-    parts |= {name: dump[name] for name in _OPTIONS[stage]}
+    parts |= {name: dump[name] for name in stage_called(stage).options}
     if stage == "rsm" and study.joint_targets:
         parts["diameters"] = [target.diameter for target in study.joint_targets]
         parts |= {"responses": dump["invert"]["responses"]} if "responses" in dump["invert"] else {}
@@ -62,7 +43,7 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
         parts["published"] = (dump["published"] or {}).get("solution")
     else:
         parts |= _solver_parts(study, solver, stage) | {"runs.censored": dump["runs"]["censored"]}
-    if (before := stage_before(study, stage)) is not None:
+    if (before := stage_called(stage).needs(study)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {name: digest(part)[:_SHORT] for name, part in parts.items()}
 
@@ -110,18 +91,17 @@ def _leaves(name: str, part: Any) -> dict[str, Any]:
     return {name: part}
 
 
-def read_fresh(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, Any]:
-    """Return a stage's JSON; raise `UsageError` if it, or one before it, is missing or stale."""
-    before = stage_before(study, stage)
+def require_fresh(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> None:
+    """Raise `UsageError` if a stage's file, or one before it, is missing or stale."""
+    before = stage_called(stage).needs(study)
     if before is not None:
-        read_fresh(study, solver, folder, before)
-    content = folder.read_stage(stage)
+        require_fresh(study, solver, folder, before)
+    folder.read_stage(stage)
     if changed := changes_since(study, solver, folder, stage):
         raise UsageError(
             f"{folder.path / stage}.json was made from something else ({', '.join(changed)} changed since); "
             f"run `stemcal {stage} SPEC` again"
         )
-    return content
 
 
 def changes_since(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> list[str]:
@@ -129,7 +109,7 @@ def changes_since(study: Study, solver: Solver, folder: StudyFolder, stage: str)
     try:
         now = inputs_of(study, solver, folder, stage)
     except UsageError:
-        return [f"{stage_before(study, stage)}.json"]
+        return [f"{stage_called(stage).needs(study)}.json"]
     return differences(folder.read_stage(stage).get("inputs"), now)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import yaml
 
 from stemcal.errors import UsageError
-from stemcal.study.durable import write_durably
+from stemcal.files.durable import write_durably
 from stemcal.study.model import Study
 from stemcal.study.spec import read_study
 

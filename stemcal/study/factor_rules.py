@@ -10,7 +10,7 @@ from stemcal.study.model import Factor
 from stemcal.study.outside import LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.strict_yaml import NodePath
-from stemcal.study.suggest import did_you_mean
+from stemcal.words import did_you_mean
 
 __all__ = ["FACTOR_RULES"]
 

@@ -8,7 +8,7 @@ from typing import Any
 from stemcal.study.draft import Finding
 from stemcal.study.schema import RESULT_KINDS, SOLVER_KINDS, keys_of, section_with
 from stemcal.study.strict_yaml import NodePath
-from stemcal.study.suggest import listed, nearest
+from stemcal.words import listed, nearest
 
 __all__ = ["finding_of"]
 

@@ -6,11 +6,11 @@ Only `Factor` keeps the unit its author chose: designs, tables and results show 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
 from stemcal.study import units
@@ -423,6 +423,37 @@ class Study(StudyForm):
 
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
+    _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
+
+    def with_(self, **changes: object) -> Study:
+        """Return the study that its spec gives with some changes, checked as a spec is.
+
+        Parameters
+        ----------
+        changes
+            By the name of a factor or of a section: a mapping is laid over what stands there, anything else takes its
+            place. Quantities are written as in a spec.
+
+        Raises
+        ------
+        SpecError
+            With every problem of the changed spec.
+
+        Examples
+        --------
+        ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
+        """
+        if self._reread is None:
+            raise TypeError("only a study that was read from a spec can be changed so")
+        return self._reread(changes)
+
+    def __repr__(self) -> str:
+        return (
+            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.forces)} measured forces, "
+            f"solver {self.solver.kind}"
+        )
+
+    __str__ = __repr__
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from stemcal.study.draft import Draft, Finding
 from stemcal.study.outside import CommandSolver, CsvResult, JsonResult, LsDynaSolver, RegexResult, ResultReader
 from stemcal.study.placeholders import DIAMETER, placeholders, template_bytes
 from stemcal.study.strict_yaml import NodePath
-from stemcal.study.suggest import did_you_mean
+from stemcal.words import did_you_mean
 
 __all__ = ["OUTSIDE_RULES"]
 

@@ -13,7 +13,7 @@ from stemcal.study.factor_rules import FACTOR_RULES
 from stemcal.study.model import RsmOptions, Target
 from stemcal.study.outside_rules import OUTSIDE_RULES
 from stemcal.study.parameters import PARAMETERS
-from stemcal.study.suggest import did_you_mean, listed
+from stemcal.words import did_you_mean, listed
 
 __all__ = ["broken_rules"]
 

@@ -7,7 +7,8 @@ A section that is wrong does not hide what is wrong in another.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -21,7 +22,7 @@ from stemcal.study.plausible import doubts
 from stemcal.study.rules import broken_rules
 from stemcal.study.schema import RESULT_KINDS, SOLVER_KINDS
 from stemcal.study.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
-from stemcal.study.suggest import listed, nearest
+from stemcal.words import listed, nearest
 
 __all__ = ["load_study", "read_study"]
 
@@ -32,9 +33,27 @@ def load_study(path: str | Path) -> Study:
     return read_study(_content(path), path)
 
 
-def read_study(content: bytes, path: Path) -> Study:
-    """Return the study in `content`; `path` names it in messages, and tables are found beside it."""
+@dataclass(frozen=True)
+class Reread:
+    """Reads a spec again with further changes laid over it."""
+
+    content: bytes
+    path: Path
+    changes: tuple[Mapping[str, object], ...] = ()
+
+    def __call__(self, changes: Mapping[str, object]) -> Study:
+        """Return the study with all changes so far and these."""
+        return read_study(self.content, self.path, (*self.changes, changes))
+
+
+def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], ...] = ()) -> Study:
+    """Return the study in `content`; `path` names it in messages, and tables are found beside it.
+
+    `changes` are laid over it one after the other, by the name of a section or a factor (see `Study.with_`).
+    """
     document = read_yaml(content)
+    for change in changes:
+        document.data = _changed(document.data, change)
     problems = [
         _problem(path, document, place, Finding(node, message, remedy))
         for place, node, message, remedy in document.problems
@@ -46,7 +65,30 @@ def read_study(content: bytes, path: Path) -> Study:
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
-    return _study(path, document, sections)
+    study = _study(path, document, sections)
+    study._reread = Reread(content, path, changes)
+    return study
+
+
+def _changed(data: Any, changes: Mapping[str, object]) -> Any:
+    """Lay changes over the tree of a spec: mappings over mappings, by factor or by section."""
+    if not isinstance(data, dict):
+        return data
+    changed = dict(data)
+    for name, value in changes.items():
+        factors = changed.get("factors")
+        named = isinstance(factors, list) and any(isinstance(f, dict) and f.get("name") == name for f in factors)
+        if named and isinstance(factors, list):
+            changed["factors"] = [
+                _laid_over(f, value) if isinstance(f, dict) and f.get("name") == name else f for f in factors
+            ]
+        else:
+            changed[name] = _laid_over(changed.get(name), value)
+    return changed
+
+
+def _laid_over(below: object, above: object) -> object:
+    return {**below, **above} if isinstance(below, dict) and isinstance(above, Mapping) else above
 
 
 def _content(path: Path) -> bytes:

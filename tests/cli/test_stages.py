@@ -82,7 +82,7 @@ def test_report_of_an_unfinished_study(tmp_path: Path) -> None:
 
 
 def test_folder_in_use_is_refused(tmp_path: Path) -> None:
-    from stemcal.study.store import StudyFolder
+    from stemcal.folder.store import StudyFolder
 
     with StudyFolder(tmp_path):
         result = command("screen", REPLAY, "--out", tmp_path)
@@ -91,25 +91,29 @@ def test_folder_in_use_is_refused(tmp_path: Path) -> None:
 
 
 def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
-    from stemcal import workflow
+    from stemcal.stages import validate
 
-    stage = {
-        "stage": "validate",
-        "rows": [
-            {"diameter": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "validation",
-             "status": "failed", "reason": "inverted", "message": "element 7 at 0.1 s"},
-            {"diameter": 8.0, "measured": 159.2, "simulated": 160.0, "error_percent": -0.5,
-             "role": "calibration", "status": "ok", "reason": "", "message": ""},
-        ],
-        "max_abs_error_percent": 0.5,
-        "mean_abs_error_percent": 0.5,
-        "notes": [],
-    }  # fmt: skip
-    monkeypatch.setattr(workflow, "validate", lambda *_: stage)
-    result = command("validate", REPLAY, "--out", tmp_path)
-    assert result.exit_code == 3
-    assert "validate: 1 of 2 runs failed: inverted (1)" in result.stderr
-    assert "inverted" in result.stdout
+    result = validate.ValidateResult.from_json(
+        {
+            "schema_version": 1,
+            "stage": "validate",
+            "study": "known",
+            "parameters": {},
+            "rows": [
+                {"diameter": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "validation",
+                 "status": "failed", "reason": "inverted", "message": "element 7 at 0.1 s"},
+                {"diameter": 8.0, "measured": 159.2, "simulated": 160.0, "error_percent": -0.5,
+                 "role": "calibration", "status": "ok", "reason": "", "message": ""},
+            ],
+            "max_abs_error_percent": 0.5,
+            "mean_abs_error_percent": 0.5,
+        }
+    )  # fmt: skip
+    monkeypatch.setattr(validate, "validate", lambda *_: result)
+    done = command("validate", REPLAY, "--out", tmp_path)
+    assert done.exit_code == 3
+    assert "validate: 1 of 2 runs failed: inverted (1)" in done.stderr
+    assert "inverted" in done.stdout
 
 
 def test_plan_counts_and_writes_nothing(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ import pytest
 from commanding import SMOKE, command
 from fakes import SPEC, FakeSolver, force, lines
 
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers import SOLVERS
-from stemcal.study.store import StudyFolder
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
@@ -112,6 +112,15 @@ def test_status_needs_a_folder(known: Known) -> None:
 # ---- runs
 
 
+def test_runs_of_every_stage_that_simulates(failed: Known) -> None:
+    for name in ("screen", "climb", "rsm", "refine", "validate"):
+        assert failed("runs", "--stage", name).exit_code == 0
+    refused = failed("runs", "--stage", "invert")
+    assert refused.exit_code == 2 and "is not one of screen, climb, rsm, refine, validate" in " ".join(
+        refused.stderr.replace("│", " ").split()
+    )
+
+
 def test_runs_are_listed_and_filtered(failed: Known) -> None:
     runs = failed.json("runs", "--stage", "screen")["runs"]
     assert [run["run"] for run in runs] == list(range(1, 13))
@@ -192,6 +201,13 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
     assert folder.record_path(second).exists() and path.exists()  # nothing was moved
 
 
+@pytest.mark.parametrize("stage", ["climb", "audit"])
+def test_verify_sees_every_damaged_stage(failed: Known, stage: str) -> None:
+    (failed.out / f"{stage}.json").write_text('{"stage": "cli', encoding="utf-8")
+    result = failed("verify")
+    assert result.exit_code == 1 and f"{stage}.json cannot be read" in result.stderr
+
+
 def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> None:
     folder = StudyFolder(failed.out)
     record = folder.peek(folder.keys()[0])
@@ -215,13 +231,13 @@ def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:
 def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from stemcal.cli.repeat import recorded_run
     from stemcal.errors import UsageError
+    from stemcal.runs.key import record_key
     from stemcal.solvers.embedded import Embedded
     from stemcal.solvers.protocol import Request
-    from stemcal.stages.answering import record_key
     from stemcal.study.spec import load_study
 
     study = load_study(SMOKE)
-    request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0)
+    request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0, pictured=True)
     key = record_key(Embedded(study), request)
     with StudyFolder(tmp_path / "out") as folder:
         folder.save({"key": key, "request": {**vars(request), "levels": dict(request.levels)}})

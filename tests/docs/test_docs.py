@@ -27,7 +27,7 @@ def test_reference_pages_are_up_to_date() -> None:
 
 def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     """Equations are drawn as MathML and no page asks for anything from elsewhere."""
-    for needed in ("sphinx", "furo", "myst_parser"):
+    for needed in ("sphinx", "furo", "myst_nb"):
         pytest.importorskip(needed, reason='the pages need pip install "stemcal[docs]"')
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(DOCS), str(tmp_path)]
     done = subprocess.run(
@@ -40,5 +40,8 @@ def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     assert "TargetUnreachable" in pages["reference/stages.html"]
     for name in ("theory/solver.html", "theory/statistics.html", "theory/laboratory.html"):
         assert pages[name].count('<div class="equation"><math') >= 2
+    notebook = pages["notebook.html"]
+    assert notebook.count('src="data:image/png;base64') + notebook.count("_images/") >= 3
+    assert "yield_stress = " in notebook and "Traceback" not in notebook
     asking = [name for name, text in pages.items() if 'src="http' in text or "cdn." in text]
     assert not asking

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stemcal.doe.coding import Coding
-from stemcal.doe.regression import Array
-from stemcal.doe.screening import Screening, analyse_screening
-from stemcal.doe.surface import Surface, fit_surface
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.doe.screening.analysis import Screening, analyse_screening
 
 DATA = Path(__file__).parent / "data"
 SYMBOLS = tuple(f"X{i}" for i in range(1, 10))

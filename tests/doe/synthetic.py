@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from stemcal.doe.designs import central_composite
-from stemcal.doe.misfit import Misfit, Observation, misfit_of
-from stemcal.doe.region import Region
-from stemcal.doe.regression import Array
-from stemcal.doe.surface import Surface, fit_surface
+from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface, fit_surface
 
 DIAMETERS = (7.0, 8.0, 9.0, 10.0, 11.0)
 SIDE = 1.68

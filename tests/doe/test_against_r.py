@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from test_random_designs import CLOSE, random_case
 
-from stemcal.doe.surface import fit_surface
-from stemcal.doe.terms import term_columns
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import RunsFailed
 
 pytestmark = pytest.mark.skipif(shutil.which("Rscript") is None, reason="needs R (Debian: r-base-core)")

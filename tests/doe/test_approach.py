@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from stemcal.doe.approach import FIRST_RADIUS, Trial, best_of, next_step, toward
-from stemcal.doe.designs import central_composite
-from stemcal.doe.inversion import solve_target
-from stemcal.doe.region import Region
-from stemcal.doe.regression import Array
-from stemcal.doe.surface import Surface, fit_surface
+from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step, toward
+from stemcal.doe.calibration.inversion import solve_target
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface, fit_surface
 
 Response = Callable[[Array], float]
 TARGET = 160.0
@@ -28,7 +28,7 @@ def region() -> Region:
 
 
 def steps_needed(response: Response, tolerance: float, budget: int = 30) -> int:
-    start = np.array(solve_target(fitted(response), TARGET, [-2.0, -2.0], [2.0, 2.0], 2.0**0.5).coded)
+    start = np.array(solve_target(fitted(response), TARGET, [-2.0, -2.0], [2.0, 2.0], 2.0**0.5).point.coded)
     trials, radius = [Trial(start, response(start))], FIRST_RADIUS
     while abs(best_of(trials, TARGET).response - TARGET) > tolerance and len(trials) < budget:
         step = next_step(fitted(response, trials), TARGET, region(), trials, radius)

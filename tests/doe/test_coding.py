@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.coding import Coding
+from stemcal.doe.regression.coding import Coding
 from stemcal.errors import UsageError
 
 size = st.floats(1e-6, 1e6)
@@ -25,7 +25,7 @@ def test_the_papers_half_step_puts_the_range_ends_near_the_axial_points():
     coding = Coding.from_ranges(["X4"], [10.0], [20.0], reach=8**0.25)
     assert coding.half_step[0] == pytest.approx(2.973017787506803, rel=1e-12)
     assert coding.to_natural([[8**0.25]])[0, 0] == pytest.approx(20.0, rel=1e-12)
-    assert coding.as_dict() == [{"factor": "X4", "center": 15.0, "half_step": coding.half_step[0]}]
+    assert (coding.names, coding.centre) == (("X4",), (15.0,))
 
 
 @pytest.mark.parametrize("half_step", [0.0, -1.0, float("nan")])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.designs import axial_distance, central_composite, plackett_burman
+from stemcal.doe.designs.catalogue import axial_distance, central_composite, plackett_burman
 from stemcal.errors import UsageError
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.doe.equivalence import Sample, compare_means, mean_interval
-from stemcal.doe.validation import compare_diameters
+from stemcal.doe.validation.diameters import compare_diameters
+from stemcal.doe.validation.equivalence import Sample, compare_means, mean_interval
 
 
 def test_welch_is_scipys() -> None:

@@ -1,12 +1,9 @@
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
-from stemcal.doe.definitive import definitive_screening
-from stemcal.doe.screening import analyse_screening
+from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.errors import UsageError
 
 NAMES = [f"X{i}" for i in range(1, 10)]
@@ -29,7 +26,7 @@ def test_lenths_own_p_values(pb_runs):
     assert result.effects[3].p == pytest.approx(0.00179, abs=2e-5)
     assert result.effects[6].p == pytest.approx(0.1086, abs=5e-4)
     assert result.significant == ("X4", "X9")
-    assert result.as_dict()["error"] == {"source": "lenth", "sum_of_squares": 0.0, "df": 0, "mean_square": None}
+    assert (result.error.source, result.error.df, result.error.mean_square) == ("lenth", 0, None)
 
 
 def test_replicates_are_the_error_where_there_are_some(pb_runs):
@@ -55,24 +52,13 @@ def test_a_verdict_per_factor(pb_runs):
 
 
 def test_data_for_the_plots(pb_runs):
-    out = analyse_screening(pb_runs.coded, pb_runs.force, NAMES).as_dict()
-    json.dumps(out, allow_nan=False)
-    points = out["half_normal"]
-    assert [p["factor"] for p in points][-2:] == ["X9", "X4"]
-    assert points[0]["quantile"] == pytest.approx(0.0696, abs=1e-4)  # Φ⁻¹(½ + ½·0.5/9)
-    assert points == sorted(points, key=lambda point: point["size"])
-    assert out["pareto"]["rows"][0] == {"factor": "X4", "t": pytest.approx(444.3**0.5, abs=0.01)}
-    assert out["pareto"]["t_limit"] == pytest.approx(4.3027, abs=1e-4)
-    assert out["pareto"]["bonferroni_limit"] > out["pareto"]["t_limit"]
-    assert len(out["aliases"]["interactions"]) == 36
-    assert abs(out["aliases"]["weights"]["X1"][-1]) == pytest.approx(1 / 3)
-
-
-def test_a_definitive_screening_is_analysed_too():
-    design = definitive_screening(6)
-    y = 20.0 + 5.0 * design[:, 1] - 3.0 * design[:, 4] + np.random.default_rng(0).normal(0.0, 0.2, 13)
-    result = analyse_screening(design, y, list("abcdef"))
-    assert set(result.significant) == {"b", "e"}
-    assert result.effects[1].effect == pytest.approx(10.0, abs=0.5)
-    assert result.residual_df == 6
-    assert any("clear of two-factor interactions" in note for note in result.notes)
+    found = analyse_screening(pb_runs.coded, pb_runs.force, NAMES)
+    points, pareto, aliases = found.half_normal(), found.pareto(), found.aliases()
+    assert [p.factor for p in points][-2:] == ["X9", "X4"]
+    assert points[0].quantile == pytest.approx(0.0696, abs=1e-4)  # Φ⁻¹(½ + ½·0.5/9)
+    assert [p.size for p in points] == sorted(p.size for p in points)
+    assert pareto.rows[0].factor == "X4" and pareto.rows[0].t == pytest.approx(444.3**0.5, abs=0.01)
+    assert pareto.t_limit == pytest.approx(4.3027, abs=1e-4)
+    assert pareto.bonferroni_limit > pareto.t_limit
+    assert len(aliases.interactions) == 36
+    assert abs(aliases.weights["X1"][-1]) == pytest.approx(1 / 3)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from synthetic import DIAMETERS, exact, misfit, region, surfaces
 
-from stemcal.doe.designs import central_composite
-from stemcal.doe.joint import best_worst_error, fit_jointly, leave_one_out
-from stemcal.doe.misfit import Observation, best_fit, misfit_of
-from stemcal.doe.profile import allowed_rise
-from stemcal.doe.region import Region
-from stemcal.doe.surface import fit_surface
+from stemcal.doe.calibration.joint import best_worst_error, fit_jointly, leave_one_out
+from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
+from stemcal.doe.calibration.profile import allowed_rise
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import UsageError
 
 TRUTH = np.array([0.6, -0.4])

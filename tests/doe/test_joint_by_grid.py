@@ -7,12 +7,12 @@ import pytest
 from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
-from stemcal.doe.designs import central_composite
-from stemcal.doe.joint import fit_jointly
-from stemcal.doe.misfit import Observation, misfit_of
-from stemcal.doe.profile import profiles_of
-from stemcal.doe.region import Region
-from stemcal.doe.surface import fit_surface
+from stemcal.doe.calibration.joint import fit_jointly
+from stemcal.doe.calibration.misfit import Observation, misfit_of
+from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.surface import fit_surface
 
 REACH, STEP = 1.2, 0.002
 KINDS = ("force", "force", "travel", "work")

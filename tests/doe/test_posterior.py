@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from synthetic import exact, misfit, region, surfaces
 
-from stemcal.doe.designs import central_composite
-from stemcal.doe.misfit import Observation, best_fit, misfit_of
-from stemcal.doe.posterior import log_posterior, sample_posterior
-from stemcal.doe.profile import profiles_of
-from stemcal.doe.region import Region
-from stemcal.doe.surface import Surface, fit_surface
+from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
+from stemcal.doe.calibration.posterior import log_posterior, sample_posterior
+from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import UsageError
 
 TRUTH = np.array([0.3, -0.2])

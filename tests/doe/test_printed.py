@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.printed import agrees, compare_cells
-from stemcal.doe.surface import Surface
+from stemcal.doe.regression.surface import Surface
+from stemcal.stages.audit.printed import agrees, compare_cells
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_the_sign_error_of_equation_1(ccd: Surface, printed_rows):
     found = compare_cells(cells)
     assert [d.sentence for d in found] == ["X7^2: the paper prints −2.88, its data give +2.883: the sign differs"]
     assert found[0].kind == "sign"
-    assert found[0].as_dict()["label"] == "X7^2"
+    assert found[0].label == "X7^2"
 
 
 def test_sentences():

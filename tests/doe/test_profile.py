@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from synthetic import exact, misfit, region, surfaces
 
-from stemcal.doe.designs import central_composite
-from stemcal.doe.misfit import Observation, best_fit, misfit_of
-from stemcal.doe.profile import allowed_rise, profiles_of, rise_at
-from stemcal.doe.region import Region
-from stemcal.doe.surface import Surface, fit_surface
+from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
+from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.surface import Surface, fit_surface
 
 TRUTH = np.array([0.3, -0.2])
 BOX = Region(np.full(2, -2.0), np.full(2, 2.0), None)
@@ -79,7 +79,6 @@ def test_coverage_of_profile_intervals() -> None:
     for _ in range(400):
         measured = middle * (1.0 + sd / np.sqrt(6) * rng.standard_normal(5))
         data = misfit(measured, sd, fitted=fitted)
-        best = best_fit(data, region())
-        allowed = allowed_rise(data, data.value(best))
-        held += [rise_at(data, region(), best, j, float(TRUTH[j])) <= allowed for j in range(2)]
+        found = profiles_of(data, region(), best_fit(data, region()))
+        held += [profile.low <= TRUTH[j] <= profile.high for j, profile in enumerate(found)]
     assert np.all((held / 400 >= 0.93) & (held / 400 <= 0.97)), held / 400

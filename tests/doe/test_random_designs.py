@@ -10,9 +10,9 @@ from statsmodels.regression.linear_model import OLS
 from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.outliers_influence import OLSInfluence
 
-from stemcal.doe.designs import SurfaceOptions, surface_runs
-from stemcal.doe.surface import fit_surface
-from stemcal.doe.terms import term_names
+from stemcal.doe.designs.catalogue import SurfaceOptions, surface_runs
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.terms import term_names
 from stemcal.errors import RunsFailed
 
 CLOSE = {"rel": 1e-8, "abs": 1e-8}

@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
-from stemcal.doe.printed import compare_cells
-from stemcal.doe.validation import compare_diameters, power_law_exponent
+from stemcal.doe.validation.diameters import compare_diameters, power_law_exponent
 from stemcal.errors import UsageError
+from stemcal.stages.audit.printed import compare_cells
 
 
 @pytest.fixture(scope="module")
@@ -61,13 +62,13 @@ def test_a_failed_run_has_no_error():
     assert result.max_abs_error_percent == pytest.approx(10.0)
     assert result.simulated_exponent is None
     assert any("No simulated force at 8 mm, 9 mm" in note for note in result.notes)
-    json.dumps(result.as_dict(), allow_nan=False)
+    json.dumps(asdict(result), allow_nan=False)
 
 
 def test_all_runs_failed():
-    out = compare_diameters([7, 8], [100.0, 150.0], [None, None], None).as_dict()
-    assert out["max_abs_error_percent"] is None
-    assert out["mean_abs_error_percent"] is None
+    out = compare_diameters([7, 8], [100.0, 150.0], [None, None], None)
+    assert out.max_abs_error_percent is None
+    assert out.mean_abs_error_percent is None
 
 
 def test_an_exact_power_law():

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stemcal.doe.designs import SurfaceOptions, central_composite, surface_blocks, surface_reach, surface_runs
-from stemcal.doe.estimable import largest_inflation
-from stemcal.doe.reduction import reduce_surface
-from stemcal.doe.surface import fit_surface
-from stemcal.doe.terms import term_columns
-from stemcal.doe.within import Within, moderated_weights
+from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, surface_blocks, surface_reach, surface_runs
+from stemcal.doe.regression.estimable import largest_inflation
+from stemcal.doe.regression.reduction import reduce_surface
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.terms import term_columns
+from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.errors import RunsFailed, UsageError
 
 DESIGN = central_composite(2, 1, "rotatable")
@@ -97,7 +97,7 @@ def test_intervals_take_the_larger_error() -> None:
     assert surface.error_source == "within" and surface.df == 27 and surface.mean_square > 0.1
     low, high = surface.mean_interval([0.0, 0.0])[0]
     assert high - low == pytest.approx(2 * 2.0518 * np.sqrt(surface.mean_square), rel=1e-4)  # t(27), leverage 1
-    assert surface.as_dict()["error_source"] == "within"
+    assert surface.error_source == "within"
 
 
 def test_a_saturated_fit_has_intervals_all_the_same() -> None:
@@ -129,7 +129,7 @@ def test_terms_that_failed_runs_made_inestimable_are_left_out() -> None:
     other = fit_surface(DESIGN, y, ["a", "b"], terms=["a", "b", "a:b"])
     assert surface.terms == ("1", "a", "b", "a:b") and surface.terms_dropped == ("a^2", "b^2")
     assert [c.value for c in surface.coefficients] == pytest.approx([c.value for c in other.coefficients])
-    assert surface.df == 1 and surface.as_dict()["terms_dropped"] == ["a^2", "b^2"]
+    assert surface.df == 1 and surface.terms_dropped == ("a^2", "b^2")
     assert any("cannot estimate a^2, b^2: these terms are left out" in note for note in surface.notes)
 
 

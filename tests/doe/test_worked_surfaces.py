@@ -7,13 +7,13 @@ import pytest
 from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
-from stemcal.doe.canonical import analyse_shape
-from stemcal.doe.coding import Coding
-from stemcal.doe.factorial import fraction, full_factorial
-from stemcal.doe.lenth import lenth
-from stemcal.doe.printed import agrees
-from stemcal.doe.surface import fit_surface
-from stemcal.doe.terms import term_columns, term_names
+from stemcal.doe.designs.factorial import fraction, full_factorial
+from stemcal.doe.regression.canonical import analyse_shape
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.terms import term_columns, term_names
+from stemcal.doe.screening.lenth import lenth
+from stemcal.stages.audit.printed import agrees
 
 AXIAL = 2.0**0.5  # printed as 1.414; the book's sums of squares are those of √2
 

@@ -20,7 +20,7 @@ from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.executors.inline import InlineExecutor
-from stemcal.study.store import StudyFolder
+from stemcal.folder.store import StudyFolder
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 

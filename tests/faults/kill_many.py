@@ -26,8 +26,8 @@ from fakes import FakeSolver, lines, make_study
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.study.model import Study
-from stemcal.study.store import StudyFolder
 
 PRELOADED = statsmodels.stats.multitest
 SECONDS_PER_RUN = 0.002

@@ -13,10 +13,10 @@ from tally import Fault, each
 from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.stages.lineage import changes_since
 from stemcal.study.model import Study
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 CHANGES: dict[str, tuple[str, str]] = {
     "a factor's range": ("low: 10, high: 20", "low: 11, high: 20"),
@@ -71,7 +71,7 @@ def _perhaps_half(study: Study, out: StudyFolder, rng: random.Random) -> None:
 
 def _outcome(study: Study, folder: StudyFolder, solver: FakeSolver) -> Any:
     try:
-        return workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+        return workflow.calibrate(study, folder, InlineExecutor(), solver=solver).to_json()
     except StemcalError as error:
         return str(error)
 

@@ -13,7 +13,7 @@ from of_processes import results
 from tally import Fault, Tally, each
 
 from stemcal.errors import StemcalError
-from stemcal.study import store
+from stemcal.folder import store
 
 # ---- what lies on the disk is damaged
 

@@ -21,8 +21,8 @@ from tally import Fault, Missing, Tally, each
 from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.study import durable
-from stemcal.study.store import StudyFolder
+from stemcal.files import durable
+from stemcal.folder.store import StudyFolder
 
 
 def finished(folder: Path, name: str = "out", witness: Path | None = None) -> StudyFolder:

@@ -15,8 +15,8 @@ from tally import Fault, each
 from stemcal import workflow
 from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.study.spec import load_study, read_study
-from stemcal.study.store import StudyFolder
 
 # ---- names and paths
 
@@ -111,7 +111,7 @@ def injected(folder: Path, number: int, rng: random.Random) -> None:
 
 def markup(folder: Path, number: int, rng: random.Random) -> None:
     """Hostile text in titles, labels, symbols, stage files and notes: escaped in the report."""
-    from stemcal.report.page import render
+    from stemcal.report.page.render import render
 
     hostile = rng.choice(
         [

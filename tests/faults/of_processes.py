@@ -19,7 +19,7 @@ from stemcal import workflow
 from stemcal.errors import FolderLocked
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
-from stemcal.study.store import StudyFolder
+from stemcal.folder.store import StudyFolder
 
 HERE = Path(__file__).parent
 POINTS = "rsm: {centre_points: 3}\n"
@@ -61,9 +61,9 @@ def worker_dies(folder: Path, number: int, rng: random.Random) -> None:
     study, witness = make_study(folder, "runs: {tries: 2}\n"), folder / "witness"
     accident = None if always else folder / "accident"
     solver = FakeSolver(witness, trouble={row: way}, accident=accident)
-    whole = workflow.screen(study, StudyFolder(folder / "whole"), InlineExecutor(), solver=FakeSolver())
+    whole = workflow.screen(study, StudyFolder(folder / "whole"), InlineExecutor(), solver=FakeSolver()).to_json()
     with LocalExecutor(2) as executor:
-        stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver)
+        stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver).to_json()
     begun = witness.read_text(encoding="utf-8").split("\n")
     assert begun.count(f"screen {row}") == 2, f"begun {begun.count(f'screen {row}')} times"
     runs, expected = stage["design"]["runs"], whole["design"]["runs"]
@@ -79,7 +79,7 @@ def worker_dies(folder: Path, number: int, rng: random.Random) -> None:
 
 HOLDER = """
 import sys, time
-from stemcal.study.store import StudyFolder
+from stemcal.folder.store import StudyFolder
 folder = StudyFolder(sys.argv[1])
 folder.lock()
 print("held", flush=True)

@@ -21,10 +21,10 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.study.outside import CsvResult, JsonResult, RegexResult
-from stemcal.study.store import StudyFolder
 
 # ---- physics
 
@@ -70,7 +70,7 @@ def failed_in_a_design(folder: Path, _number: int, rng: random.Random) -> None:
     study = make_study(folder, "runs: {quorum: 0.1}\n")
     found = StudyFolder(folder / "out")
     try:
-        stage = workflow.screen(study, found, InlineExecutor(), solver=FakeSolver(trouble=trouble))
+        stage = workflow.screen(study, found, InlineExecutor(), solver=FakeSolver(trouble=trouble)).to_json()
     except RunsFailed as refused:
         assert len(rows) >= 2 and f"{len(rows)} of 12 runs failed" in str(refused), str(refused)
         assert not found.has_stage("screen")
@@ -169,7 +169,7 @@ def instant_limit(folder: Path, _number: int, rng: random.Random) -> None:
     study = make_study(folder, "runs: {time_limit: 1 s, tries: 2}\n")
     solver = FakeSolver(witness, seconds=0.15, trouble={row: "hang"})
     with LocalExecutor(1, time_limit=1.0) as executor:
-        stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver)
+        stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver).to_json()
     found = {run["run"] - 1: (run["status"], run["reason"]) for run in stage["design"]["runs"]}
     assert found.pop(row) == ("failed", "timeout"), "the hung run"
     assert set(found.values()) == {("ok", "")}, "a run that waited 1.5 s for its turn lost its time to the queue"

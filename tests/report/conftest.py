@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,8 @@ ROOT = Path(__file__).parents[2]
 def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     """The study of the printed tables and its folder, all stages done."""
     from stemcal.executors.inline import InlineExecutor
+    from stemcal.folder.store import StudyFolder
     from stemcal.study.spec import load_study
-    from stemcal.study.store import StudyFolder
     from stemcal.workflow import calibrate
 
     study = load_study(ROOT / "configs" / "paper-replay.yaml")
@@ -23,6 +24,26 @@ def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
 
 
 @pytest.fixture(scope="session")
-def stages(replayed: tuple[Any, Any]) -> dict[str, dict[str, Any]]:
-    _, folder = replayed
-    return {name: folder.read_stage(name) for name in ("screen", "rsm", "invert", "validate")}
+def results(replayed: tuple[Any, Any]) -> Any:
+    """What the replayed study came to."""
+    from stemcal.stages.results import fresh_results
+
+    return fresh_results(*replayed)
+
+
+@pytest.fixture(scope="session")
+def stages(results: Any) -> dict[str, Any]:
+    """The same by the name of the stage."""
+    return {result.name: result for result in results.done()}
+
+
+@pytest.fixture(scope="session")
+def edited() -> Callable[[Any, Callable[[dict[str, Any]], None]], Any]:
+    """Return a result as it comes back from an edited file."""
+
+    def edit(result: Any, change: Callable[[dict[str, Any]], None]) -> Any:
+        content = result.to_json()
+        change(content)
+        return type(result).from_json(content)
+
+    return edit

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from rich.console import Console
 
-from stemcal.report.appendix import shape_sheets
-from stemcal.report.findings import response_sheets
-from stemcal.report.tables import stage_tables
-
-JOINT = {
-    "response": "travel",
-    "unit": "mm",
-    "diameter": 8.0,
-    "measured": 1.06,
-    "predicted": 1.0613,
-    "error_percent": -0.12,
-}
+from stemcal.files.rows import Rows
+from stemcal.report.tables.appendix import shape_sheets
+from stemcal.report.tables.findings import response_sheets
+from stemcal.report.tables.terminal import stage_tables
+from stemcal.stages.invert.result import JointFitted, JointRow
+from stemcal.stages.validate import FurtherRow
 
 
-def printed(stage: dict[str, Any]) -> str:
+def printed(stage: Any) -> str:
     console = Console(width=80, record=True, file=None, quiet=False, force_terminal=False)
     with console.capture() as capture:
         console.print(*stage_tables(stage), sep="\n")
@@ -45,11 +40,11 @@ def test_shape_and_ridge_of_the_surface(stages: dict[str, Any]) -> None:
     assert max(map(len, printed(stages["rsm"]).splitlines())) <= 80
 
 
-def test_a_plane_has_no_stationary_point(stages: dict[str, Any]) -> None:
+def test_a_plane_has_no_stationary_point(stages: dict[str, Any], edited: Any) -> None:
     """As where every square and product was left out."""
     nowhere = dict.fromkeys(("coded", "natural", "predicted", "coded_radius"))
-    plane = {**stages["rsm"]["canonical"], **nowhere, "inside": False, "kind": "plane"}
-    sheet = shape_sheets({**stages["rsm"], "canonical": plane})[0]
+    plane = edited(stages["rsm"], lambda content: content["canonical"].update(nowhere, inside=False, kind="plane"))
+    sheet = shape_sheets(plane)[0]
     assert sheet.foot[0].startswith("No single stationary point")
 
 
@@ -60,12 +55,14 @@ def test_what_the_force_leaves_open(stages: dict[str, Any]) -> None:
     assert "Not seen: yield_stress −0.409 MPa with failure_strain +0.01 changes no measured response" in text
 
 
-def test_travel_and_work_stand_beside_the_force() -> None:
-    (fitted,) = response_sheets({"stage": "invert", "joint": {"further": [JOINT]}})
+def test_travel_and_work_stand_beside_the_force(stages: dict[str, Any]) -> None:
+    row = JointRow(8.0, "travel", "mm", 1.06, None, None, 1.0613, -0.12, None)
+    joint = JointFitted(Rows(), Rows([row]), "measured", None, 0, None, 0.0, None, 0.0, {})
+    (fitted,) = response_sheets(replace(stages["invert"], joint=joint))
     assert fitted.rows == (("travel", "8", "1.06 mm", "1.061 mm", "−0.12"),) and fitted.columns[3] == "Predicted"
-    simulated = {**{k: v for k, v in JOINT.items() if k not in ("predicted", "diameter")}, "simulated": 1.07}
-    (checked,) = response_sheets(
-        {"stage": "validate", "rows": [{"diameter": 8.0, "further": [simulated]}, {"diameter": 9.0}]}
-    )
-    assert checked.rows[0][3] == "1.070 mm" and checked.columns[3] == "Simulated"
-    assert response_sheets({"stage": "rsm"}) == []
+    further = Rows([FurtherRow("travel", "mm", 1.06, None, 1.07, -0.9)])
+    rows = stages["validate"].rows
+    beside = Rows([rows[0], replace(rows[1], further=further), *rows[2:]])
+    (checked,) = response_sheets(replace(stages["validate"], rows=beside))
+    assert checked.rows[0][1:4] == ("8", "1.06 mm", "1.070 mm") and checked.columns[3] == "Simulated"
+    assert response_sheets(stages["rsm"]) == []

@@ -7,11 +7,12 @@ from typing import Any
 
 import pytest
 
-from stemcal.report.appendix import canonical_sheet, checks_sheet, design_sheet, page_sheets, ridge_sheet
-from stemcal.report.diagnostics import diagnostics, growth, ridge, studentised
-from stemcal.report.figures import half_normal, pareto
-from stemcal.report.records import runs_of
-from stemcal.report.setting import setting_sheets
+from stemcal.report.figures.effects import half_normal, pareto
+from stemcal.report.figures.fit import diagnostics, ridge, studentised
+from stemcal.report.figures.validation import growth
+from stemcal.report.records import Checks, Details, Provenance, RunRecord
+from stemcal.report.tables.appendix import canonical_sheet, checks_sheet, design_sheet, page_sheets, ridge_sheet
+from stemcal.report.tables.setting import setting_sheets
 
 
 def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:
@@ -22,10 +23,11 @@ def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:
 
 def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None:
     """Eigenvalues of B = [[1.294, …], …]: their sum is its trace, 1.29 − 0.83 + 2.88 (Table 9's squares)."""
-    sheet = canonical_sheet(stages["rsm"])
+    surface = stages["rsm"]
+    sheet = canonical_sheet(surface, surface.canonical)
     assert [row[1] for row in sheet.rows] == ["3.981", "2.204", "−2.839"]
-    squares = {row["term"]: row["value"] for row in stages["rsm"]["coefficients"] if row["term"].endswith("^2")}
-    assert sum(stages["rsm"]["canonical"]["eigenvalues"]) == pytest.approx(sum(squares.values()))
+    squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
+    assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
     assert "a saddle of 154.4 N" in sheet.foot[0] and "outside" in sheet.foot[0]
 
 
@@ -39,9 +41,9 @@ def test_ridge_begins_at_the_centre(stages: dict[str, Any]) -> None:
 def test_surface_tables_fit_a_terminal(stages: dict[str, Any]) -> None:
     from rich.console import Console
 
-    from stemcal.report.tables import drawn
+    from stemcal.report.tables.terminal import drawn
 
-    for sheet in (canonical_sheet(stages["rsm"]), ridge_sheet(stages["rsm"])):
+    for sheet in (canonical_sheet(stages["rsm"], stages["rsm"].canonical), ridge_sheet(stages["rsm"])):
         assert max(len(row) for row in sheet.rows) == len(sheet.columns)
         console = Console(width=80, record=True, file=io.StringIO())
         for part in drawn(sheet):
@@ -51,22 +53,22 @@ def test_surface_tables_fit_a_terminal(stages: dict[str, Any]) -> None:
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
-    sheet = design_sheet("Runs", stages["screen"])
+    symbols = {effect.factor: effect.symbol for effect in stages["screen"].effects}
+    sheet = design_sheet("Runs", stages["screen"].design, symbols)
     assert sheet.columns == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
-    assert design_sheet("Runs", stages["rsm"]).columns[1] == "yield_stress"
+    assert design_sheet("Runs", stages["rsm"].design, symbols).columns[1] == "yield_stress"
 
 
 def test_checks_name_each_run_once() -> None:
-    details = {"peak_force": 150.0, "peak_travel": 0.7, "stroke_was_enough": False, "elements": 10, "steps": 99,
-               "deleted_elements": 1, "energy_drift_percent": 0.4, "kinetic_ratio_percent": 1.0,
-               "hourglass_ratio_percent": 5.0}  # fmt: skip
+    checks = Checks(150.0, 0.7, False, 10, 1, 99, 0.4, 1.0, 5.0)
     records = {
-        label: {"key": key, "details": details} for label, key in (("rsm 1", "a"), ("rsm 2", "b"), ("8 mm", "a"))
+        label: RunRecord(key, Details(), checks, Provenance())
+        for label, key in (("rsm 1", "a"), ("rsm 2", "b"), ("8 mm", "a"))
     }
     sheet = checks_sheet(records)
     assert sheet is not None and [row[0] for row in sheet.rows] == ["rsm 1", "rsm 2"]
     assert sheet.rows[0][1:4] == ("150.0", "0.700", "no")
-    assert checks_sheet({"8 mm": {"key": "a", "details": {}}}) is None
+    assert checks_sheet({"8 mm": RunRecord("a", Details(), None, Provenance())}) is None
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:
@@ -99,7 +101,7 @@ def test_limits_of_the_screening_figures(stages: dict[str, Any]) -> None:
     limits = {line.get_label(): line.get_xdata()[0] for line in pareto(stages["screen"]).axes[0].lines}
     assert limits["Lenth ME"] == pytest.approx(23.79, abs=0.01)
     assert limits["t test, p = 0.05"] == pytest.approx(4.3027 * 3.7677, abs=0.01)
-    assert limits["Lenth SME"] == pytest.approx(stages["screen"]["lenth"]["sme"])
+    assert limits["Lenth SME"] == pytest.approx(stages["screen"].lenth.sme)
     labels = [line.get_label() for line in half_normal(stages["screen"]).axes[0].lines]
     assert labels[:3] == ["chance (Lenth)", "Lenth ME", "Lenth SME"]
 
@@ -111,8 +113,12 @@ def test_setting_tells_what_was_measured(replayed: tuple[Any, Any]) -> None:
     assert measured.rows[1][:2] == ("8", "159.2") and measured.strong == {1}
 
 
-def test_every_stage_names_its_runs() -> None:
-    refine = {"stage": "refine", "rows": [{"key": "a"}, {"key": "b"}]}
-    joint = {"stage": "rsm", "diameters": [{"diameter": 7.0, "runs": [{"run": 1, "key": "c"}]}]}
-    assert list(runs_of(refine)) == [("refine 1", "a"), ("refine 2", "b")]
-    assert list(runs_of(joint)) == [("rsm 1 at 7 mm", "c")]
+def test_every_stage_names_its_runs(stages: dict[str, Any], edited: Any) -> None:
+    def add_diameter(content: dict[str, Any]) -> None:
+        kept = ("coefficients", "r2", "adjusted_r2", "predicted_r2", "press", "cv_percent", "runs_failed")
+        run = {"run": 1, "force": 90.0, "key": "c"}
+        content["diameters"] = [{"diameter": 7.0, "runs": [run], **{name: content[name] for name in kept}}]
+
+    labels = [label for label, _ in edited(stages["rsm"], add_diameter).runs()]
+    assert labels[:2] == ["rsm 1 at 7 mm", "rsm 1"] and len(labels) == 21
+    assert [label for label, _ in stages["validate"].runs()] == ["7 mm", "8 mm", "9 mm", "10 mm", "11 mm"]

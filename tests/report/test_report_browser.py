@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.report.page import write_page
+from stemcal.report.page.render import write_page
 
 pytest.importorskip("playwright")
 _spec = importlib.util.spec_from_file_location("browser", Path(__file__).with_name("browser.py"))

@@ -12,9 +12,10 @@ from typing import Any
 
 import pytest
 
-from stemcal.report.export import _ascii_minus, export_tables, markdown
-from stemcal.report.latex import latex
-from stemcal.report.paper import PaperTable, paper_tables
+from stemcal.report.export.formats import _ascii_minus, export_tables, markdown
+from stemcal.report.export.latex import latex
+from stemcal.report.export.paper import PaperTable, paper_tables
+from stemcal.stages.results import Results
 
 NASTY = PaperTable(
     5, "nasty", "Caption with 100 % & $x$_#", ("A_b", "<b>|x|</b>"), (("{a}~^\\", "−1"), ("=1+1", "屈服应力")), "x_y²"
@@ -22,8 +23,8 @@ NASTY = PaperTable(
 
 
 @pytest.fixture
-def tables(replayed: tuple[Any, Any], stages: dict[str, Any]) -> dict[int, PaperTable]:
-    return {table.number: table for table in paper_tables(replayed[0], stages)}
+def tables(replayed: tuple[Any, Any], results: Results) -> dict[int, PaperTable]:
+    return {table.number: table for table in paper_tables(replayed[0], results)}
 
 
 def test_all_nine_tables_of_the_paper(tables: dict[int, PaperTable]) -> None:
@@ -134,6 +135,6 @@ def test_the_word_file_opens_in_a_word_processor(tables: dict[int, PaperTable], 
         assert words in text
 
 
-def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], stages: dict[str, Any]) -> None:
-    found = paper_tables(replayed[0], {"screen": stages["screen"]})
+def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], results: Results) -> None:
+    found = paper_tables(replayed[0], Results(screen=results.screen))
     assert [table.number for table in found] == [5, 6, 7]

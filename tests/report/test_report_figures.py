@@ -1,32 +1,37 @@
 from __future__ import annotations
 
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
-from stemcal.report import figures
-from stemcal.report.style import inline, svg
+from stemcal.report.figures.contour import contours
+from stemcal.report.figures.curves import force_travel
+from stemcal.report.figures.effects import half_normal, pareto
+from stemcal.report.figures.fit import observed_predicted, residuals
+from stemcal.report.figures.style import inline, save, svg
+from stemcal.report.figures.validation import validation
+from stemcal.report.records import Curve
 
+NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
 CURVES = {
-    "screen 1": ([0.0, 0.4, 0.8], [0.0, 100.0, 30.0]),
-    "8 mm": ([0.0, 0.4, 0.8], [0.0, 150.0, 60.0]),
+    "screen 1": Curve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)),
+    "8 mm": Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0)),
 }
 
 
 def drawn(stages: dict[str, Any]) -> dict[str, Any]:
     pair = ("yield_stress", "failure_strain")
     return {
-        "pareto": figures.pareto(stages["screen"]),
-        "half_normal": figures.half_normal(stages["screen"]),
-        "observed_predicted": figures.observed_predicted(stages["rsm"]),
-        "residuals": figures.residuals(stages["rsm"]),
-        "contours": figures.contours(stages["rsm"], pair, stages["invert"]),
-        "contours_only": figures.contours(stages["rsm"], pair),
-        "validation": figures.validation(stages["validate"]),
-        "force_travel": figures.force_travel(CURVES, ["8 mm"]),
+        "pareto": pareto(stages["screen"]),
+        "half_normal": half_normal(stages["screen"]),
+        "observed_predicted": observed_predicted(stages["rsm"]),
+        "residuals": residuals(stages["rsm"]),
+        "contours": contours(stages["rsm"], pair, stages["invert"]),
+        "contours_only": contours(stages["rsm"], pair),
+        "validation": validation(stages["validate"]),
+        "force_travel": force_travel(CURVES, ["8 mm"]),
     }
 
 
@@ -39,36 +44,35 @@ def test_every_figure_is_valid_svg_and_the_same_each_time(stages: dict[str, Any]
 
 
 def test_pareto_has_a_bar_per_factor_and_lenths_line(stages: dict[str, Any]) -> None:
-    (axes,) = figures.pareto(stages["screen"]).axes
+    (axes,) = pareto(stages["screen"]).axes
     lengths = sorted(bar.get_width() for bar in axes.patches)
-    assert lengths == pytest.approx(sorted(abs(e["effect"]) for e in stages["screen"]["effects"]))
+    assert lengths == pytest.approx(sorted(abs(e.effect) for e in stages["screen"].effects))
     assert axes.lines[0].get_xdata()[0] == pytest.approx(23.7888, abs=1e-3)
 
 
 def test_residuals_are_those_of_the_fit(stages: dict[str, Any]) -> None:
-    (axes,) = figures.residuals(stages["rsm"]).axes
+    (axes,) = residuals(stages["rsm"]).axes
     rest = axes.lines[1].get_ydata()
     assert sum(r * r for r in rest) == pytest.approx(238.848, abs=1e-3)
     assert [text.get_text() for text in axes.texts] == ["run 3"]
 
 
 def test_contour_shows_the_solution_in_natural_units(stages: dict[str, Any]) -> None:
-    figure = figures.contours(stages["rsm"], ("yield_stress", "strain_rate_c"), stages["invert"])
+    figure = contours(stages["rsm"], ("yield_stress", "strain_rate_c"), stages["invert"])
     star = next(line for line in figure.axes[0].lines if line.get_marker() == "*")
     assert (star.get_xdata()[0], star.get_ydata()[0]) == pytest.approx((18.3687, 90.0525), abs=1e-3)
     assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
 
 
-def test_failed_runs_are_left_out(stages: dict[str, Any]) -> None:
-    rsm, validate = deepcopy(stages["rsm"]), deepcopy(stages["validate"])
-    rsm["design"]["runs"][0]["force"] = None
-    validate["rows"][0]["simulated"] = None
-    assert len(figures.observed_predicted(rsm).axes[0].lines[1].get_xdata()) == 19
-    assert len(figures.validation(validate).axes[0].lines[1].get_xdata()) == 4
+def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:
+    rsm = edited(stages["rsm"], lambda content: content["design"]["runs"][0].update(force=None))
+    validate = edited(stages["validate"], lambda content: content["rows"][0].update(simulated=None))
+    assert len(observed_predicted(rsm).axes[0].lines[1].get_xdata()) == 19
+    assert len(validation(validate).axes[0].lines[1].get_xdata()) == 4
 
 
 def test_inline_figures_have_ids_of_their_own_and_no_references(stages: dict[str, Any]) -> None:
-    text = inline(figures.validation(stages["validate"]), "v0", 'a "quoted" <caption>')
+    text = inline(validation(stages["validate"]), "v0", 'a "quoted" <caption>')
     root = ElementTree.fromstring(text)
     ids = [element.get("id") for element in root.iter() if element.get("id")]
     assert ids and all(name.startswith("v0-") for name in ids)
@@ -78,10 +82,13 @@ def test_inline_figures_have_ids_of_their_own_and_no_references(stages: dict[str
     assert "currentColor" in text
 
 
-def test_names_with_dollars_chinese_and_markup(stages: dict[str, Any], tmp_path: Path) -> None:
-    screen = deepcopy(stages["screen"])
-    for effect, name in zip(screen["effects"], ("$x^$", "屈服应力", "<script>"), strict=False):
-        effect["factor"] = name
-    ElementTree.fromstring(svg(figures.pareto(screen)))
-    figures.save(figures.pareto(screen), tmp_path / "pareto.png")
+def test_names_with_dollars_chinese_and_markup(stages: dict[str, Any], edited: Any, tmp_path: Path) -> None:
+    def rename(content: dict[str, Any]) -> None:
+        for part in (content["effects"], content["pareto"]["rows"]):
+            for entry in part:
+                entry["factor"] = NAMES.get(entry["factor"], entry["factor"])
+
+    screen = edited(stages["screen"], rename)
+    ElementTree.fromstring(svg(pareto(screen)))
+    save(pareto(screen), tmp_path / "pareto.png")
     assert (tmp_path / "pareto.png").stat().st_size > 5000

@@ -13,7 +13,7 @@ from stemcal.cutting.shape import Shape
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration
-from stemcal.report.fracture import exposed_faces, fracture, section_faces, side_faces
+from stemcal.report.figures.fracture import exposed_faces, fracture, section_faces, side_faces
 
 
 def box(counts: tuple[int, int, int] = (4, 2, 2), symmetry: str = "none") -> Shape:

@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.report import laboratory
-from stemcal.report.figures import energies, validation
-from stemcal.report.gallery import Plot, gallery, write_figures
+from stemcal.report.figures import laboratory
+from stemcal.report.figures.contour import relief, solutions
+from stemcal.report.figures.curves import energies
+from stemcal.report.figures.gallery import Plot, gallery, write_figures
+from stemcal.report.figures.validation import validation
 from stemcal.report.glossary import GLOSSARY, look_up
-from stemcal.report.relief import relief, solutions
 
 
-def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], stages: dict[str, Any]) -> None:
-    names = [plot.name for plot in gallery(replayed[0], stages, {})]
+def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], results: Any) -> None:
+    names = [plot.name for plot in gallery(replayed[0], results, {})]
     assert len(set(names)) == len(names) == 16
     assert all(name.replace("-", "").replace("_", "").isalnum() for name in names)
 

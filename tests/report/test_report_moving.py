@@ -19,16 +19,16 @@ from stemcal.cutting.shape import Shape
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
-from stemcal.report import view
-from stemcal.report.animation import write_animation
-from stemcal.report.fracture import end_faces
-from stemcal.report.frames import fracture_frames, mesh, moments, near
-from stemcal.report.page import render
+from stemcal.folder.store import StudyFolder
+from stemcal.report.figures import view
+from stemcal.report.figures.animation import write_animation
+from stemcal.report.figures.fracture import end_faces
+from stemcal.report.figures.frames import fracture_frames, mesh, moments, near
+from stemcal.report.page.render import render
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of
 from stemcal.solvers.protocol import Request
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 OUTPUTS = 96
 
@@ -136,7 +136,7 @@ def test_animation_of_another_kind_is_refused(frames: list[Frame], tmp_path: Pat
 def test_mp4_where_ffmpeg_is_and_a_remedy_where_not(
     frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from stemcal.report import animation
+    from stemcal.report.figures import animation
 
     try:
         path = write_animation(frames[::12], tmp_path / "cut.mp4")
@@ -240,7 +240,13 @@ def test_runs_at_a_solution_keep_their_pictures_whatever_stage_came_first() -> N
     """Refining and validating share a run at the calibration diameter: whichever computes it keeps the pictures."""
     study = load_study(Path(__file__).parents[2] / "configs" / "smoke.yaml")
     solver, levels = Embedded(study), study.midlevels()
-    answers = {stage: solver.solve(Request(stage, 0, levels, 8.0)) for stage in ("rsm", "refine", "validate")}
+    asked = {
+        "rsm": Request("rsm", 0, levels, 8.0),
+        "refine": Request("refine", 0, levels, 8.0, pictured=True),
+        "validate": Request("validate", 0, levels, 8.0, pictured=True),
+    }
+    answers = {stage: solver.solve(request) for stage, request in asked.items()}
+    assert solver.identity(asked["refine"]) == solver.identity(asked["validate"]) != solver.identity(asked["rsm"])
     pictures = {"energies", "shape", "film"}
     assert {stage: pictures & set(answer.details) for stage, answer in answers.items()} == {
         "rsm": set(),

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.report.page import render, write_page
-from stemcal.report.records import run_warnings
-from stemcal.study.store import StudyFolder
+from stemcal.folder.store import StudyFolder
+from stemcal.report.page.render import render, write_page
+from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 
 VOID = {"meta", "br", "link", "img"}
 
@@ -159,8 +159,8 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
 
 
 def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
-    def record(key: str, *warnings: str) -> dict[str, Any]:
-        return {"key": key, "details": {"warnings": list(warnings)}}
+    def record(key: str, *warnings: str) -> RunRecord:
+        return RunRecord(key, Details(warnings=warnings), None, Provenance())
 
     records = {
         "screen 1": record("a", "kinetic energy is 6.3 % of internal"),

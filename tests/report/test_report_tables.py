@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import io
-from copy import deepcopy
 from typing import Any
 
 import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from stemcal.report.sheets import screening_sheet, sheets_of
-from stemcal.report.tables import stage_tables
+from stemcal.report.tables.stages import screening_sheet, sheets_of
+from stemcal.report.tables.terminal import stage_tables
 
 
-def printed(stage: dict[str, Any], width: int = 80) -> str:
+def printed(stage: Any, width: int = 80) -> str:
     out = io.StringIO()
     console = Console(file=out, width=width)
     for part in stage_tables(stage):
@@ -31,10 +30,12 @@ def test_no_line_is_wider_than_80_columns(stages: dict[str, Any], name: str) -> 
     assert max(map(cell_len, printed(stages[name]).splitlines())) <= 80
 
 
-def test_long_and_chinese_names_fold(stages: dict[str, Any]) -> None:
-    stage = deepcopy(stages["screen"])
-    stage["effects"][0]["factor"] = "a_very_long_name_of_a_factor_" * 3
-    stage["effects"][1]["factor"] = "屈服应力" * 12
+def test_long_and_chinese_names_fold(stages: dict[str, Any], edited: Any) -> None:
+    def rename(content: dict[str, Any]) -> None:
+        content["effects"][0]["factor"] = "a_very_long_name_of_a_factor_" * 3
+        content["effects"][1]["factor"] = "屈服应力" * 12
+
+    stage = edited(stages["screen"], rename)
     assert max(map(cell_len, printed(stage).splitlines())) <= 80
 
 
@@ -81,22 +82,23 @@ def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
     assert cells(text, "8 ")[1] == "calibration"
 
 
-def test_failed_runs_show_their_reason(stages: dict[str, Any]) -> None:
-    stage = deepcopy(stages["validate"])
-    stage["rows"][0] |= {"simulated": None, "error_percent": None, "status": "failed", "reason": "nan"}
+def test_failed_runs_show_their_reason(stages: dict[str, Any], edited: Any) -> None:
+    failed = {"simulated": None, "error_percent": None, "status": "failed", "reason": "nan"}
+    stage = edited(stages["validate"], lambda content: content["rows"][0].update(failed))
     assert cells(printed(stage), "7 ") == ["7", "validation", "120", "nan", "–"]
 
 
-def test_markup_in_names_is_text(stages: dict[str, Any]) -> None:
-    stage = deepcopy(stages["screen"])
-    stage["effects"][0]["factor"] = "[red]x[/red]"
+def test_markup_in_names_is_text(stages: dict[str, Any], edited: Any) -> None:
+    stage = edited(stages["screen"], lambda content: content["effects"][0].update(factor="[red]x[/red]"))
     assert "[red]x[/red]" in printed(stage)
 
 
-def test_screening_without_lenth_and_f(stages: dict[str, Any]) -> None:
-    stage = deepcopy(stages["screen"])
-    stage["lenth"] = {"pse": None, "me": None, "sme": None}
-    for effect in stage["effects"]:
-        effect |= {"f": None, "p": None, "p_holm": None, "lenth_t": None, "stars": ""}
+def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> None:
+    def take_out(content: dict[str, Any]) -> None:
+        content["lenth"] = {"pse": None, "me": None, "sme": None}
+        for effect in content["effects"]:
+            effect |= {"f": None, "p": None, "p_holm": None, "lenth_t": None, "stars": ""}
+
+    stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
     assert len(sheets_of(stage)[0].foot) == 1

@@ -9,10 +9,10 @@ import pytest
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 SPEC = Path(__file__).parents[2] / "configs" / "calculix-cantilever.yaml"
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
@@ -37,7 +37,7 @@ def test_one_run_agrees_with_beam_theory(modulus: float, width: float, depth: fl
 def test_study_finds_the_modulus(tmp_path: Path) -> None:
     study = load_study(SPEC)
     with InlineExecutor() as executor:
-        validation = workflow.calibrate(study, StudyFolder(tmp_path / "out"), executor)
+        validation = workflow.calibrate(study, StudyFolder(tmp_path / "out"), executor).to_json()
     solution = StudyFolder(tmp_path / "out").read_stage("invert")["solution"]
     assert solution["elastic_modulus"] == pytest.approx(11000, rel=2e-3)
     assert solution["width"] == pytest.approx(10, rel=1e-6)

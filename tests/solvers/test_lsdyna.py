@@ -15,6 +15,7 @@ from stemcal import workflow
 from stemcal.cutting.result import moving_mean
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.lsdyna import LsDyna
 from stemcal.solvers.lsdyna.mat003 import FIELDS, find_material, replaced
@@ -25,7 +26,6 @@ from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
 SPEC = """\

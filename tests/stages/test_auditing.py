@@ -11,8 +11,8 @@ from fakes import make_study
 from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -20,7 +20,7 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 @pytest.fixture(scope="module")
 def audit(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = StudyFolder(tmp_path_factory.mktemp("audit"))
-    return workflow.audit(load_study(CONFIGS / "paper-replay.yaml"), folder, InlineExecutor())
+    return workflow.audit(load_study(CONFIGS / "paper-replay.yaml"), folder, InlineExecutor()).to_json()
 
 
 def found(audit: dict[str, Any], place: str) -> list[dict[str, Any]]:

@@ -10,11 +10,11 @@ from fakes import FakeSolver, make_study
 from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.stages.augmenting import Augmentation, augment, growth
+from stemcal.folder.store import StudyFolder
+from stemcal.overview.augment import Augmentation, Growth, augment, growth
 from stemcal.study.amend import amended, rewrite
 from stemcal.study.model import Study
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 TWO = "# why two\nrsm:\n  factors: [yield_stress, failure_strain, strain_rate_c]  # these\n  centre_points: 1\n"
 
@@ -35,7 +35,7 @@ def test_extra_runs_keep_what_was_run(tmp_path: Path) -> None:
         larger = grown(study, Augmentation(extra_runs=count))
         assert larger.rsm.extra_runs == batches
         (part,) = growth(study, larger, ("rsm",), folder, solver)
-        assert part == {"stage": "rsm", "had": rows - count, "rows": rows, "to_run": count}
+        assert part == Growth("rsm", rows - count, rows, count)
         workflow.fit_surface(larger, folder, InlineExecutor(), solver=solver)
         assert len(witness.read_bytes().splitlines()) == rows == len(folder.keys())
         study = larger
@@ -50,9 +50,9 @@ def test_axial_points_join_another_design(tmp_path: Path) -> None:
     """A Box–Behnken design of 13 runs gets the six faces."""
     spec = TWO.replace("centre_points: 1", "centre_points: 1\n  design: box-behnken")
     study, folder, solver = make_study(tmp_path, spec), StudyFolder(tmp_path / "out"), FakeSolver()
-    first = workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
+    first = workflow.fit_surface(study, folder, InlineExecutor(), solver=solver).to_json()
     larger = grown(study, Augmentation(axial=1.0))
-    second = workflow.fit_surface(larger, folder, InlineExecutor(), solver=solver)
+    second = workflow.fit_surface(larger, folder, InlineExecutor(), solver=solver).to_json()
     assert len(first["design"]["runs"]) == 13 and len(second["design"]["runs"]) == 19
     assert [run["key"] for run in second["design"]["runs"][:13]] == [run["key"] for run in first["design"]["runs"]]
     with pytest.raises(UsageError, match=r"rsm.axial is 1 already"):
@@ -61,9 +61,9 @@ def test_axial_points_join_another_design(tmp_path: Path) -> None:
 
 def test_a_fold_over_doubles_the_screening(tmp_path: Path) -> None:
     study, folder, solver = make_study(tmp_path), StudyFolder(tmp_path / "out"), FakeSolver()
-    first = workflow.screen(study, folder, InlineExecutor(), solver=solver)
+    first = workflow.screen(study, folder, InlineExecutor(), solver=solver).to_json()
     larger = grown(study, Augmentation(fold_over=True))
-    second = workflow.screen(larger, folder, InlineExecutor(), solver=solver)
+    second = workflow.screen(larger, folder, InlineExecutor(), solver=solver).to_json()
     assert len(second["design"]["runs"]) == 24
     assert [run["key"] for run in second["design"]["runs"][:12]] == [run["key"] for run in first["design"]["runs"]]
     with pytest.raises(UsageError, match="true already"):

@@ -10,11 +10,11 @@ import pytest
 from fakes import FakeSolver, make_study
 
 from stemcal import workflow
-from stemcal.doe.ascent import ascent_path
+from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -23,7 +23,7 @@ TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 def climbed(tmp_path: Path, options: str) -> tuple[dict[str, Any], StudyFolder]:
     study, folder = make_study(tmp_path, TWO + options), StudyFolder(tmp_path / "out")
     workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    return workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()), folder
+    return workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json(), folder
 
 
 def test_path_goes_along_the_slope_either_way() -> None:
@@ -51,11 +51,11 @@ def test_the_design_is_centred_on_the_best_step_and_stays_in_the_ranges(tmp_path
     """Half of the range of 10 MPa about 17 MPa: 14.5 to 19.5 MPa."""
     stage, folder = climbed(tmp_path, "climb: {steps: 5}\n")
     study = make_study(tmp_path, TWO + "climb: {steps: 5}\n")
-    surface = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver())
+    surface = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     levels = [run["levels"]["yield_stress"] for run in surface["design"]["runs"]]
     assert (min(levels), max(levels)) == pytest.approx((14.5, 19.5))
     assert surface["coding"]["yield_stress"]["center"] == pytest.approx(stage["coding"]["yield_stress"]["center"])
-    solution = workflow.invert(study, folder, FakeSolver())
+    solution = workflow.invert(study, folder, solver=FakeSolver()).to_json()
     assert solution["coded_radius"] < 0.1 and solution["predicted"] == pytest.approx(110.0)
 
 
@@ -65,7 +65,7 @@ def test_out_of_reach_says_so_and_keeps_the_design_inside(tmp_path: Path) -> Non
     study = study.model_copy(update={"targets": study.targets.model_copy(update={"forces": forces})})
     folder = StudyFolder(tmp_path / "out")
     workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    stage = workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert not stage["passed"] and stage["best_step"] == 2
     entry = stage["coding"]["yield_stress"]
     assert entry["center"] + 2**0.5 * entry["half_step"] == pytest.approx(20.0)

@@ -11,13 +11,13 @@ import pytest
 from fakes import FakeSolver, force, make_study
 
 from stemcal import workflow
-from stemcal.doe.printed import agrees
 from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.turning import surface_of
+from stemcal.stages.audit.printed import agrees
+from stemcal.stages.surface import SurfaceResult
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 1OPTIONS}\n"
 PHASES = "solver: {kind: embedded, phases: 4, symmetry: half}\n"
@@ -41,7 +41,7 @@ class Phased(FakeSolver):
 
 def fitted(tmp_path: Path, options: str, solver: FakeSolver, more: str = PHASES) -> dict[str, Any]:
     study = make_study(tmp_path, TWO.replace("OPTIONS", options) + more)
-    return workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver)
+    return workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver).to_json()
 
 
 def rows_of(stage: dict[str, Any]) -> dict[str, dict[str, Any]]:
@@ -62,7 +62,7 @@ def test_phases_become_pure_error(tmp_path: Path) -> None:
         stage["pure_error_note"]
         == "Every force is the mean over 4 places of the mesh; their scatter is the pure error."
     )
-    again = surface_of(stage)
+    again = SurfaceResult.from_json(stage).fitted
     assert again.df in (3, 24) and again.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
 
 
@@ -73,7 +73,7 @@ def test_weights_by_phases(tmp_path: Path) -> None:
     assert sum(run["weight"] for run in runs) == pytest.approx(len(runs))
     quiet, loud = min(runs, key=lambda run: run["sd"]), max(runs, key=lambda run: run["sd"])
     assert quiet["weight"] > 1.2 * loud["weight"]
-    assert surface_of(stage).beta == pytest.approx([row["value"] for row in stage["coefficients"]])
+    assert SurfaceResult.from_json(stage).fitted.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
     (tmp_path / "equal").mkdir()
     equal = fitted(tmp_path / "equal", "", Phased())
     assert stage["coefficients"][1]["value"] != pytest.approx(equal["coefficients"][1]["value"], rel=1e-9)
@@ -98,7 +98,7 @@ def test_lost_terms_are_refused_or_left_out(tmp_path: Path) -> None:
         "yield_stress:failure_strain",
     ]
     study = make_study(tmp_path, TWO.replace("OPTIONS", ", inestimable: drop") + PHASES)
-    solution = workflow.invert(study, StudyFolder(tmp_path / "out"), solver)
+    solution = workflow.invert(study, StudyFolder(tmp_path / "out"), solver=solver).to_json()
     assert solution["predicted"] == pytest.approx(110.0)
 
 
@@ -148,7 +148,7 @@ def chem(tmp_path: Path, header: str, table: str) -> dict[str, Any]:
     (tmp_path / "chem.csv").write_text(f"{header}\n{table}", encoding="utf-8")
     (tmp_path / "chem.yaml").write_text(CHEM, encoding="utf-8")
     study = load_study(tmp_path / "chem.yaml")
-    return workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor())
+    return workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor()).to_json()
 
 
 def test_blocks_of_a_table(tmp_path: Path) -> None:

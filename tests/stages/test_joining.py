@@ -12,9 +12,9 @@ from fakes import TWO_FACTORS, FakeSolver, make_study
 from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 2}\n"
 
@@ -56,7 +56,7 @@ def solved(tmp_path: Path, extra: str) -> tuple[dict[str, Any], StudyFolder]:
     path.write_text(spec(extra), encoding="utf-8")
     study = load_study(path)
     workflow.fit_surface(study, folder, InlineExecutor(), solver=Growing())
-    return workflow.invert(study, folder, Growing()), folder
+    return workflow.invert(study, folder, solver=Growing()).to_json(), folder
 
 
 def test_joint_fit_finds_both_parameters(tmp_path: Path) -> None:
@@ -98,8 +98,8 @@ def test_validation_simulates_the_joint_solution(tmp_path: Path) -> None:
     path.write_text(spec("invert: {diameters: all}\n"), encoding="utf-8")
     study = load_study(path)
     workflow.fit_surface(study, folder, InlineExecutor(), solver=Growing())
-    workflow.invert(study, folder, Growing())
-    stage = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
+    workflow.invert(study, folder, solver=Growing())
+    stage = workflow.validate(study, folder, InlineExecutor(), solver=Growing()).to_json()
     assert stage["max_abs_error_percent"] < 0.01
 
 
@@ -108,7 +108,7 @@ def test_other_diameters_make_the_surface_stale(tmp_path: Path) -> None:
     path = tmp_path / "joint.yaml"
     path.write_text(spec("invert: {diameters: [8 mm, 10 mm]}\n"), encoding="utf-8")
     with pytest.raises(UsageError, match="diameters changed"):
-        workflow.invert(load_study(path), folder, Growing())
+        workflow.invert(load_study(path), folder, solver=Growing())
 
 
 def test_stage_files_of_earlier_versions_stay_fresh(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from stemcal import workflow
 from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
-from stemcal.study.store import StudyFolder
+from stemcal.folder.store import StudyFolder
 
 
 @pytest.fixture
@@ -24,9 +24,9 @@ def folder(tmp_path: Path) -> StudyFolder:
 def screen(tmp_path: Path, folder: StudyFolder, solver: FakeSolver, runs: str = "", workers: int = 0) -> dict[str, Any]:
     study = make_study(tmp_path, f"runs: {{{runs}}}\n" if runs else "")
     if not workers:
-        return workflow.screen(study, folder, InlineExecutor(), solver=solver)
+        return workflow.screen(study, folder, InlineExecutor(), solver=solver).to_json()
     with LocalExecutor(workers, study.runs.time_limit) as executor:
-        return workflow.screen(study, folder, executor, solver=solver)
+        return workflow.screen(study, folder, executor, solver=solver).to_json()
 
 
 # ---- tries

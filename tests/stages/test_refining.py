@@ -13,9 +13,9 @@ from fakes import FakeSolver, make_study
 from stemcal import workflow
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -39,8 +39,8 @@ class Curved(FakeSolver):
 def refined(tmp_path: Path, options: str, solver: FakeSolver) -> tuple[dict[str, Any], StudyFolder]:
     study, folder = make_study(tmp_path, TWO + options), StudyFolder(tmp_path / "out")
     workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    workflow.invert(study, folder, solver)
-    return workflow.refine(study, folder, InlineExecutor(), solver=solver), folder
+    workflow.invert(study, folder, solver=solver)
+    return workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json(), folder
 
 
 def test_ends_within_the_tolerance(tmp_path: Path) -> None:
@@ -83,7 +83,7 @@ def test_a_budget_spent_says_so(tmp_path: Path) -> None:
 def test_validation_takes_the_refined_parameters(tmp_path: Path) -> None:
     study = make_study(tmp_path, TWO + "refine: {tolerance_percent: 0.001}\n")
     folder = StudyFolder(tmp_path / "out")
-    stage = workflow.calibrate(study, folder, InlineExecutor(), solver=Curved())
+    stage = workflow.calibrate(study, folder, InlineExecutor(), solver=Curved()).to_json()
     assert stage["parameters"] == folder.read_stage("refine")["parameters"]
     assert [row["error_percent"] for row in stage["rows"]] == pytest.approx([0.0, 0.0, 0.0], abs=2e-3)
 
@@ -92,10 +92,10 @@ def test_running_again_computes_nothing(tmp_path: Path) -> None:
     study, folder = make_study(tmp_path, TWO), StudyFolder(tmp_path / "out")
     solver = Curved()
     workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    workflow.invert(study, folder, solver)
-    once = workflow.refine(study, folder, InlineExecutor(), solver=solver)
+    workflow.invert(study, folder, solver=solver)
+    once = workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json()
     keys = folder.keys()
-    assert workflow.refine(study, folder, InlineExecutor(), solver=solver) == once
+    assert workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json() == once
     assert folder.keys() == keys
 
 

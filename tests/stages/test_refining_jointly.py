@@ -13,10 +13,11 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal import workflow
 from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
-from stemcal.report.sheets import sheets_of
+from stemcal.folder.store import StudyFolder
+from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.refine.result import RefineResult
 from stemcal.study.spec import load_study
-from stemcal.study.store import StudyFolder
 
 SPEC = (
     TWO_FACTORS
@@ -67,8 +68,8 @@ def refined(
     path.write_text(f"{spec}refine: {refine}\ntargets:\n  calibrate_at: 8 mm\n  forces:\n{forces}", encoding="utf-8")
     study = load_study(path)
     workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    workflow.invert(study, folder, solver)
-    return workflow.refine(study, folder, InlineExecutor(), solver=solver), folder
+    workflow.invert(study, folder, solver=solver)
+    return workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json(), folder
 
 
 def test_ends_when_every_diameter_is_within_the_tolerance(tmp_path: Path) -> None:
@@ -168,6 +169,8 @@ def test_running_again_computes_nothing_and_the_table_shows_diameters(tmp_path: 
     stage, folder = refined(tmp_path, "{tolerance_percent: 0.01, budget: 60}")
     keys = folder.keys()
     study = load_study(tmp_path / "closing.yaml")
-    assert workflow.refine(study, folder, InlineExecutor(), solver=Curved()) == stage and folder.keys() == keys
-    sheet = sheets_of(stage)[0]
+    assert (
+        workflow.refine(study, folder, InlineExecutor(), solver=Curved()).to_json() == stage and folder.keys() == keys
+    )
+    sheet = sheets_of(RefineResult.from_json(stage))[0]
     assert "Diam.,\nmm" in sheet.columns and len(sheet.strong) == 3

@@ -19,9 +19,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
-from stemcal.study import durable
-from stemcal.study.durable import as_json, canonical, digest
-from stemcal.study.store import StudyFolder
+from stemcal.files import durable
+from stemcal.files.durable import as_json, canonical, digest
+from stemcal.folder.store import StudyFolder
 
 KEY = "0123456789abcdef" * 2
 
@@ -111,7 +111,7 @@ def test_junk_is_damage(folder: StudyFolder, junk: bytes) -> None:
 
 def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     folder.save(record())
-    monkeypatch.setattr("stemcal.study.store.MAX_RECORD_BYTES", 100)
+    monkeypatch.setattr("stemcal.folder.store.MAX_RECORD_BYTES", 100)
     assert folder.peek(KEY) is None
 
 
@@ -159,7 +159,7 @@ def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
 
 LOCKER = """
 import sys, time
-from stemcal.study.store import StudyFolder
+from stemcal.folder.store import StudyFolder
 with StudyFolder(sys.argv[1]):
     print("locked", flush=True)
     time.sleep(60)
@@ -189,7 +189,7 @@ def test_who_looks_does_not_disturb(tmp_path: Path) -> None:
     with StudyFolder(looker.path) as folder:
         folder.sign(stage="screen", workers=2)
         held = looker.holder()
-        assert held is not None and (held["pid"], held["stage"], held["workers"]) == (os.getpid(), "screen", 2)
+        assert held is not None and (held.pid, held.stage, held.workers) == (os.getpid(), "screen", 2)
     assert looker.holder() is None
     for _ in range(20):
         stop = threading.Event()

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from stemcal.study.durable import digest
+from stemcal.files.durable import digest
 
 __all__ = ["OUTPUT", "discard", "run_folder"]
 

@@ -1,0 +1,1 @@
+"""Where a surface, or several, give what was measured, and how well that fixes the factors."""

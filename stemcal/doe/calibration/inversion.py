@@ -1,0 +1,176 @@
+"""Where does the surface take the target value, and how well does that fix the factors?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stemcal.doe.calibration.levelset import extremes, level_points
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.rules import RULES, Problem
+from stemcal.doe.regression.least_squares import Array, t_quantile
+from stemcal.doe.regression.surface import Surface
+from stemcal.errors import TargetUnreachable, UsageError
+
+Interval = tuple[float, float]
+_SHARE_POINTS = 13  # 2^13 points give the share to about half a per cent
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What the surface says about one point, in coded units."""
+
+    coded: tuple[float, ...]
+    coded_radius: float
+    predicted: float
+    mean_interval: Interval | None
+    prediction_interval: Interval | None
+    inside: bool
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The solution a rule selects, and the whole set it was selected from.
+
+    `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target};
+    `share` is the part of the region whose 95 % prediction interval holds the target.
+    """
+
+    target: float
+    point: Assessment
+    ranges: tuple[Interval, ...]
+    reachable: Interval
+    rule: str
+    share: float | None
+    radius: float | None
+    notes: tuple[str, ...]
+
+
+def solve_target(
+    surface: Surface,
+    target: float,
+    low: ArrayLike,
+    high: ArrayLike,
+    radius: float | None = None,
+    rule: str = "least_coded_distance",
+) -> Calibration:
+    """Select one point of {x : ŷ(x) = target} and describe the whole set.
+
+    Parameters
+    ----------
+    low, high : array (k,)
+        Coded ends of the factor ranges.
+    radius : float, optional
+        Radius of the design sphere; beyond it the surface extrapolates.
+    rule : str
+        One of `RULES`.
+
+    Raises
+    ------
+    TargetUnreachable
+        If ŷ misses the target everywhere in the region.
+    """
+    if rule not in RULES:
+        raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
+    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
+    ends = extremes(surface, region)
+    bottom, top = (float(surface.predict(end)[0]) for end in ends)
+    slack = 1e-9 * abs(target)
+    if not bottom - slack <= target <= top + slack:
+        raise TargetUnreachable(target, bottom, top)
+    problem = Problem(surface, target, region, level_points(surface, target, region, ends))
+    solutions = RULES[rule](problem)
+    point = assess_point(surface, solutions[0], low, high, radius)
+    ranges = tuple(problem.range_of(j) for j in range(region.k))
+    share = _share(problem)
+    return Calibration(
+        target=float(target),
+        point=point,
+        ranges=ranges,
+        reachable=(bottom, top),
+        rule=rule,
+        share=share,
+        radius=radius,
+        notes=tuple(_notes(problem, point, solutions, ranges, share)),
+    )
+
+
+def assess_point(
+    surface: Surface,
+    coded: ArrayLike,
+    low: ArrayLike | None = None,
+    high: ArrayLike | None = None,
+    radius: float | None = None,
+) -> Assessment:
+    """Predict at one coded point, for instance a published solution.
+
+    `inside` is False outside the box or the sphere; without a radius, beyond the outermost run of the design.
+    """
+    x = np.asarray(coded, dtype=float)
+    distance = float(np.linalg.norm(x))
+    reach = surface.design_radius if radius is None else radius
+    inside = distance <= reach + 1e-6
+    if low is not None and high is not None:
+        inside = inside and bool(np.all((x >= np.asarray(low) - 1e-6) & (x <= np.asarray(high) + 1e-6)))
+    return Assessment(
+        coded=tuple(map(float, x)),
+        coded_radius=distance,
+        predicted=float(surface.predict(x)[0]),
+        mean_interval=_interval(surface.mean_interval(x)[0]),
+        prediction_interval=_interval(surface.prediction_interval(x)[0]),
+        inside=inside,
+    )
+
+
+def _interval(ends: Array) -> Interval | None:
+    return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
+
+
+def _share(problem: Problem) -> float | None:
+    """Part of the region where |ŷ − target| is within the half-width of the 95 % prediction interval."""
+    surface = problem.surface
+    if surface.mean_square is None:
+        return None
+    points = problem.region.spread(_SHARE_POINTS)
+    half_width = t_quantile(0.95, surface.df) * np.sqrt(surface.mean_square * (1.0 + surface.unscaled_variance(points)))
+    return float(np.mean(np.abs(surface.predict(points) - problem.target) <= half_width))
+
+
+def _notes(
+    problem: Problem,
+    point: Assessment,
+    solutions: list[Array],
+    ranges: tuple[Interval, ...],
+    share: float | None,
+) -> list[str]:
+    k, region = problem.region.k, problem.region
+    notes = []
+    if k > 1:
+        notes.append(
+            f"One measured force cannot fix {k} factors: the solution is one point of a whole set, and the "
+            "ranges show how far each factor may move along it."
+        )
+    full = [
+        name
+        for name, (lo, hi), bottom, top in zip(problem.surface.names, ranges, *region.bounds(), strict=True)
+        if lo <= bottom + 1e-6 and hi >= top - 1e-6
+    ]
+    if full:
+        notes.append(f"The target leaves {', '.join(full)} free over the whole region.")
+    if share is not None:
+        notes.append(f"The 95 % prediction interval holds the target in {100.0 * share:.0f} % of the region.")
+    if not point.inside:
+        limit = problem.surface.design_radius if region.radius is None else region.radius
+        notes.append(
+            f"The solution lies {point.coded_radius:.2f} coded units from the centre, outside the region the "
+            f"design supports (radius {limit:.2f}): the surface extrapolates there."
+        )
+    return notes + _tie_note(solutions)
+
+
+def _tie_note(solutions: list[Array]) -> list[str]:
+    if len(solutions) < 2 or not np.isclose(np.linalg.norm(solutions[0]), np.linalg.norm(solutions[1]), rtol=1e-5):
+        return []
+    return ["A second solution lies equally far from the centre; the one given has the higher levels."]

@@ -1,0 +1,126 @@
+"""One set of parameters for several measured forces: weighted least squares, and what it is worth.
+
+`leave_one_out` fits without one observation and predicts it; `best_worst_error` is the smallest largest error
+that any point of the region gives: no fit can be better than that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stemcal.doe.calibration.misfit import Misfit, best_fit
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.terms import term_gradient
+
+_CLOUD, _STARTS = 11, 4
+
+
+@dataclass(frozen=True, eq=False)
+class JointFit:
+    """The point of least misfit; errors are 100·(measured − predicted)/measured.
+
+    `p_value` is the probability of a misfit as large by the known scatter alone; None where it is not known or
+    nothing is left to tell.
+    """
+
+    coded: Array
+    predicted: Array
+    errors_percent: Array
+    misfit: float
+    df: int
+    p_value: float | None
+
+    @property
+    def max_abs_error_percent(self) -> float:
+        """The largest error."""
+        return float(np.abs(self.errors_percent).max())
+
+
+def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
+    """Find the parameters that fit all observations best, inside the region."""
+    from scipy.special import chdtrc
+
+    x = best_fit(misfit, region)
+    least = misfit.value(x)
+    told = misfit.scale_known and misfit.df > 0
+    return JointFit(
+        coded=x,
+        predicted=misfit.predict(x)[0],
+        errors_percent=misfit.errors_percent(x),
+        misfit=least,
+        df=misfit.df,
+        p_value=float(chdtrc(misfit.df, least)) if told else None,
+    )
+
+
+def leave_one_out(misfit: Misfit, region: Region, groups: Sequence[object] | None = None) -> list[float]:
+    """Return the error at each observation, predicted by a fit to the others (empty for a single one).
+
+    With `groups`, one label per observation, a fit leaves out all observations of a group.
+    """
+    labels = list(range(len(misfit.observations))) if groups is None else list(groups)
+    if len(set(labels)) < 2:
+        return []
+    errors: dict[int, float] = {}
+    for group in dict.fromkeys(labels):
+        members = [i for i, label in enumerate(labels) if label == group]
+        found = misfit.errors_percent(best_fit(misfit.without(*members), region))
+        errors |= {i: float(found[i]) for i in members}
+    return [errors[i] for i in range(len(labels))]
+
+
+def best_worst_error(misfit: Misfit, region: Region) -> tuple[float, Array]:
+    """Return the smallest largest |error| in the region, per cent, and the point of it.
+
+    Minimises t over (x, t) with −t ≤ errorᵢ(x) ≤ t, from the best of the points that fill the region.
+    """
+    cloud = region.cloud(_CLOUD)
+    worst = np.abs(100.0 * (misfit.measured - misfit.predict(cloud)) / misfit.measured).max(axis=1)
+    order = np.argsort(worst, kind="stable")
+    found = [(float(worst[order[0]]), cloud[order[0]])]
+    found += [_pressed(misfit, region, cloud[i], float(worst[i])) for i in order[:_STARTS]]
+    return min(found, key=lambda pair: pair[0])
+
+
+def _pressed(misfit: Misfit, region: Region, start: Array, worst: float) -> tuple[float, Array]:
+    """Press the largest error down from one start: SLSQP over (x, t)."""
+    from scipy.optimize import minimize
+
+    only_t = np.append(np.zeros(region.k), 1.0)
+    result = minimize(
+        lambda z: z[-1],
+        np.append(start, worst),
+        jac=lambda z: only_t,
+        method="SLSQP",
+        bounds=[*zip(*region.bounds(), strict=True), (0.0, None)],
+        constraints=_rules(misfit, region.radius),
+    )
+    x = region.nearest(np.asarray(result.x[:-1], dtype=float))
+    return float(np.abs(misfit.errors_percent(x)).max()), x
+
+
+def _rules(misfit: Misfit, radius: float | None) -> list[dict[str, Any]]:
+    """Return t ± errorᵢ(x) ≥ 0, and |x| ≤ radius if there is one, as SLSQP takes them."""
+
+    def room(z: Array) -> Array:
+        errors = misfit.errors_percent(z[:-1])
+        return np.concatenate([z[-1] + errors, z[-1] - errors])
+
+    def slopes(z: Array) -> Array:
+        slope = -100.0 * misfit.beta @ term_gradient(z[:-1]) / misfit.measured[:, None]
+        return np.vstack([np.column_stack([sign * slope, np.ones(len(slope))]) for sign in (1.0, -1.0)])
+
+    rules: list[dict[str, Any]] = [{"type": "ineq", "fun": room, "jac": slopes}]
+    if radius is not None:
+        inside = {
+            "type": "ineq",
+            "fun": lambda z: radius**2 - z[:-1] @ z[:-1],
+            "jac": lambda z: np.append(-2.0 * z[:-1], 0.0),
+        }
+        rules.append(inside)
+    return rules

@@ -1,0 +1,179 @@
+"""How badly a point of the region fits what was measured: D(x) = Σ (measured − ŷ(x))² / variance.
+
+Each measured response has its own surface over the same factors. What its variance is made of:
+
+    measured   sd²/n of the measured mean, and s²·(1 + p/n) of the surface, the mean variance of one more run
+    pooled     as measured; a value without sd gets the coefficient of variation of the others of its kind
+    misfit     no sd anywhere, more responses than factors: variance ∝ measured², its size told by the misfit
+    surface    no sd anywhere, too few responses to tell: the surface's part alone
+    joint      one observation by itself, with the scatter that the misfit of all has told
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.doe.calibration.levelset import Objective, optimise
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.terms import term_columns, term_gradient
+from stemcal.errors import UsageError
+
+Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
+# No force is known better than this part of itself: keeps the misfit of an exact surface finite.
+_FINEST = 1e-4
+_CLOUD = 11
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """A measured mean with the surface that predicts it; `kind` is what was measured."""
+
+    label: str
+    surface: Surface
+    measured: float
+    sd: float | None = None
+    n: int | None = None
+    kind: str = "force"
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """D(x) of several observations; made by `misfit_of`.
+
+    `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
+    freedom behind variances that were estimated, 0 where they count as exact.
+    """
+
+    observations: tuple[Observation, ...]
+    variance: Array
+    scatter: Scatter
+    scale_df: int = 0
+
+    @property
+    def scale_known(self) -> bool:
+        """Whether D itself follows χ²; else only ratios of D mean something."""
+        return self.scatter != "misfit"
+
+    @cached_property
+    def measured(self) -> Array:
+        """The measured means."""
+        return np.array([observation.measured for observation in self.observations])
+
+    @cached_property
+    def beta(self) -> Array:
+        """Coefficients, a row per observation."""
+        return np.array([observation.surface.beta for observation in self.observations])
+
+    @property
+    def k(self) -> int:
+        """Number of factors."""
+        return len(self.observations[0].surface.names)
+
+    @property
+    def df(self) -> int:
+        """Observations beyond those needed to fix the factors."""
+        return len(self.observations) - self.k
+
+    def predict(self, points: Array) -> Array:
+        """Return ŷ, (m points, observations)."""
+        return np.asarray(term_columns(points) @ self.beta.T)
+
+    def errors_percent(self, x: Array) -> Array:
+        """Return 100·(measured − ŷ)/measured at one point."""
+        return np.asarray(100.0 * (self.measured - self.predict(x)[0]) / self.measured)
+
+    def many(self, points: Array) -> Array:
+        """Return D at (m, k) points."""
+        return np.asarray(((self.measured - self.predict(points)) ** 2 / self.variance).sum(axis=1))
+
+    def value(self, x: Array) -> float:
+        """Return D at one point."""
+        return float(self.many(x[None, :])[0])
+
+    def gradient(self, x: Array) -> Array:
+        """Return ∂D/∂x = −2 Σ (measured − ŷ)/variance·∂ŷ/∂x."""
+        weighted = (self.measured - self.predict(x)[0]) / self.variance
+        slopes = np.asarray(self.beta @ term_gradient(x))
+        return np.asarray(-2.0 * weighted @ slopes)
+
+    def objective(self, scale: float = 1.0) -> Objective:
+        """Return D/scale as something to make small."""
+        return Objective(
+            lambda x: self.value(x) / scale,
+            lambda x: self.gradient(x) / scale,
+            lambda points: self.many(points) / scale,
+        )
+
+    def without(self, *left_out: int) -> Misfit:
+        """Leave observations out; the others keep their weights."""
+        return self.only([i for i in range(len(self.observations)) if i not in left_out])
+
+    def only(self, kept: Sequence[int]) -> Misfit:
+        """Keep some of the observations, with their weights."""
+        scatter: Scatter = "surface" if not self.scale_known and len(kept) <= self.k else self.scatter
+        return Misfit(tuple(self.observations[i] for i in kept), self.variance[list(kept)], scatter)
+
+    def alone(self, index: int, least: float) -> Misfit:
+        """Keep one observation, with the scatter known now that the least misfit of all is `least`."""
+        kept, variance = self.observations[index : index + 1], self.variance[[index]]
+        if self.scale_known:
+            return Misfit(kept, variance, self.scatter)
+        floor = (_FINEST * self.measured[index]) ** 2
+        return Misfit(kept, np.maximum(variance * least / self.df, floor), "joint", self.df)
+
+
+def misfit_of(observations: Sequence[Observation]) -> Misfit:
+    """Weigh the observations by what is known of their scatter (see the head of this module)."""
+    if len({observation.surface.names for observation in observations}) != 1:
+        raise UsageError("joint fit: needs one or more surfaces, all over the same factors in the same order")
+    measured = np.array([observation.measured for observation in observations])
+    spread = np.array([np.nan if o.sd is None else o.sd for o in observations])
+    known, k = np.isfinite(spread), len(observations[0].surface.names)
+    if not known.any() and len(observations) > k:
+        return Misfit(tuple(observations), measured**2, "misfit")
+    scatter: Scatter = "measured" if known.all() else "pooled" if known.any() else "surface"
+    if known.any():
+        spread = _pooled(measured, spread, np.array([o.kind for o in observations]))
+    laboratory = np.nan_to_num(spread) ** 2 / [o.n or 1 for o in observations]
+    floor = (_FINEST * measured) ** 2
+    variance = laboratory + [_surface_variance(o.surface) for o in observations]
+    return Misfit(tuple(observations), np.maximum(variance, floor), scatter)
+
+
+def _pooled(measured: Array, spread: Array, kinds: NDArray[np.str_]) -> Array:
+    """Give values without sd the coefficient of variation of their kind, or of all where their kind has none."""
+    variation = (spread / measured) ** 2
+    overall = np.nanmean(variation)
+    filled = spread.copy()
+    for kind in np.unique(kinds):
+        own = variation[(kinds == kind) & np.isfinite(variation)]
+        typical = np.sqrt(own.mean() if own.size else overall)
+        unknown = (kinds == kind) & ~np.isfinite(spread)
+        filled[unknown] = typical * measured[unknown]
+    return filled
+
+
+def _surface_variance(surface: Surface) -> float:
+    """s²·(1 + p/n): one further run, at the mean leverage of the design."""
+    if surface.mean_square is None:
+        return 0.0
+    return float(surface.mean_square * (1.0 + len(surface.beta) / len(surface.design)))
+
+
+def best_fit(misfit: Misfit, region: Region) -> Array:
+    """Return the point of the region with the least misfit."""
+    cloud = region.cloud(_CLOUD)
+    return optimise(misfit.objective(scale_of(misfit, cloud)), cloud, region)[0]
+
+
+def scale_of(misfit: Misfit, points: Array) -> float:
+    """Return a typical misfit, to bring what is minimised to order one."""
+    return max(float(np.median(misfit.many(points))), 1e-300)

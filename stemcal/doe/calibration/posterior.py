@@ -1,0 +1,120 @@
+"""What the measured forces leave possible: samples of the parameters, with uniform priors over the region.
+
+The log likelihood of a point is −D/2 where the variances are known, and −(m/2)·ln D with their common factor
+integrated out under Jeffreys' prior where they are known up to that factor. Outside the region it is −∞.
+Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
+emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
+fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.misfit import Misfit
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.least_squares import Array
+from stemcal.errors import UsageError
+
+WALKERS, STEPS, BURN_IN = 40, 2000, 500
+_CLOUD, _SEED = 13, 20_011
+# Chains shorter than this many autocorrelation times are too short to trust (emcee's own rule).
+_LONG_ENOUGH = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Samples in coded units, (samples, factors), and how well they were drawn.
+
+    `effective` is the number of independent samples they are worth.
+    """
+
+    names: tuple[str, ...]
+    samples: Array
+    acceptance: float
+    autocorrelation: float
+    effective: float
+
+    @property
+    def mean(self) -> Array:
+        """Posterior mean of each factor."""
+        return np.asarray(self.samples.mean(axis=0))
+
+    @property
+    def sd(self) -> Array:
+        """Posterior standard deviation of each factor."""
+        return np.asarray(self.samples.std(axis=0, ddof=1))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations between the factors."""
+        return np.atleast_2d(np.corrcoef(self.samples, rowvar=False))
+
+    def interval(self, level: float = 0.95) -> Array:
+        """Equal-tailed credible intervals, (factors, 2)."""
+        tail = 50.0 * (1.0 - level)
+        return np.asarray(np.percentile(self.samples, [tail, 100.0 - tail], axis=0).T)
+
+    def thinned(self, count: int) -> Array:
+        """Return that many samples, evenly taken, for a corner plot."""
+        keep = np.linspace(0, len(self.samples) - 1, min(count, len(self.samples))).round().astype(int)
+        return np.asarray(self.samples[keep])
+
+    @property
+    def notes(self) -> list[str]:
+        """Say if the chains were too short."""
+        if self.autocorrelation * _LONG_ENOUGH <= STEPS:
+            return []
+        return [
+            f"The posterior's chains are only {STEPS / self.autocorrelation:.0f} autocorrelation times long "
+            f"({self.effective:.0f} independent samples): its intervals are rough."
+        ]
+
+
+def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in: int = BURN_IN) -> Posterior:
+    """Draw from the posterior.
+
+    Raises
+    ------
+    UsageError
+        If emcee is not installed.
+    """
+    try:
+        from emcee import EnsembleSampler, State
+    except ImportError:
+        raise UsageError('invert.posterior needs emcee; install it with pip install "stemcal[bayes]"') from None
+    random = np.random.default_rng(_SEED)
+    walkers = max(WALKERS, 4 * region.k)
+    sampler = EnsembleSampler(walkers, region.k, lambda x: log_posterior(misfit, region, x), vectorize=True)
+    start = State(_starts(misfit, region, walkers, random), random_state=np.random.RandomState(_SEED).get_state())
+    burnt = sampler.run_mcmc(start, burn_in, skip_initial_state_check=True)
+    sampler.reset()
+    sampler.run_mcmc(burnt, steps)
+    time = max(float(np.max(sampler.get_autocorr_time(tol=0, quiet=True))), 1.0)
+    return Posterior(
+        names=misfit.observations[0].surface.names,
+        samples=np.asarray(sampler.get_chain(flat=True)),
+        acceptance=float(np.mean(sampler.acceptance_fraction)),
+        autocorrelation=time,
+        effective=steps * walkers / time,
+    )
+
+
+def log_posterior(misfit: Misfit, region: Region, points: Array) -> Array:
+    """Return the log density at (m, k) coded points, up to a constant."""
+    found = misfit.many(points)
+    density = -0.5 * found if misfit.scale_known else -0.5 * len(misfit.measured) * np.log(np.maximum(found, 1e-300))
+    return np.where(region.contains(points), density, -np.inf)
+
+
+def _starts(misfit: Misfit, region: Region, walkers: int, random: np.random.Generator) -> Array:
+    """Resample points that fill the region by their posterior; a little apart, so that no two coincide."""
+    cloud = region.spread(_CLOUD)
+    density = log_posterior(misfit, region, cloud)
+    weight = np.exp(density - density.max())
+    chosen = cloud[random.choice(len(cloud), size=walkers, p=weight / weight.sum())]
+    low, high = region.bounds()
+    apart = chosen + 1e-3 * (high - low) * random.standard_normal(chosen.shape)
+    return np.array([region.nearest(x) for x in apart])

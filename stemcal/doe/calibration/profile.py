@@ -1,0 +1,181 @@
+"""Profile likelihood: how far each factor can go while the others make up for it.
+
+The profile of factor j is D(v) = min over the other factors of the misfit with xⱼ = v. Its confidence interval
+holds all v whose D rises above the least by no more than
+
+    χ²(1, level)                          where the variances are known
+    Dmin·F(1, m − k; level)/(m − k)       where their common factor is told by the misfit of m observations
+    F(1, df; level)                       where they were estimated before, with df degrees of freedom
+
+See Venzon and Moolgavkar, Applied Statistics 37 (1988) 87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
+An end that reaches the edge of the region is an end of the region, not of what the data allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.levelset import Objective, optimise
+from stemcal.doe.calibration.misfit import Misfit, scale_of
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.terms import term_gradient
+from stemcal.words import joined
+
+GRID = 25
+FIXED, FREE = 0.5, 0.75
+_CLOUD, _SEEDS = 9, 3
+_SMALL_PART = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """One factor's profile: `rise` of the misfit over its least, on a grid of coded `values`.
+
+    `low` and `high` end the interval; `bounded` tells for each end whether the data set it (else the region).
+    """
+
+    factor: str
+    values: Array
+    rise: Array
+    allowed: float
+    low: float
+    high: float
+    bounded: tuple[bool, bool]
+    share: float
+
+    @property
+    def free(self) -> bool:
+        """Whether the data leave the factor free over nearly all of the region (a sphere has tips that are no test)."""
+        return self.share >= FREE
+
+
+def profiles_of(misfit: Misfit, region: Region, best: Array, level: float = 0.95) -> list[Profile]:
+    """Return the profile of every factor; `best` is the point of least misfit."""
+    names = misfit.observations[0].surface.names
+    search = _Search(misfit, region, best)
+    allowed = allowed_rise(misfit, search.least, level)
+    return [_profile(search, j, name, allowed) for j, name in enumerate(names)]
+
+
+def allowed_rise(misfit: Misfit, least: float, level: float = 0.95) -> float:
+    """Return how much the misfit may rise above its least within the confidence interval of one factor."""
+    from scipy.special import chdtri, fdtri
+
+    if misfit.scale_df:
+        return float(fdtri(1.0, misfit.scale_df, level))
+    if misfit.scale_known:
+        return float(chdtri(1.0, 1.0 - level))
+    return float(least * fdtri(1.0, misfit.df, level) / misfit.df)
+
+
+def _profile(search: _Search, j: int, name: str, allowed: float) -> Profile:
+    low, high = (float(end[j]) for end in search.region.bounds())
+    values = np.unique(np.append(np.linspace(low, high, GRID), search.best[j]))
+    middle = int(np.searchsorted(values, search.best[j]))
+    rise = np.zeros(len(values))
+    for walk in (range(middle - 1, -1, -1), range(middle + 1, len(values))):
+        last = search.best
+        for i in walk:
+            rise[i], last = search.rise(j, float(values[i]), last)
+    inside = np.flatnonzero(rise <= allowed)
+    first, final = int(inside[0]), int(inside[-1])
+    bottom = low if first == 0 else search.crossing(j, values[first], values[first - 1], allowed)
+    top = high if final == len(values) - 1 else search.crossing(j, values[final], values[final + 1], allowed)
+    share = (top - bottom) / (high - low)
+    return Profile(name, values, rise, allowed, bottom, top, (first > 0, final < len(values) - 1), share)
+
+
+class _Search:
+    """The misfit with one factor held."""
+
+    def __init__(self, misfit: Misfit, region: Region, best: Array) -> None:
+        self.misfit, self.region, self.best = misfit, region, best
+        self.least = misfit.value(best)
+        self.cloud = region.cloud(_CLOUD)
+        self.scale = scale_of(misfit, self.cloud)
+
+    def rise(self, j: int, value: float, start: Array) -> tuple[float, Array]:
+        """Return the least rise with xⱼ = value and the point of it; `start` is the point of a neighbour."""
+        if self.region.k == 1:
+            point = np.array([value])
+            return max(self.misfit.value(point) - self.least, 0.0), point
+        slice_ = _slice(self.region, j, value)
+        seeds = np.array([slice_.nearest(np.delete(x, j)) for x in [start, *self._nearby(j, value)]])
+        found = optimise(_held(self.misfit.objective(self.scale), j, value), seeds, slice_)[0]
+        point = np.insert(found, j, value)
+        return max(self.misfit.value(point) - self.least, 0.0), point
+
+    def crossing(self, j: int, inside: float, outside: float, allowed: float) -> float:
+        """Return where the rise passes what is allowed, between a value inside and one outside."""
+        from scipy.optimize import brentq
+
+        return float(brentq(lambda v: self.rise(j, v, self.best)[0] - allowed, inside, outside, xtol=1e-6))
+
+    def _nearby(self, j: int, value: float) -> Array:
+        """Return the points of the cloud that, moved to xⱼ = value, fit best."""
+        moved = self.cloud.copy()
+        moved[:, j] = value
+        moved = moved[self.region.contains(moved)]
+        return moved[np.argsort(self.misfit.many(moved), kind="stable")[:_SEEDS]]
+
+
+def _slice(region: Region, j: int, value: float) -> Region:
+    """Return the region of the other factors where xⱼ = value."""
+    radius = None
+    if region.radius is not None:
+        radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + 1e-6
+    return Region(np.delete(region.low, j), np.delete(region.high, j), radius)
+
+
+def _held(objective: Objective, j: int, value: float) -> Objective:
+    """Return an objective of the other factors."""
+    return Objective(
+        lambda x: objective.value(np.insert(x, j, value)),
+        lambda x: np.delete(objective.gradient(np.insert(x, j, value)), j),
+        lambda points: objective.many(np.insert(points, j, value, axis=1)),
+    )
+
+
+def unseen_directions(misfit: Misfit, x: Array) -> Array:
+    """Return unit vectors (coded) along which no response changes at x, to first order; (directions, factors).
+
+    They span the null space of the weighted Jacobian ∂ŷ/∂x.
+    """
+    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
+    _, sizes, rows = np.linalg.svd(slopes)
+    rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
+    return np.asarray(rows[rank:])
+
+
+def moved_together(direction: Array) -> list[float]:
+    """Scale a direction so that its largest part is 1, parts below a twentieth left out.
+
+    >>> moved_together(np.array([-0.2, 0.4, 0.01]))
+    [-0.5, 1.0, 0.0]
+    """
+    scaled = direction / direction[int(np.argmax(np.abs(direction)))]
+    return [float(part) if abs(part) >= _SMALL_PART else 0.0 for part in scaled]
+
+
+def identifiability(source: str, profiles: Sequence[Profile], shown: Sequence[str]) -> str:
+    """Say in words what the data fix; `shown` are the intervals as they are to be written.
+
+    >>> a = Profile("a", np.zeros(0), np.zeros(0), 3.84, -0.1, 0.2, (True, True), 0.1)
+    >>> c = Profile("c", np.zeros(0), np.zeros(0), 3.84, -1.0, 1.0, (False, False), 1.0)
+    >>> identifiability("8 mm alone", [a, c], ["16.3 to 19.5 MPa", "80 to 100 1/s"])
+    '8 mm alone fixes a to 16.3 to 19.5 MPa (10 % of its range) and leaves c free.'
+    """
+    fixed: list[str] = []
+    bounded: list[str] = []
+    free = [profile.factor for profile in profiles if profile.free]
+    for profile, text in zip(profiles, shown, strict=True):
+        words = f"{profile.factor} to {text} ({100.0 * profile.share:.0f} % of its range)"
+        if not profile.free:
+            (fixed if profile.share <= FIXED else bounded).append(words)
+    parts = [(f"fixes {joined(fixed)}", fixed), (f"narrows {joined(bounded)}", bounded)]
+    parts.append((f"leaves {joined(free)} free", free))
+    return f"{source[0].upper()}{source[1:]} {joined([text for text, given in parts if given])}."

@@ -1,0 +1,156 @@
+"""Full factorials, and regular fractions of two-level factorials with their defining relation.
+
+A run of a fraction is a full factorial in the first letters; each further factor is a product of those, its
+generator. The products of generators that are constant over all runs are the words of the defining relation;
+the shortest word is the resolution. Minimum aberration: fewest shortest words.
+
+Sources: G. E. P. Box and J. S. Hunter, The 2^(k−p) Fractional Factorial Designs, Technometrics 3 (1961),
+311–351; J. Chen, D. X. Sun and C. F. J. Wu, A Catalogue of Two-Level and Three-Level Fractional Factorial
+Designs with Small Runs, Int. Stat. Rev. 61 (1993), 131–145.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, reduce
+from itertools import combinations, product
+from operator import xor
+
+import numpy as np
+
+from stemcal.doe.regression.least_squares import Array
+from stemcal.errors import UsageError
+
+LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity
+_MOST_RUNS = 4096
+_ROMAN = {3: "III", 4: "IV", 5: "V", 6: "VI", 7: "VII", 8: "VIII"}
+
+# Minimum aberration generators of the added factors: runs → factors → words.
+_ODD = ("ABC", "ABD", "ACD", "BCD", "ABE", "ACE", "BCE", "ADE", "BDE", "CDE", "ABCDE")
+_16 = ("ABC", "BCD", "ACD", "ABD", "ABCD", "AB", "AC", "AD", "BC", "BD", "CD")
+GENERATORS: dict[int, dict[int, tuple[str, ...]]] = {
+    4: {3: ("AB",)},
+    8: {4: ("ABC",), 5: ("AB", "AC"), 6: ("AB", "AC", "BC"), 7: ("AB", "AC", "BC", "ABC")},
+    16: {5: ("ABCD",), 6: _16[:2], 7: _16[:3], 8: _16[:4]} | {k: _16[: k - 4] for k in range(9, 16)},
+    32: {
+        6: ("ABCDE",),
+        7: ("ABCD", "ABDE"),
+        8: ("ABC", "ABD", "BCDE"),
+        9: ("BCDE", "ACDE", "ABDE", "ABCE"),
+        10: ("ABCD", "ABCE", "ABDE", "ACDE", "BCDE"),
+        11: ("ABC", "BCD", "CDE", "ACD", "ADE", "BDE"),
+        12: ("ABC", "ABD", "ACD", "BCD", "ABE", "ACE", "ADE"),
+        13: _ODD[:8],
+        14: _ODD[:9],
+        15: _ODD[:10],
+        16: _ODD,
+    },
+    64: {
+        7: ("ABCDEF",),
+        8: ("ABCD", "ABEF"),
+        9: ("ABCD", "ACEF", "CDEF"),
+        10: ("BCDF", "ACDF", "ABDE", "ABCE"),
+        11: ("CDE", "ABCD", "ABF", "BDEF", "ADEF"),
+    },
+    128: {8: ("ABCDEFG",), 9: ("ACDFG", "BCEFG"), 10: ("ABCD", "ABEF", "ACEG")},
+}
+
+
+@dataclass(frozen=True)
+class Fraction:
+    """A 2^(k−p) fraction: `k` factors in `runs` runs; `generators` define the added factors."""
+
+    k: int
+    runs: int
+    generators: tuple[str, ...]
+
+    @property
+    def basic(self) -> int:
+        """Number of factors that run through a full factorial."""
+        return self.k - len(self.generators)
+
+    def design(self) -> Array:
+        """Return the (runs, k) levels ±1, the first factor changing fastest."""
+        base = full_factorial(self.basic)
+        added = [np.prod(base[:, [LETTERS.index(c) for c in word]], axis=1) for word in self.generators]
+        return np.column_stack([base, *added])
+
+    def words(self) -> tuple[str, ...]:
+        """Return the defining relation: the products of factors that are +1 in every run."""
+        return tuple(sorted(map(_letters, self._relation()), key=lambda word: (len(word), word)))
+
+    @property
+    def resolution(self) -> int | None:
+        """Return the length of the shortest word; None for a full factorial."""
+        return min(map(int.bit_count, self._relation()), default=None)
+
+    def aliases(self, order: int = 2) -> dict[str, tuple[str, ...]]:
+        """Return for each effect of up to `order` factors the others of that order it cannot be told from."""
+        effects = [sum(1 << i for i in c) for r in range(1, order + 1) for c in combinations(range(self.k), r)]
+        known, relation = set(effects), self._relation()
+        return {_letters(e): tuple(_letters(e ^ w) for w in relation if e ^ w in known) for e in effects}
+
+    def describe(self) -> str:
+        """Say in a sentence what the fraction is and what its resolution means."""
+        if self.resolution is None:
+            return f"Full factorial of {self.k} factors in {self.runs} runs: every effect is clear of the others."
+        numeral = _ROMAN.get(self.resolution, str(self.resolution))
+        added = ", ".join(f"{LETTERS[self.basic + i]} = {word}" for i, word in enumerate(self.generators))
+        return (
+            f"2^({self.k}−{len(self.generators)}) fraction in {self.runs} runs, resolution {numeral} "
+            f"({added}): {_meaning(self.resolution)}."
+        )
+
+    def _relation(self) -> list[int]:
+        whole = [_mask(word) ^ 1 << self.basic + i for i, word in enumerate(self.generators)]
+        return [reduce(xor, c) for r in range(1, len(whole) + 1) for c in combinations(whole, r)]
+
+
+def _meaning(resolution: int) -> str:
+    if resolution == 3:
+        return "main effects are aliased fully with two-factor interactions"
+    if resolution == 4:
+        return "main effects are clear of two-factor interactions, which are aliased with each other"
+    return "main effects and two-factor interactions are clear of each other"
+
+
+def _mask(word: str) -> int:
+    return sum(1 << LETTERS.index(letter) for letter in word)
+
+
+def _letters(mask: int) -> str:
+    return "".join(letter for i, letter in enumerate(LETTERS) if mask >> i & 1)
+
+
+def full_factorial(k: int, levels: int = 2) -> Array:
+    """Return every combination of `levels` equally spaced levels from −1 to +1, the first factor fastest."""
+    if k < 1 or levels < 2 or levels**k > _MOST_RUNS:
+        raise UsageError(
+            f"full factorial: {levels} levels of {k} factors; at least one factor, two levels and at most "
+            f"{_MOST_RUNS} runs are possible"
+        )
+    steps = np.linspace(-1.0, 1.0, levels)
+    return np.array(list(product(steps, repeat=k)))[:, ::-1]
+
+
+def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
+    """Choose the fraction of minimum aberration: in `runs` runs, or the smallest of at least `resolution`."""
+    sizes = [runs] if runs is not None else sorted({2**k, *GENERATORS}) if k <= 12 else sorted(GENERATORS)
+    for size in sizes:
+        found = _fraction(k, size)
+        if found and (runs is not None or found.resolution is None or found.resolution >= resolution):
+            return found
+    known = [n for n in sorted({*GENERATORS, 2 ** min(k, 12)}) if _fraction(k, n)]
+    listed = ", ".join(map(str, known)) or "none"
+    wanted = f"{runs} runs" if runs is not None else f"resolution {resolution}"
+    raise UsageError(
+        f"fractional factorial: none is known for {k} factors with {wanted}; sizes for {k} factors: {listed}"
+    )
+
+
+@cache
+def _fraction(k: int, runs: int) -> Fraction | None:
+    if runs == 2**k:
+        return Fraction(k, runs, ())
+    words = GENERATORS.get(runs, {}).get(k)
+    return None if words is None else Fraction(k, runs, words)

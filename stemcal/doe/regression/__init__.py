@@ -1,0 +1,1 @@
+"""Least squares, and the quadratic surface that rests on it."""

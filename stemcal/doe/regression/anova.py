@@ -1,0 +1,112 @@
+"""Analysis of variance of a fitted quadratic: Model, terms, Residual, Lack of fit, Pure error, Cor total."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, LeastSquares, f_test, fit_least_squares, stars
+from stemcal.doe.regression.within import Pooled, Within
+
+# Design points closer than this in coded units are the same point.
+_SAME_POINT = 1e-6
+
+
+@dataclass(frozen=True)
+class AnovaRow:
+    """One line of the table; f, p and the mean square are None where they have no value."""
+
+    source: str
+    sum_of_squares: float
+    df: int
+    mean_square: float | None
+    f: float | None
+    p: float | None
+    stars: str
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """The residual split into what replicates scatter (pure error) and what the quadratic misses.
+
+    With scatter known within the runs (`within_df` > 0) that is the pure error; it lies outside the residual then.
+    """
+
+    sum_of_squares: float
+    df: int
+    pure_sum_of_squares: float
+    pure_df: int
+    f: float | None
+    p: float | None
+    deterministic: bool
+    within_df: int = 0
+    within_common: float | None = None
+
+    @property
+    def testable(self) -> bool:
+        """Whether an F could be formed."""
+        return self.f is not None
+
+
+def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -> LackOfFit:
+    """Split the residual over exactly repeated design points; within a block, where there are blocks.
+
+    Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test, unless the
+    scatter `within` the runs is known. Each point then counts once: its repetition is no second answer.
+    """
+    blocks = fit.matrix[:, fit.matrix.shape[1] - fit.blocks :]
+    keys = np.round(np.column_stack([coded, blocks]) / _SAME_POINT).astype(np.int64)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    counts, w = np.bincount(group), fit.weights
+    means = np.bincount(group, weights=w * fit.response) / np.bincount(group, weights=w)
+    pure = float(np.sum(w * (fit.response - means[group]) ** 2))
+    pure_df = int(len(fit.response) - len(counts))
+    deterministic = pure_df > 0 and pure <= NEGLIGIBLE * fit.total_ss
+    pure = 0.0 if deterministic else pure
+    df = fit.df - pure_df
+    lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
+    inner = within.pooled(coded, w) if within is not None else Pooled(0.0, 0, None)
+    if inner.df:
+        lof = _residual_of_distinct(fit, group) if deterministic else lof
+        pure, pure_df = pure + inner.sum_of_squares, inner.df + (0 if deterministic else pure_df)
+    test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
+    f, p = test if test else (None, None)
+    return LackOfFit(lof, df, pure, pure_df, f, p, deterministic, inner.df, inner.common)
+
+
+def _residual_of_distinct(fit: LeastSquares, group: NDArray[np.int64]) -> float:
+    """Return the residual sum of squares of the same fit to one run of each group."""
+    _, first = np.unique(group, return_index=True)
+    return fit_least_squares(fit.matrix[first], fit.response[first], fit.weights[first], fit.blocks).residual_ss
+
+
+def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
+    """Tabulate type III sums of squares of the coded columns against the residual.
+
+    Blocks come first, with what they explain before the terms; the model is then adjusted for them.
+    """
+    error = None if fit.exact else fit.mean_square
+
+    def tested(source: str, ss: float, df: int) -> AnovaRow:
+        f, p = (f_test(ss / df, df, error, fit.df) or (None, None)) if df else (None, None)
+        return AnovaRow(source, ss, df, ss / df if df else None, f, p, stars(p))
+
+    def bare(source: str, ss: float, df: int) -> AnovaRow:
+        return AnovaRow(source, ss, df, ss / df if df else None, None, None, "")
+
+    lof = bare("Lack of fit", split.sum_of_squares, split.df)
+    total = AnovaRow("Cor total", fit.total_ss, len(fit.response) - 1, None, None, None, "")
+    partial = fit.partial_ss[1 : len(terms)]
+    return (
+        *((bare("Block", fit.total_ss - fit.null_ss, fit.blocks),) if fit.blocks else ()),
+        tested("Model", fit.null_ss - fit.residual_ss, len(terms) - 1),
+        *(tested(term, float(ss), 1) for term, ss in zip(terms[1:], partial, strict=True)),
+        bare("Residual", fit.residual_ss, fit.df),
+        AnovaRow(lof.source, lof.sum_of_squares, lof.df, lof.mean_square, split.f, split.p, stars(split.p)),
+        bare("Pure error", split.pure_sum_of_squares, split.pure_df),
+        total,
+    )

@@ -1,0 +1,61 @@
+"""Natural units ↔ coded units. The coding belongs to the design and is never estimated from data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stemcal.doe.regression.least_squares import Array
+from stemcal.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Coding:
+    """x = (natural − centre) / half_step for each factor.
+
+    >>> coding = Coding(("yield_stress",), (15.0,), (2.5,))
+    >>> float(coding.to_coded([[20.0]])[0, 0])
+    2.0
+    """
+
+    names: tuple[str, ...]
+    centre: tuple[float, ...]
+    half_step: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not len(self.names) == len(self.centre) == len(self.half_step):
+            raise UsageError("coding: names, centre and half_step differ in length; give one of each per factor")
+        for name, half_step in zip(self.names, self.half_step, strict=True):
+            if not (np.isfinite(half_step) and half_step > 0.0):
+                raise UsageError(f"coding.{name}: half step {half_step:g} must be positive")
+
+    @classmethod
+    def from_ranges(cls, names: Sequence[str], low: ArrayLike, high: ArrayLike, reach: float = 1.0) -> Coding:
+        """Put low and high at −reach and +reach: 1 for a two-level design, α for a central composite."""
+        bottom, top = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
+        centre, half_step = 0.5 * (bottom + top), 0.5 * (top - bottom) / reach
+        return cls(tuple(names), tuple(map(float, centre)), tuple(map(float, half_step)))
+
+    def to_coded(self, natural: ArrayLike) -> Array:
+        """Code an array whose last axis runs over the factors."""
+        return np.asarray((np.asarray(natural, dtype=float) - self.centre) / np.asarray(self.half_step))
+
+    def to_natural(self, coded: ArrayLike) -> Array:
+        """Undo `to_coded`."""
+        return np.asarray(np.asarray(coded, dtype=float) * np.asarray(self.half_step) + self.centre)
+
+    def levels(self, coded: ArrayLike) -> dict[str, float]:
+        """Return one coded point as levels by name, twelve digits: an axial point is 20, not 19.999999999999996."""
+        natural = self.to_natural(coded)
+        return {name: float(f"{value:.12g}") for name, value in zip(self.names, natural, strict=True)}
+
+    def by_name(self, coded: Array) -> dict[str, float]:
+        """Return one coded point by name."""
+        return dict(zip(self.names, map(float, coded), strict=True))
+
+    def point(self, by_name: Mapping[str, float]) -> Array:
+        """Undo `by_name`."""
+        return np.array([by_name[name] for name in self.names])

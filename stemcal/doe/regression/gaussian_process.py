@@ -1,0 +1,150 @@
+"""A second opinion beside the polynomial: a Gaussian process through the same runs (ordinary kriging).
+
+y(x) = µ + Z(x), cov Z = σ²·exp(−½Σ((xᵢ − x'ᵢ)/ℓᵢ)²); the length scales ℓ and a nugget maximise the likelihood
+with µ and σ² at their optimum. It takes no shape for granted, so where it predicts much better than the
+quadratic, or far from it, the quadratic misses something.
+
+Sources: J. Sacks, W. J. Welch, T. J. Mitchell and H. P. Wynn, Statistical Science 4 (1989), 409–423; leave-one-
+out in closed form, O. Dubrule, Math. Geology 15 (1983), 687–699.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+
+_SCALES, _NUGGETS = (0.1, 20.0), (1e-8, 1.0)  # bounds of ℓ, in coded units, and of the nugget in units of σ²
+_STARTS = ((0.7, 1e-4), (2.0, 1e-6), (5.0, 1e-2))
+_PROBES = 10  # log2 of the points at which the two predictions are compared
+_CLEARLY_BETTER = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianProcess:
+    """A fitted process; `scales` has one length per factor, `q2` is the share of variance predicted by others."""
+
+    design: Array
+    mean: float
+    variance: float
+    scales: Array
+    nugget: float
+    weights: Array
+    left_out: Array
+    q2: float | None
+
+    def predict(self, coded: ArrayLike) -> Array:
+        """Evaluate the process at (m, k) points."""
+        points = np.atleast_2d(np.asarray(coded, dtype=float))
+        return np.asarray(self.mean + _kernel(points, self.design, self.scales) @ self.weights)
+
+
+@dataclass(frozen=True)
+class SecondOpinion:
+    """Quadratic against Gaussian process: predicted R² of both, and how far they lie apart in the region."""
+
+    polynomial_q2: float | None
+    process_q2: float | None
+    largest_difference: float
+    typical_difference: float
+    sentence: str
+    warns: bool = False
+
+
+def fit_process(coded: ArrayLike, response: ArrayLike) -> GaussianProcess:
+    """Fit by maximum likelihood; repeated points enter with their mean, failed runs (NaN) not at all."""
+    from scipy.optimize import minimize
+
+    design, y = _distinct(np.asarray(coded, dtype=float), np.asarray(response, dtype=float))
+    k = design.shape[1]
+    bounds = [tuple(np.log(_SCALES))] * k + [tuple(np.log(_NUGGETS))]
+    starts = [np.log([scale] * k + [nugget]) for scale, nugget in _STARTS]
+    found = [minimize(_negative_log_likelihood, s, args=(design, y), method="L-BFGS-B", bounds=bounds) for s in starts]
+    best = min(found, key=lambda result: float(result.fun)).x
+    return _process(np.exp(best[:k]), float(np.exp(best[k])), design, y)
+
+
+def _distinct(coded: Array, y: Array) -> tuple[Array, Array]:
+    present = np.isfinite(y)
+    points, group = np.unique(np.round(coded[present], 9), axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    return points, np.bincount(group, weights=y[present]) / np.bincount(group)
+
+
+def _kernel(a: Array, b: Array, scales: Array) -> Array:
+    gaps = (a[:, None, :] - b[None, :, :]) / scales
+    return np.asarray(np.exp(-0.5 * np.sum(gaps**2, axis=2)))
+
+
+def _mean_and_variance(factor: Array, y: Array) -> tuple[float, float, Array]:
+    """Return µ̂ = 1ᵀK⁻¹y/1ᵀK⁻¹1, σ̂² and K⁻¹(y − µ̂), K = LLᵀ."""
+    from scipy.linalg import cho_solve
+
+    ones = np.ones(len(y))
+    solved = cho_solve((factor, True), np.column_stack([ones, y]))
+    mean = float(ones @ solved[:, 1] / (ones @ solved[:, 0]))
+    weights = solved[:, 1] - mean * solved[:, 0]
+    return mean, float((y - mean) @ weights) / len(y), np.asarray(weights)
+
+
+def _negative_log_likelihood(parameters: Array, design: Array, y: Array) -> float:
+    """½(n·ln σ̂² + ln|K|), constants aside."""
+    k = design.shape[1]
+    covariance = _kernel(design, design, np.exp(parameters[:k])) + np.exp(parameters[k]) * np.eye(len(y))
+    try:
+        factor = np.asarray(np.linalg.cholesky(covariance), dtype=float)
+    except np.linalg.LinAlgError:
+        return 1e25
+    _, variance, _ = _mean_and_variance(factor, y)
+    return float(0.5 * len(y) * np.log(max(variance, 1e-300)) + np.sum(np.log(np.diag(factor))))
+
+
+def _process(scales: Array, nugget: float, design: Array, y: Array) -> GaussianProcess:
+    covariance = _kernel(design, design, scales) + nugget * np.eye(len(y))
+    inverse = np.linalg.inv(covariance)
+    mean, variance, weights = _mean_and_variance(np.asarray(np.linalg.cholesky(covariance), dtype=float), y)
+    # With µ estimated anew without run i: e = [Qy]ᵢ/Qᵢᵢ, Q = K⁻¹ − K⁻¹11ᵀK⁻¹/1ᵀK⁻¹1.
+    row = inverse.sum(axis=0)
+    q = inverse - np.outer(row, row) / row.sum()
+    left_out = np.asarray((q @ y) / np.diag(q))
+    spread = float(np.sum((y - y.mean()) ** 2))
+    q2 = 1.0 - float(left_out @ left_out) / spread if spread > 0.0 else None
+    return GaussianProcess(design, mean, variance, scales, nugget, weights, left_out, q2)
+
+
+def second_opinion(surface: Surface) -> SecondOpinion | None:
+    """Compare a surface with a Gaussian process through its runs; None below k + 3 distinct points."""
+    k = len(surface.names)
+    if len(np.unique(np.round(surface.design, 9), axis=0)) < k + 3 or np.ptp(surface.response) == 0.0:
+        return None
+    from scipy.stats.qmc import Sobol
+
+    process = fit_process(surface.design, surface.response)
+    low, high = surface.design.min(axis=0), surface.design.max(axis=0)
+    points = low + (high - low) * Sobol(k, scramble=False).random_base2(_PROBES)
+    points = points[np.linalg.norm(points, axis=1) <= surface.design_radius + 1e-9]
+    gaps = np.abs(process.predict(points) - surface.predict(points))
+    largest, typical = float(gaps.max()), float(np.sqrt(np.mean(gaps**2)))
+    warns = _clearly_better(surface.predicted_r2, process.q2)
+    sentence = _sentence(surface.predicted_r2, process.q2, largest, typical)
+    return SecondOpinion(surface.predicted_r2, process.q2, largest, typical, sentence, warns)
+
+
+def _clearly_better(polynomial: float | None, process: float | None) -> bool:
+    return polynomial is not None and process is not None and process > polynomial + _CLEARLY_BETTER
+
+
+def _sentence(polynomial: float | None, process: float | None, largest: float, typical: float) -> str:
+    apart = f"they differ by {typical:.3g} typically and {largest:.3g} at most within the runs' region"
+    if polynomial is None or process is None:
+        return f"A Gaussian process through the same runs: {apart}."
+    shown = f"predicted R² {process:.3f} against {polynomial:.3f}"
+    if _clearly_better(polynomial, process):
+        return (
+            f"A Gaussian process predicts the runs better than the quadratic ({shown}; {apart}): it bends too little."
+        )
+    return f"A Gaussian process through the same runs predicts no better than the quadratic ({shown}; {apart})."

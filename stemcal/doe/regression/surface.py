@@ -1,0 +1,268 @@
+"""The response surface: a full quadratic in coded units, with its ANOVA, intervals and diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stemcal.doe.regression.anova import AnovaRow, LackOfFit, anova_table, lack_of_fit
+from stemcal.doe.regression.blocks import block_columns, block_effects
+from stemcal.doe.regression.estimable import largest_inflation, still_estimable
+from stemcal.doe.regression.fit_statistics import (
+    Coefficient,
+    adequate_precision,
+    adjusted_r2,
+    coefficients_of,
+    cv_percent,
+    share_explained,
+)
+from stemcal.doe.regression.influence import RunDiagnostics, press, run_diagnostics
+from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable, t_quantile
+from stemcal.doe.regression.surface_notes import DETERMINISTIC, Losses, surface_notes
+from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
+from stemcal.doe.regression.within import Within
+from stemcal.errors import UsageError
+
+__all__ = ["DETERMINISTIC", "Coefficient", "Surface", "fit_surface"]
+
+ErrorSource = Literal["residual", "within"]
+_REMEDY = {
+    False: "repair those runs, or leave such terms out (rsm.inestimable: drop),",
+    True: "repair those runs",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A fitted quadratic. Points are (m, k) arrays in coded units; answers are (m,) or (m, 2) arrays.
+
+    `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
+    such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
+    `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
+    is larger.
+    """
+
+    names: tuple[str, ...]
+    coefficients: tuple[Coefficient, ...]
+    anova: tuple[AnovaRow, ...]
+    r2: float | None
+    adjusted_r2: float | None
+    predicted_r2: float | None
+    adequate_precision: float | None
+    press: float | None
+    cv_percent: float | None
+    lack_of_fit_testable: bool
+    runs_diagnostics: tuple[RunDiagnostics, ...]
+    runs_failed: int
+    notes: tuple[str, ...]
+    design: Array
+    beta: Array
+    unscaled_covariance: Array
+    mean_square: float | None
+    df: int
+    response: Array
+    weights: Array
+    block_effects: dict[str, float]
+    terms_dropped: tuple[str, ...] = ()
+    error_source: ErrorSource = "residual"
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """The terms that were fitted, the mean among them."""
+        return tuple(coefficient.term for coefficient in self.coefficients)
+
+    @property
+    def design_radius(self) -> float:
+        """Coded distance of the outermost run from the centre."""
+        return float(np.linalg.norm(self.design, axis=1).max())
+
+    @property
+    def leading(self) -> int:
+        """Index of the factor with the largest linear coefficient."""
+        return int(np.argmax(np.abs(self.beta[1 : len(self.names) + 1])))
+
+    def predict(self, coded: ArrayLike) -> Array:
+        """Evaluate ŷ."""
+        return np.asarray(term_columns(coded) @ self.beta)
+
+    def gradient(self, coded: ArrayLike) -> Array:
+        """Differentiate ŷ at one point; returns (k,)."""
+        return np.asarray(self.beta @ term_gradient(coded))
+
+    def unscaled_variance(self, coded: ArrayLike) -> Array:
+        """Return φᵀ(XᵀX)⁻¹φ, the variance of ŷ in units of s²."""
+        phi = term_columns(coded)
+        return np.asarray(np.einsum("ij,jk,ik->i", phi, self.unscaled_covariance, phi))
+
+    def standard_error(self, coded: ArrayLike) -> Array:
+        """Standard error of ŷ; NaN for a saturated fit, which knows no error."""
+        return np.sqrt(self._s2() * self.unscaled_variance(coded))
+
+    def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
+        """Interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""
+        return self._interval(coded, level, 0.0)
+
+    def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
+        """Interval of one further run: ŷ ± t·s·√(1 + φᵀ(XᵀX)⁻¹φ)."""
+        return self._interval(coded, level, 1.0)
+
+    def _s2(self) -> float:
+        return np.nan if self.mean_square is None else self.mean_square
+
+    def _interval(self, coded: ArrayLike, level: float, extra: float) -> Array:
+        t = t_quantile(level, self.df) if self.df else np.nan
+        half_width = t * np.sqrt(self._s2() * (extra + self.unscaled_variance(coded)))
+        middle = self.predict(coded)
+        return np.column_stack([middle - half_width, middle + half_width])
+
+
+def fit_surface(
+    coded: ArrayLike,
+    response: ArrayLike,
+    names: Sequence[str],
+    terms: Sequence[str] | None = None,
+    weights: ArrayLike | None = None,
+    blocks: Sequence[object] | None = None,
+    within: Within | None = None,
+    drop: bool = False,
+) -> Surface:
+    """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
+
+    Parameters
+    ----------
+    coded : array (n, k)
+        Design points in coded units.
+    response : array (n,)
+        NaN for a failed run, which is left out.
+    names : sequence of k strings
+    terms : sequence of strings, optional
+        The terms to fit, as `term_names` calls them; the mean is always there.
+    weights : array (n,), optional
+        Relative precision of each response: its variance is σ²/w.
+    blocks : sequence of n labels, optional
+        Which runs were made together; each block gets a level of its own.
+    within : Within, optional
+        The scatter known within each run: a pure error.
+    drop : bool
+        Leave out products and squares that can no longer be estimated because runs failed, instead of refusing.
+
+    Raises
+    ------
+    RunsFailed, UsageError
+        If the runs at hand, or the design, cannot estimate every term.
+    """
+    points, y = _checked_points(coded, response, names)
+    present = np.isfinite(y)
+    w = _checked_weights(weights, y.size)[present]
+    apart, labels = block_columns(blocks, present)
+    whole, wanted = term_columns(points), _kept(names, terms)
+    every, n_failed = term_names(names), int(np.sum(~present))
+    kept = _still_kept(whole[present], wanted, every) if drop and n_failed and y.size > n_failed else wanted
+    matrix = np.column_stack([whole[present][:, kept], apart])
+    columns = [*(every[i] for i in kept), *(f"block {label}" for label in labels[:-1])]
+    require_estimable(matrix, columns, n_failed, "response surface", _REMEDY[drop])
+    fit = fit_least_squares(matrix, y[present], w, apart.shape[1])
+    dropped = tuple(every[i] for i in wanted if i not in kept)
+    losses = Losses(n_failed, dropped, largest_inflation(whole[:, wanted]))
+    rows = (np.flatnonzero(present) + 1).tolist()
+    scatter = None if within is None else within.at(present)
+    return _surface(fit, _Runs(points[present], rows, tuple(names), kept, labels, scatter, losses))
+
+
+def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
+    points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
+    if points.ndim != 2 or points.shape != (y.size, len(names)):
+        raise UsageError(
+            f"response surface: design of shape {points.shape} does not go with {y.size} responses and "
+            f"{len(names)} factors"
+        )
+    return points, y
+
+
+def _still_kept(columns: Array, wanted: Sequence[int], every: Sequence[str]) -> list[int]:
+    """Return the places of the wanted terms that these runs can still estimate."""
+    return [wanted[i] for i in still_estimable(columns[:, wanted], [every[i] for i in wanted])]
+
+
+def _checked_weights(weights: ArrayLike | None, n: int) -> Array:
+    if weights is None:
+        return np.ones(n)
+    w = np.asarray(weights, dtype=float)
+    if w.shape != (n,) or not np.all(np.isfinite(w) & (w > 0.0)):
+        raise UsageError(f"response surface: weights must be {n} positive numbers; leave out a run by NaN")
+    return w
+
+
+def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
+    """Return the places of the chosen terms in the full quadratic."""
+    known = term_names(names)
+    if terms is None:
+        return list(range(len(known)))
+    if unknown := [term for term in terms if term not in known]:
+        raise UsageError(f"response surface: no term {unknown[0]!r}; the terms are {', '.join(known)}")
+    return [i for i, term in enumerate(known) if i == 0 or term in terms]
+
+
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """What a fit was made from: the runs that succeeded, the places of its terms, what was lost."""
+
+    design: Array
+    rows: list[int]
+    names: tuple[str, ...]
+    kept: list[int]
+    labels: list[str]
+    within: Within | None
+    losses: Losses
+
+
+def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
+    every, kept = term_names(runs.names), runs.kept
+    terms = [every[i] for i in kept]
+    split = lack_of_fit(runs.design, fit, runs.within)
+    diagnostics = run_diagnostics(runs.design, fit, runs.rows, split, runs.within)
+    missed, precision = press(fit), adequate_precision(fit)
+    mean_square, df, source = _error(fit, split)
+    coefficients = coefficients_of(fit, terms, mean_square, df)
+    inflation = [c.vif for c in coefficients if c.vif is not None]
+    beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
+    beta[kept] = fit.coefficients[: len(kept)]
+    covariance[np.ix_(kept, kept)] = fit.unscaled_covariance[: len(kept), : len(kept)]
+    return Surface(
+        names=runs.names,
+        coefficients=coefficients,
+        anova=anova_table(fit, terms, split),
+        r2=share_explained(fit.residual_ss, fit),
+        adjusted_r2=adjusted_r2(fit),
+        predicted_r2=None if missed is None else share_explained(missed, fit),
+        adequate_precision=precision,
+        press=missed,
+        cv_percent=cv_percent(fit),
+        lack_of_fit_testable=split.testable,
+        runs_diagnostics=diagnostics,
+        runs_failed=runs.losses.failed,
+        notes=tuple(surface_notes(fit, split, diagnostics, precision, inflation, runs.losses)),
+        design=runs.design,
+        beta=beta,
+        unscaled_covariance=covariance,
+        mean_square=mean_square,
+        df=df,
+        response=fit.response,
+        weights=fit.weights,
+        block_effects=block_effects(fit, runs.labels),
+        terms_dropped=runs.losses.dropped,
+        error_source=source,
+    )
+
+
+def _error(fit: LeastSquares, split: LackOfFit) -> tuple[float | None, int, ErrorSource]:
+    """Return the error of intervals: the residual, or the scatter within the runs where that is larger."""
+    if split.within_df:
+        within = split.pure_sum_of_squares / split.pure_df
+        if fit.mean_square is None or within > fit.mean_square:
+            return within, split.pure_df, "within"
+    return fit.mean_square, fit.df, "residual"

@@ -1,0 +1,1 @@
+"""Two-level effects and what they are tested against."""

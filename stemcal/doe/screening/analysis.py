@@ -1,0 +1,203 @@
+"""Two-level screening: which factors move the response, and how sure is that?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stemcal.doe.designs.aliases import alias_matrix
+from stemcal.doe.regression.least_squares import (
+    ROUNDING,
+    Array,
+    LeastSquares,
+    f_test,
+    fit_least_squares,
+    require_estimable,
+    stars,
+    t_quantile,
+)
+from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
+from stemcal.doe.screening.error_term import ErrorTerm, choose_error
+from stemcal.doe.screening.holm import adjusted_p
+from stemcal.doe.screening.lenth import Lenth, lenth
+from stemcal.doe.screening.notes import screening_notes, stands_out, verdict
+from stemcal.errors import RunsFailed, UsageError
+
+_MOST_ALIASES = 20  # an alias matrix of more factors is too large to be read
+
+
+@dataclass(frozen=True, eq=False)
+class Screening:
+    """Effects in the order of the factors, the error they are tested against, and what to beware of."""
+
+    effects: tuple[Effect, ...]
+    residual_sum_of_squares: float
+    residual_df: int
+    total_sum_of_squares: float
+    lenth: Lenth
+    alpha: float
+    significant: tuple[str, ...]
+    runs_used: int
+    runs_failed: int
+    notes: tuple[str, ...]
+    error: ErrorTerm
+    design: Array
+
+    def ranked(self) -> list[Effect]:
+        """Sort the effects by contribution, the largest first."""
+        return sorted(self.effects, key=lambda effect: -effect.contribution_percent)
+
+    def half_normal(self) -> tuple[HalfNormalPoint, ...]:
+        """Return |effect| in rising order against the half-normal quantile Φ⁻¹(½ + ½(i − ½)/m).
+
+        Noise lies on a line through the origin; what stands out to the right of it is real. Source: C.
+        Daniel, Technometrics 1 (1959), 311–341.
+        """
+        from scipy.special import ndtri
+
+        rising, m = sorted(self.effects, key=lambda effect: abs(effect.effect)), len(self.effects)
+        return tuple(
+            HalfNormalPoint(e.factor, abs(e.effect), float(ndtri(0.5 + 0.5 * (i + 0.5) / m)))
+            for i, e in enumerate(rising)
+        )
+
+    def pareto(self) -> Pareto:
+        """Return |t| = √F in falling order with its limit for one test and, after Bonferroni, for all."""
+        rows = [ParetoRow(e.factor, e.f**0.5) for e in self.effects if e.f is not None]
+        rows.sort(key=lambda row: -row.t)
+        df, m = self.error.df, len(self.effects)
+        limits = [t_quantile(1.0 - self.alpha / tests, df) if rows else None for tests in (1, m)]
+        return Pareto(tuple(rows), limits[0], limits[1])
+
+    def aliases(self) -> AliasMatrix | None:
+        """Return the alias matrix; None where it is too large to be read."""
+        names = [effect.factor for effect in self.effects]
+        if not 2 <= len(names) <= _MOST_ALIASES:
+            return None
+        weights = np.where(np.abs(found := alias_matrix(self.design)) < 1e-12, 0.0, found)
+        pairs = tuple(f"{a}:{b}" for a, b in combinations(names, 2))
+        return AliasMatrix(pairs, dict(zip(names, map(tuple, weights.tolist()), strict=True)))
+
+
+def analyse_screening(
+    coded: ArrayLike,
+    response: ArrayLike,
+    names: Sequence[str],
+    symbols: Sequence[str] | None = None,
+    alpha: float = 0.05,
+    error: str = "residual",
+    expected: Mapping[str, str] | None = None,
+) -> Screening:
+    """Estimate and test the main effects of a screening design.
+
+    Parameters
+    ----------
+    coded : array (n, k)
+        Levels −1 and +1, and 0 in a definitive screening or at centre points.
+    response : array (n,)
+        NaN for a failed run; the effects are then least-squares estimates from the runs left.
+    names, symbols : sequences of k strings
+    alpha : float
+        Level of significance.
+    error : {'residual', 'pooled', 'replicates', 'lenth'}
+        What the effects are tested against (see `error_term`).
+    expected : mapping, optional
+        ``+`` or ``-`` for factors whose sign is known beforehand; the verdict says whether it came true.
+
+    Raises
+    ------
+    RunsFailed
+        If the runs left cannot estimate every effect and its error.
+    """
+    design, y = _checked(coded, response, names)
+    present = np.isfinite(y)
+    n_failed = int(np.sum(~present))
+    matrix = np.column_stack([np.ones(int(present.sum())), design[present]])
+    require_estimable(matrix, ["1", *names], n_failed, "screening")
+    fit = fit_least_squares(matrix, y[present])
+    if n_failed and fit.df < 1:
+        raise RunsFailed(
+            f"screening: {n_failed} of {len(y)} runs failed and no residual degree of freedom is left to "
+            "test the effects; repair those runs and start the stage again"
+        )
+    changes = _changes(fit)
+    size = lenth(changes, alpha)
+    scatter = choose_error(error, design[present], fit, changes, size)
+    effects = _effects(fit, scatter, changes, names, symbols or names, size)
+    signs = expected or {}
+    judged = tuple(replace(e, verdict=verdict(e, size, alpha, signs.get(e.factor))) for e in effects)
+    return Screening(
+        effects=judged,
+        residual_sum_of_squares=fit.residual_ss,
+        residual_df=fit.df,
+        total_sum_of_squares=fit.total_ss,
+        lenth=size,
+        alpha=alpha,
+        significant=_significant(effects, size, alpha),
+        runs_used=int(present.sum()),
+        runs_failed=n_failed,
+        notes=tuple(screening_notes(fit, scatter, effects, size, design[present], n_failed, alpha)),
+        error=scatter,
+        design=design[present],
+    )
+
+
+def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
+    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
+    if design.ndim != 2 or design.shape != (y.size, len(names)):
+        raise UsageError(
+            f"screening: design of shape {design.shape} does not go with {y.size} responses and {len(names)} factors"
+        )
+    return design, y
+
+
+def _changes(fit: LeastSquares) -> Array:
+    """Effect = 2β = mean(high) − mean(low) when the design is orthogonal; SS is then n/4·effect².
+
+    Effects that are rounding become exactly zero, lest Lenth's method compare rounding with rounding.
+    """
+    floor = ROUNDING * float(fit.response @ fit.response)
+    return np.where(fit.partial_ss[1:] <= floor, 0.0, 2.0 * fit.coefficients[1:])
+
+
+def _effects(
+    fit: LeastSquares,
+    error: ErrorTerm,
+    changes: Array,
+    names: Sequence[str],
+    symbols: Sequence[str],
+    size: Lenth,
+) -> tuple[Effect, ...]:
+    tests = [f_test(float(ss), 1, error.mean_square, error.df) for ss in fit.partial_ss[1:]]
+    raw = [test[1] if test else None for test in tests]
+    if error.source == "lenth":
+        raw = [size.p_value(float(change)) for change in changes]
+    holm, bh = adjusted_p(raw, "holm"), adjusted_p(raw, "fdr_bh")
+    total = fit.total_ss
+    return tuple(
+        Effect(
+            factor=name,
+            symbol=symbols[i],
+            effect=(effect := float(changes[i])),
+            contribution_percent=100.0 * float(fit.partial_ss[i + 1]) / total if not fit.flat else 0.0,
+            sum_of_squares=float(fit.partial_ss[i + 1]),
+            f=test[0] if test else None,
+            p=raw[i],
+            stars=stars(raw[i]),
+            lenth_t=effect / size.pse if size.pse else None,
+            p_holm=holm[i],
+            p_bh=bh[i],
+        )
+        for i, (name, test) in enumerate(zip(names, tests, strict=True))
+    )
+
+
+def _significant(effects: Sequence[Effect], size: Lenth, alpha: float) -> tuple[str, ...]:
+    """By p where there is one, else by Lenth's margin of error."""
+    return tuple(
+        effect.factor for effect in effects if (effect.p < alpha if effect.p is not None else stands_out(effect, size))
+    )

@@ -1,0 +1,268 @@
+"""Measured against simulated force over the stem diameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stemcal.doe.regression.least_squares import Array, fit_least_squares, t_quantile
+from stemcal.doe.validation.equivalence import Sample, compare_means
+from stemcal.errors import UsageError
+
+
+@dataclass(frozen=True)
+class ValidationRow:
+    """One diameter; simulated and error are None where the run failed.
+
+    `simulation_error_percent` is 100·(simulated − measured)/measured, the other sign convention. `measured_low` and
+    `measured_high` end the 95 % interval of the measured mean, `p_different` is Welch's, `p_equivalent` that of the
+    equivalence test: all None where sd and n of two or more specimens are not given.
+    """
+
+    diameter: float
+    measured: float
+    simulated: float | None
+    error_percent: float | None
+    role: str
+    simulation_error_percent: float | None = None
+    sd: float | None = None
+    n: int | None = None
+    measured_low: float | None = None
+    measured_high: float | None = None
+    p_different: float | None = None
+    p_equivalent: float | None = None
+
+
+@dataclass(frozen=True)
+class Exponent:
+    """b of force ~ diameter^b, with its 95 % interval (None with fewer than three points)."""
+
+    value: float
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Errors by diameter, and how force grows with diameter in the laboratory and in the model."""
+
+    rows: tuple[ValidationRow, ...]
+    max_abs_error_percent: float | None
+    mean_abs_error_percent: float | None
+    max_abs_error_percent_independent: float | None
+    best_scaled_max_error_percent: float | None
+    error_slope_percent_per_mm: float | None
+    measured_exponent: Exponent | None
+    simulated_exponent: Exponent | None
+    notes: tuple[str, ...]
+
+
+def compare_diameters(
+    diameters: Sequence[float],
+    measured: Sequence[float],
+    simulated: Sequence[float | None],
+    calibration_diameter: float | Sequence[float] | None,
+    scatter: Sequence[tuple[float | None, int | None]] | None = None,
+    margin_percent: float = 10.0,
+) -> Validation:
+    """Compare forces; error = 100·(measured − simulated)/measured.
+
+    Parameters
+    ----------
+    diameters : mm
+    measured, simulated : N
+        None or NaN in `simulated` marks a failed run.
+    calibration_diameter : mm
+        The diameter, or diameters, the parameters were fitted at: no independent check.
+    scatter : sequence of (sd, n), optional
+        Standard deviation and number of specimens of each measured force, None where unknown.
+    margin_percent : float
+        The difference, of the measured force, within which both count as equal.
+    """
+    scatter = scatter or [(None, None)] * len(diameters)
+    if not len(diameters) == len(measured) == len(simulated):
+        raise UsageError("validation: diameters, measured and simulated forces differ in number")
+    rows = tuple(
+        _tested(_row(float(d), float(m), s, calibration_diameter), *spread, margin_percent)
+        for d, m, s, spread in zip(diameters, measured, simulated, scatter, strict=True)
+    )
+    done = [row for row in rows if row.error_percent is not None]
+    sizes = [abs(row.error_percent or 0.0) for row in done]
+    independent = [abs(row.error_percent or 0.0) for row in done if row.role == "validation"]
+    slope = _error_slope(done)
+    lab = power_law_exponent(diameters, measured)
+    model = power_law_exponent([row.diameter for row in done], [row.simulated or 0.0 for row in done])
+    return Validation(
+        rows=rows,
+        max_abs_error_percent=max(sizes, default=None),
+        mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
+        max_abs_error_percent_independent=max(independent, default=None),
+        best_scaled_max_error_percent=_best_scaled_error(done),
+        error_slope_percent_per_mm=slope,
+        measured_exponent=lab,
+        simulated_exponent=model,
+        notes=tuple(_notes(rows, slope, lab, model) + _test_notes(rows, margin_percent)),
+    )
+
+
+def error_percent(measured: float, simulated: float | None) -> float | None:
+    """Return 100·(measured − simulated)/measured; None where there is no simulated value.
+
+    >>> error_percent(100.0, 90.0)
+    10.0
+    """
+    return None if simulated is None else 100.0 * (measured - simulated) / measured
+
+
+def _row(
+    diameter: float, measured: float, simulated: float | None, calibration: float | Sequence[float] | None
+) -> ValidationRow:
+    if measured <= 0.0:
+        raise UsageError(f"validation: measured force {measured:g} N at {diameter:g} mm must be positive")
+    fitted = calibration is not None and bool(np.any(np.isclose(diameter, calibration)))
+    role = "calibration" if fitted else "validation"
+    if simulated is None or not np.isfinite(simulated):
+        return ValidationRow(diameter, measured, None, None, role)
+    return ValidationRow(diameter, measured, float(simulated), error_percent(measured, simulated), role)
+
+
+def _tested(row: ValidationRow, sd: float | None, n: int | None, margin_percent: float) -> ValidationRow:
+    """Add what the scatter of the measured force says about the difference."""
+    simulated = row.simulated
+    if simulated is None:
+        return replace(row, sd=sd, n=n)
+    row = replace(row, sd=sd, n=n, simulation_error_percent=-(row.error_percent or 0.0))
+    if not sd or n is None or n < 2:
+        return row
+    found = compare_means(Sample(row.measured, sd, n), Sample(simulated), 0.01 * margin_percent * row.measured)
+    return replace(
+        row,
+        measured_low=found.low,
+        measured_high=found.high,
+        p_different=found.p,
+        p_equivalent=found.p_equivalent,
+    )
+
+
+def _verdict(row: ValidationRow) -> str:
+    """Return what the two tests say together: equal, apart or open."""
+    if (row.p_equivalent or 0.0) < 0.05:
+        return "equal"
+    return "apart" if (row.p_different or 0.0) < 0.05 else "open"
+
+
+def _test_notes(rows: Sequence[ValidationRow], margin_percent: float) -> list[str]:
+    tested = [row for row in rows if row.p_different is not None and row.p_equivalent is not None]
+    if not tested:
+        return []
+    found: dict[str, list[str]] = {"equal": [], "apart": [], "open": []}
+    for row in tested:
+        found[_verdict(row)].append(f"{row.diameter:g} mm")
+    equal, apart, open_ = found.values()
+    notes = [f"Equal within ±{margin_percent:g} % (equivalence test): {', '.join(equal) or 'no diameter'}."]
+    notes += [f"Different (Welch) and not shown equal: {', '.join(apart)}."] if apart else []
+    notes += [f"Neither shown different nor equal, too few specimens to tell: {', '.join(open_)}."] if open_ else []
+    return notes
+
+
+def power_law_exponent(diameters: ArrayLike, forces: ArrayLike) -> Exponent | None:
+    """Fit log force = a + b·log diameter.
+
+    None below two distinct diameters or with a force that is not positive.
+    """
+    d, force = np.asarray(diameters, dtype=float), np.asarray(forces, dtype=float)
+    if len(np.unique(d)) < 2 or np.any(d <= 0.0) or np.any(force <= 0.0):
+        return None
+    slope, error, df = _line(np.log(d), np.log(force))
+    if error is None:
+        return Exponent(slope, None, None)
+    half_width = t_quantile(0.95, df) * error
+    return Exponent(slope, slope - half_width, slope + half_width)
+
+
+def _line(x: Array, y: Array) -> tuple[float, float | None, int]:
+    """Slope of a straight line, its standard error and residual df."""
+    fit = fit_least_squares(np.column_stack([np.ones_like(x), x]), y)
+    errors = fit.standard_errors
+    return float(fit.coefficients[1]), None if errors is None else float(errors[1]), fit.df
+
+
+def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
+    """Change of the error per millimetre of diameter, from three diameters on."""
+    d = np.array([row.diameter for row in rows])
+    if len(np.unique(d)) < 3:
+        return None
+    return _line(d, np.array([row.error_percent for row in rows], dtype=float))[0]
+
+
+def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
+    """Worst error left when all simulated forces are multiplied by the one best number.
+
+    With r = simulated/measured the best number is 2/(min r + max r), and the worst error
+    (max r − min r)/(max r + min r).
+    """
+    if not rows:
+        return None
+    ratios = [(row.simulated or 0.0) / row.measured for row in rows]
+    low, high = min(ratios), max(ratios)
+    return 100.0 * (high - low) / (high + low) if high + low > 0.0 else None
+
+
+def _notes(
+    rows: Sequence[ValidationRow], slope: float | None, lab: Exponent | None, model: Exponent | None
+) -> list[str]:
+    fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
+    notes = []
+    if len(fitted) == 1:
+        notes.append(f"{fitted[0]} mm is the calibration diameter: its error is not an independent check.")
+    elif fitted:
+        notes.append(
+            f"The parameters were fitted at {', '.join(fitted)} mm: errors there are no independent check; those of "
+            "the diameters left out in turn, in the inversion, are."
+        )
+    failed = [f"{row.diameter:g} mm" for row in rows if row.simulated is None]
+    if failed:
+        notes.append(f"No simulated force at {', '.join(failed)}: the run failed.")
+    if slope is not None and _is_trend(rows, slope):
+        notes.append(
+            f"The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor "
+            "on the force removes."
+        )
+    if lab is not None and model is not None:
+        notes.append(f"Measured force grows as d^{lab.value:.2f}, simulated as d^{model.value:.2f}.")
+    if (better := _better_curve(rows)) is not None:
+        notes.append(better)
+    return notes
+
+
+def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
+    """Whether the straight line explains most of the errors' variation."""
+    done = [row for row in rows if row.error_percent is not None]
+    errors = np.array([row.error_percent for row in done], dtype=float)
+    d = np.array([row.diameter for row in done])
+    total = float(np.sum((errors - errors.mean()) ** 2))
+    return total > 0.0 and slope**2 * float(np.sum((d - d.mean()) ** 2)) > 0.5 * total
+
+
+def _better_curve(rows: Sequence[ValidationRow]) -> str | None:
+    """Compare power law and straight line on the measured forces by AICc; both have three parameters.
+
+    AICc differs by n·ln(RSS) alone, with 2·Σln(force) added to the power law for its logarithmic scale.
+    """
+    d, force = np.array([row.diameter for row in rows]), np.array([row.measured for row in rows])
+    n = len(np.unique(d))
+    if n < 5:  # AICc of three parameters needs n > 4
+        return None
+    ones = np.ones_like(d)
+    straight = fit_least_squares(np.column_stack([ones, d]), force).residual_ss
+    power = fit_least_squares(np.column_stack([ones, np.log(d)]), np.log(force)).residual_ss
+    if min(straight, power) <= 0.0:
+        return None
+    gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(force)))
+    winner, loser = ("a power law", "a straight line") if gain > 0.0 else ("a straight line", "a power law")
+    return (
+        f"Over the diameters {winner} describes the measured force better than {loser} (AICc lower by {abs(gain):.1f})."
+    )

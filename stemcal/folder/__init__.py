@@ -1,0 +1,1 @@
+"""The study folder: records of runs, stage files, tables, lock and log."""

@@ -1,0 +1,291 @@
+"""The study folder: one durable, self-checking record per run, the stages' tables, a lock and a log.
+
+A run is acknowledged once `StudyFolder.save` has returned: its record then survives a killed process and,
+where the system can flush a folder, a power cut. Each record carries the SHA-256 of its own content; one
+that does not match is set aside in ``runs/damaged`` and counts as missing.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import platform
+import re
+import socket
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from filelock import FileLock, Timeout
+
+from stemcal.errors import FolderLocked, StemcalError, UsageError
+from stemcal.files.durable import as_json, digest, remove_leftovers, write_durably
+from stemcal.files.typed import absent, from_json, to_json
+
+logger = logging.getLogger(__name__)
+
+RECORD_VERSION = 1
+SPEC_PLACE = "spec-path.txt"
+MAX_RECORD_BYTES = 64 * 2**20
+_LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
+_KEY = re.compile(r"[0-9a-f]{32}")
+
+
+@dataclass(frozen=True)
+class Holder:
+    """What the process that works in a folder tells of itself; nothing where it could not write it down."""
+
+    pid: int | None = absent()
+    host: str | None = absent()
+    since: str | None = absent()
+    stage: str | None = absent()
+    workers: int | None = absent()
+
+    def __str__(self) -> str:
+        if self.pid is None or self.host is None or self.since is None:
+            return "another process works here"
+        return f"process {self.pid} on {self.host} works here since {self.since}"
+
+
+def default_place(study: str) -> Path:
+    """Return where the results of a study lie unless another place is named.
+
+    >>> default_place("smoke").as_posix()
+    'runs/smoke'
+    """
+    return Path("runs") / study
+
+
+class StudyFolder:
+    """The folder of one study. As a context manager it is locked; reading needs no lock.
+
+    Parameters
+    ----------
+    path : path
+        Made when the folder is locked for the first time.
+
+    Notes
+    -----
+    The lock may be taken again by its holder, so a stage can lock a folder that its command has locked.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self._lock = FileLock(self.path / ".lock", timeout=_LOCK_PATIENCE_S, poll_interval=0.02)
+        self._holds = Holder()
+
+    def __repr__(self) -> str:
+        return f"StudyFolder({str(self.path)!r})"
+
+    # ---- lock
+
+    def __enter__(self) -> Self:
+        self.lock()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.unlock()
+
+    def lock(self) -> None:
+        """Take the folder for this process; raise `FolderLocked` if another one has it."""
+        _make_folder(self.runs)
+        try:
+            self._lock.acquire()
+        except Timeout:
+            raise FolderLocked(f"{self.path}: {self._signature()}; wait for it or choose another --out") from None
+        if self._lock.lock_counter == 1:
+            self._holds = Holder(os.getpid(), socket.gethostname(), now())
+            self._sign()
+            remove_leftovers(self.path, self.runs)
+
+    def unlock(self) -> None:
+        """Give the folder back."""
+        if self._lock.lock_counter == 1:
+            with suppress(OSError):
+                self._holder_file.unlink()
+        self._lock.release()
+
+    @property
+    def _holder_file(self) -> Path:
+        return self.path / ".lock.holder"
+
+    def sign(self, stage: str, workers: int) -> None:
+        """Tell others what is worked at here, with how many workers. A courtesy: the lock itself is held."""
+        self._holds = replace(self._holds, stage=stage, workers=workers)
+        self._sign()
+
+    def _sign(self) -> None:
+        with suppress(OSError):
+            self._holder_file.write_text(as_json(to_json(self._holds)), encoding="utf-8")
+
+    def holder(self) -> Holder | None:
+        """Return what the process that works here tells of itself, None if there is none."""
+        probe = FileLock(self.path / ".lock", timeout=0)
+        try:
+            if not Path(probe.lock_file).exists():
+                return None
+            probe.acquire()
+        except Timeout:
+            return self._signature()
+        except OSError:  # not ours to lock: a signature is all there is to see
+            return found if (found := self._signature()) != Holder() else None
+        probe.release()
+        return None
+
+    def _signature(self) -> Holder:
+        try:
+            return from_json(Holder, json.loads(self._holder_file.read_text(encoding="utf-8")))
+        except (OSError, ValueError):
+            return Holder()
+
+    # ---- records of runs
+
+    @property
+    def runs(self) -> Path:
+        """Where the records lie."""
+        return self.path / "runs"
+
+    def record_path(self, key: str) -> Path:
+        """Return the file of a record."""
+        if not _KEY.fullmatch(key):
+            raise ValueError(f"{key!r} is no key of a record")
+        return self.runs / f"{key}.json"
+
+    def keys(self) -> list[str]:
+        """Return the keys of all records, damaged or not, sorted."""
+        return sorted(path.stem for path in self.runs.glob("*.json") if _KEY.fullmatch(path.stem))
+
+    def save(self, record: Mapping[str, Any]) -> None:
+        """Write a record so that it is there whole or not at all; `record["key"]` names it."""
+        content = {"record_version": RECORD_VERSION, **record}
+        sealed = {"sha256": digest(content), **content}
+        write_durably(self.record_path(record["key"]), as_json(sealed))
+
+    def load(self, key: str) -> dict[str, Any] | None:
+        """Return a record without its seal; one that is damaged is set aside. None if there is none."""
+        record = self.peek(key)
+        if record is None and self.record_path(key).exists():
+            self._set_aside(self.record_path(key))
+        return record
+
+    def peek(self, key: str) -> dict[str, Any] | None:
+        """Return a record without its seal, None if there is none or it is damaged; changes nothing."""
+        try:
+            with self.record_path(key).open("rb") as file:
+                blob = file.read(MAX_RECORD_BYTES + 1)
+        except FileNotFoundError:
+            return None
+        record = _unsealed(blob) if len(blob) <= MAX_RECORD_BYTES else None
+        return record if record is not None and record.get("key") == key else None
+
+    def _set_aside(self, path: Path) -> None:
+        logger.warning("%s is damaged; set aside, the run is done again", path)
+        with suppress(OSError):
+            damaged = self.runs / "damaged"
+            damaged.mkdir(exist_ok=True)
+            stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
+            path.replace(damaged / f"{path.stem}-{stamp}.json")
+            self.log("record_damaged", key=path.stem)
+
+    # ---- stages
+
+    def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
+        """Write a stage's JSON, whole or not at all; the same content gives the same bytes."""
+        write_durably(self.path / f"{stage}.json", as_json(content))
+
+    def read_stage(self, stage: str) -> dict[str, Any]:
+        """Return a stage's JSON; raise `UsageError` if it has not run yet or cannot be read."""
+        path = self.path / f"{stage}.json"
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise UsageError(f"{path} is not there yet; run `stemcal {stage} SPEC` first") from None
+        except (ValueError, RecursionError):
+            raise UsageError(f"{path} is damaged; run `stemcal {stage} SPEC` again") from None
+        if not isinstance(content, dict) or content.get("stage") != stage:
+            raise UsageError(f"{path} holds no {stage} stage; run `stemcal {stage} SPEC` again")
+        return content
+
+    def has_stage(self, stage: str) -> bool:
+        """Whether a stage has left its file."""
+        return (self.path / f"{stage}.json").is_file()
+
+    def write_csv(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+        """Write a table as ``name.csv``: UTF-8, ``\\n``, empty cells for None."""
+        import csv
+        import io
+
+        text = io.StringIO(newline="")
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+        write_durably(self.path / f"{name}.csv", text.getvalue())
+
+    # ---- the spec
+
+    def remember_spec(self, spec: Path) -> None:
+        """Keep the place of the spec, so that results can be opened by their folder alone."""
+        write_durably(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
+
+    def remembered_spec(self) -> Path | None:
+        """Return the place of the spec, None if nobody has told it."""
+        try:
+            return Path((self.path / SPEC_PLACE).read_text(encoding="utf-8").strip())
+        except OSError:
+            return None
+
+    # ---- log
+
+    def log(self, event: str, **facts: Any) -> None:
+        """Append one line to ``log.jsonl``; a log that cannot be written stops nothing."""
+        line = json.dumps({"time": now(), "event": event, **facts}, ensure_ascii=False, default=str)
+        try:
+            with (self.path / "log.jsonl").open("a", encoding="utf-8", newline="\n") as file:
+                file.write(line + "\n")
+        except OSError as error:
+            logger.warning("log.jsonl: %s", error)
+
+
+def provenance() -> dict[str, str]:
+    """Return what made a record, for people who read it later."""
+    import numpy
+
+    from stemcal import __version__
+
+    return {
+        "stemcal": __version__,
+        "python": platform.python_version(),
+        "numpy": numpy.__version__,
+        "host": socket.gethostname(),
+        "platform": platform.platform(),
+    }
+
+
+def now() -> str:
+    """Return the time, UTC, ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def _make_folder(runs: Path) -> None:
+    try:
+        runs.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StemcalError(f"{error.filename or runs}: {error.strerror}; choose another place with --out") from error
+
+
+def _unsealed(blob: bytes) -> dict[str, Any] | None:
+    """Return the content of a sealed record, or None if a bit of it has changed."""
+    try:
+        record = json.loads(blob.decode("utf-8"))
+        seal = record.pop("sha256")
+        intact = digest(record) == seal and as_json({"sha256": seal, **record}).encode("utf-8") == blob
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return None
+    return record if intact else None

@@ -1,0 +1,182 @@
+"""What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs can find."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+from stemcal.doe.designs.aliases import describe_aliases
+from stemcal.doe.designs.power import DesignQuality, judge_design
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.key import record_key
+from stemcal.runs.policy import stands
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Estimating, Request, Solver
+from stemcal.stages.base import stage_called
+from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
+from stemcal.stages.surface import read_before
+from stemcal.stages.validate import calibrated_parameters, requests_at
+from stemcal.study.model import Study
+
+USUAL_FACTORS = 3
+
+
+@dataclass(frozen=True)
+class PlannedStage:
+    """The runs of a stage; `seconds` on one core, None where the solver gives no estimate.
+
+    `quality` is the power and leverage of the design, None where there is none or it cannot carry its model.
+    """
+
+    stage: str
+    rows: int
+    distinct_runs: int
+    recorded: int
+    to_run: int
+    seconds: float | None
+    quality: DesignQuality | None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a study would run."""
+
+    schema_version: int
+    stage: str
+    study: str
+    stages: Rows[PlannedStage]
+    to_run: int
+    seconds: float | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a stage asks of the solver; not `settled` as long as a stage before it has to decide."""
+
+    stage: str
+    requests: Sequence[Request]
+    settled: bool
+    remark: str = ""
+    design: Design | None = None
+
+
+def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None = None) -> Plan:
+    """Return the runs of every stage without running any."""
+    solver = solver or make_solver(study)
+    wanted = asked(study, solver, folder)
+    stages = [_count(part, study, solver, folder) for part in wanted]
+    seconds = [stage.seconds for stage in stages]
+    notes = [part.remark for part in wanted if part.remark]
+    foretold = [note for part in wanted if part.design is not None for note in foretell(part.design)]
+    return Plan(
+        1,
+        "plan",
+        study.name,
+        Rows(stages),
+        sum(stage.to_run for stage in stages),
+        None if None in seconds else sum(second or 0.0 for second in seconds),
+        (*notes, *_decided_later(study), *foretold),
+    )
+
+
+def _decided_later(study: Study) -> list[str]:
+    """Say how many runs may come on top, one by one."""
+    later = {"climb": study.climb and study.climb.steps + 1, "refine": study.refine and study.refine.budget}
+    return [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
+
+
+def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
+    """Return what each stage asks of the solver, as far as it is known now."""
+    screening = screening_design(study, solver)
+    return [
+        Asked("screen", screening.requests(study.targets.calibrate_at), settled=True, design=screening),
+        _surface(study, solver, folder),
+        _validate(study, solver, folder),
+    ]
+
+
+def _count(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> PlannedStage:
+    distinct: dict[str, Request] = {}
+    for request in part.requests:
+        distinct.setdefault(record_key(solver, request), request)
+    missing = [request for key, request in distinct.items() if not _recorded(key, study, folder)]
+    return PlannedStage(
+        part.stage,
+        len(part.requests),
+        len(distinct),
+        len(distinct) - len(missing),
+        len(missing),
+        sum(solver.cost_estimate(request) for request in missing) if isinstance(solver, Estimating) else None,
+        None if part.design is None else _quality(part.design),
+    )
+
+
+def _recorded(key: str, study: Study, folder: StudyFolder | None) -> bool:
+    record = folder.peek(key) if folder is not None else None
+    return record is not None and stands(record, study.runs)
+
+
+def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    known = _surface_names(study, solver, folder)
+    names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
+    design = surface_design(study, solver, names)
+    diameters = [study.targets.calibrate_at, *(target.diameter for target in study.joint_targets)]
+    requests = [request for diameter in dict.fromkeys(diameters) for request in design.requests(diameter)]
+    remark = f"The screening decides which factors the surface has; {len(names)} are assumed for the plan."
+    return Asked("rsm", requests, known is not None, "" if known else remark, design)
+
+
+def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
+    """Return the factors of the surface as far as they are known now."""
+    before = stage_called("rsm").needs(study)
+    given = solver.given_design("rsm")
+    if before is None:
+        return surface_factors(study, solver, None)[0]
+    if given is not None:
+        return [name for name in given[0] if name in study.names]
+    if folder is None:
+        return None
+    try:
+        screening = read_before(study, solver, folder)
+    except UsageError:
+        return None
+    return surface_factors(study, solver, screening)[0]
+
+
+def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    """Return a run per diameter, at the solution if there is one, else at mid-levels."""
+    levels = None
+    if folder is not None:
+        with suppress(UsageError):
+            levels = calibrated_parameters(study, solver, folder)
+    middle = study.midlevels() if levels is None else levels
+    return Asked("validate", requests_at(study, middle), settled=levels is not None)
+
+
+# ---- what a design can find
+
+
+def foretell(design: Design) -> list[str]:
+    """Say what the design can find and what its main effects hide."""
+    try:
+        said = [f"{design.stage}, {design.kind}: {_judge(design).describe()}"]
+    except UsageError as error:
+        return [f"{design.stage}, {design.kind}: {error}"]
+    if design.stage == "screen":
+        said.append(describe_aliases(design.coded, design.names))
+    return said
+
+
+def _quality(design: Design) -> DesignQuality | None:
+    try:
+        return _judge(design)
+    except UsageError:
+        return None
+
+
+def _judge(design: Design) -> DesignQuality:
+    return judge_design(design.coded, design.names, quadratic=design.stage == "rsm")

@@ -1,0 +1,246 @@
+"""Every run that a study asks for, and what has become of it: for `status`, `runs` and `retry`. Reads only."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any
+
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.folder.store import Holder, StudyFolder
+from stemcal.overview.plan import Asked, asked
+from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.key import answer_of, record_key
+from stemcal.runs.policy import is_censored, judged, stands
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.base import STAGES, stage_called
+from stemcal.stages.lineage import changes_since
+from stemcal.stages.making import read
+from stemcal.study.model import Study
+
+SCHEMA_VERSION = 1
+STATUSES = ("ok", "censored", "failed", "left", "damaged")
+_SHORTEST_KEY = 4
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One row of a stage: what was asked and, if a record answers it, what came of it.
+
+    `status` is one of `STATUSES`; `again` tells that the next command begins the run again.
+    """
+
+    stage: str
+    run: int
+    key: str
+    status: str
+    force: float | None
+    reason: str
+    message: str
+    again: bool
+    diameter: float
+    levels: dict[str, float]
+    started: str | None = None
+    wall_seconds: float | None = None
+    tries: int | None = None
+    host: str | None = None
+    stemcal: str | None = None
+
+    @property
+    def request(self) -> Request:
+        """What was asked."""
+        pictured = any(stage.pictured for stage in STAGES if stage.name == self.stage)
+        return Request(self.stage, self.run - 1, self.levels, self.diameter, pictured)
+
+
+@dataclass(frozen=True)
+class StageStatus:
+    """How far a stage is; `rows` and `left` are None as long as a stage before it has to decide."""
+
+    stage: str
+    rows: int | None
+    done: int
+    censored: int
+    failed: int
+    reasons: dict[str, int]
+    left: int | None
+    damaged: int
+    running: int
+    file: str
+    changed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Status:
+    """How far a study is; `working` is what the process at work tells of itself, None if none is."""
+
+    schema_version: int
+    stage: str
+    study: str
+    folder: str
+    working: Holder | None
+    stages: tuple[StageStatus, ...]
+
+
+def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[Entry]:
+    """Return the runs of all stages whose runs are known by now, in order."""
+    solver = solver or make_solver(study)
+    return Rows(_entries(asked(study, solver, folder), study, folder, solver))
+
+
+def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[Entry]:
+    requests = [request for part in wanted if part.settled for request in part.requests]
+    keys = [record_key(solver, request) for request in requests]
+    entries = [_entry(request, key, study, folder) for request, key in zip(requests, keys, strict=True)]
+    stages = {part.stage for part in wanted}
+    return entries + sorted(_others(set(keys), stages, study, folder), key=lambda e: (e.stage, e.run))
+
+
+def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
+    record = folder.peek(key)
+    asked_for = request.stage, request.row + 1, key
+    if record is None:
+        status = "damaged" if folder.record_path(key).exists() else "left"
+        return Entry(*asked_for, status, None, "", "", True, request.diameter, dict(request.levels))
+    answer = judged(answer_of(record), study.runs)
+    status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
+    said: Mapping[str, Any] = record.get("provenance", {})
+    return Entry(
+        *asked_for,
+        status,
+        answer.force,
+        answer.reason,
+        answer.message,
+        not stands(record, study.runs),
+        request.diameter,
+        dict(request.levels),
+        *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
+    )
+
+
+def _others(known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder) -> Iterator[Entry]:
+    """Yield the records of stages that decide from run to run what to ask next."""
+    for key in folder.keys():  # noqa: SIM118
+        record = folder.peek(key) if key not in known else None
+        if record is not None and record["request"]["stage"] not in stages:
+            yield _entry(Request(**record["request"]), key, study, folder)
+
+
+# ---- status
+
+
+def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Status:
+    """Return for every stage how many of its rows are done, failed and why, running, and left."""
+    solver = solver or make_solver(study)
+    wanted = asked(study, solver, folder)
+    entries, working = _entries(wanted, study, folder, solver), folder.holder()
+    decided = {part.stage: part.settled for part in wanted}
+    seen = {*decided, *(entry.stage for entry in entries)}
+    named = [*decided, *(stage.name for stage in STAGES if stage.name in seen - set(decided))]
+    stages = [
+        _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True), working)
+        for name in named
+    ]
+    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages))
+
+
+def _stage(
+    study: Study,
+    solver: Solver,
+    folder: StudyFolder,
+    name: str,
+    entries: Sequence[Entry],
+    settled: bool,
+    working: Holder | None,
+) -> StageStatus:
+    found = Counter(entry.status for entry in entries)
+    reasons = Counter(entry.reason for entry in entries if entry.status == "failed")
+    file, changed = _file(study, solver, folder, name)
+    return StageStatus(
+        stage=name,
+        rows=len(entries) if settled else None,
+        done=found["ok"] + found["censored"],
+        censored=found["censored"],
+        failed=found["failed"],
+        reasons=dict(reasons.most_common()),
+        left=found["left"] + found["damaged"] if settled else None,
+        damaged=found["damaged"],
+        running=_running(entries, name, working),
+        file=file,
+        changed=tuple(changed),
+    )
+
+
+def _running(entries: Sequence[Entry], stage: str, working: Holder | None) -> int:
+    if working is None or working.stage != stage:
+        return 0
+    open_runs = {entry.key for entry in entries if entry.again}
+    return min(len(open_runs), working.workers or 1)
+
+
+def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tuple[str, list[str]]:
+    """Tell whether a stage has left its file, and what has changed since."""
+    if not folder.has_stage(stage):
+        return "none", []
+    try:
+        read(stage_called(stage), folder)
+        changed = changes_since(study, solver, folder, stage)
+    except UsageError:
+        return "damaged", []
+    return "stale" if changed else "fresh", changed
+
+
+# ---- retry
+
+
+def retry(
+    study: Study,
+    folder: StudyFolder,
+    executor: Executor,
+    keys: Sequence[str] = (),
+    watch: Watch = ignore,
+    solver: Solver | None = None,
+) -> list[Entry]:
+    """Compute failed runs again, all of them or those whose keys begin as given; return what came of them.
+
+    A record is replaced when its new answer is there, not before.
+    """
+    solver = solver or make_solver(study)
+    policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
+    with folder:
+        chosen = _chosen(ledger(study, folder, solver), keys)
+        for stage in dict.fromkeys(entry.stage for entry in chosen):
+            requests = [entry.request for entry in chosen if entry.stage == stage]
+            answer_all(requests, solver, folder, executor, watch, policy, again={entry.key for entry in chosen})
+        return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
+
+
+def _chosen(entries: Sequence[Entry], keys: Sequence[str]) -> list[Entry]:
+    failed = {entry.key: entry for entry in reversed(entries) if entry.status == "failed"}
+    if not keys:
+        return list(reversed(failed.values()))
+    return [failed[_whole(key, entries, failed)] for key in dict.fromkeys(keys)]
+
+
+def _whole(short: str, entries: Sequence[Entry], failed: Collection[str]) -> str:
+    """Return the one key of a failed run that begins as given."""
+    key = complete_key(short, [entry.key for entry in entries])
+    if key not in failed:
+        raise UsageError(f"{short}: this run has not failed; `stemcal runs SPEC --status failed` lists those that have")
+    return key
+
+
+def complete_key(short: str, keys: Collection[str]) -> str:
+    """Return the one key that begins with `short`; raise `UsageError` if there is none, or more than one."""
+    found = sorted({key for key in keys if key.startswith(short)})
+    if len(short) < _SHORTEST_KEY or len(found) > 1:
+        raise UsageError(
+            f"{short[:40]}: more than one run may have this key; give {_SHORTEST_KEY} letters or more of it"
+        )
+    if not found:
+        raise UsageError(f"{short[:40]}: no run of this study has this key; `stemcal runs SPEC` lists them")
+    return found[0]

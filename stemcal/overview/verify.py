@@ -1,0 +1,122 @@
+"""Is the study folder sound? Every record against its seal and its name, every stage against its spec."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from stemcal.errors import UsageError
+from stemcal.files.durable import digest
+from stemcal.folder.store import StudyFolder
+from stemcal.overview.plan import Asked, asked
+from stemcal.runs.key import KEY_LENGTH, record_key
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Solver
+from stemcal.stages.base import STAGES, Stage
+from stemcal.stages.lineage import changes_since
+from stemcal.stages.making import read
+from stemcal.study.model import Study
+
+
+@dataclass(frozen=True)
+class Damage:
+    """A file and what is wrong with it."""
+
+    file: str
+    problem: str
+
+
+@dataclass(frozen=True)
+class StageState:
+    """A stage's file: what is wrong with it, and what has changed since it was written."""
+
+    stage: str
+    problem: str
+    changed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Whether a study folder is sound.
+
+    `orphans` are files that belong to nothing, `stale_records` runs that the spec as it is now asks for no more. `ok`
+    is whether nothing is damaged.
+    """
+
+    schema_version: int
+    stage: str
+    study: str
+    folder: str
+    ok: bool
+    records: int
+    damaged: tuple[Damage, ...]
+    set_aside: int
+    orphans: tuple[str, ...]
+    stale_records: tuple[str, ...]
+    stages: tuple[StageState, ...]
+
+
+def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Inspection:
+    """Check everything in a study folder; change nothing."""
+    solver = solver or make_solver(study)
+    keys = folder.keys()
+    problems = {key: _problem(folder, key) for key in keys}
+    stages = [_stage(study, solver, folder, stage) for stage in STAGES if folder.has_stage(stage.name)]
+    damaged = [Damage(f"runs/{key}.json", problem) for key, problem in problems.items() if problem]
+    damaged += [Damage(f"{state.stage}.json", state.problem) for state in stages if state.problem]
+    intact = [key for key in keys if not problems[key]]
+    return Inspection(
+        1,
+        "verify",
+        study.name,
+        str(folder.path),
+        not damaged,
+        len(keys),
+        tuple(damaged),
+        len(list(folder.runs.glob("damaged/*"))),
+        tuple(_orphans(folder, set(keys))),
+        tuple(_stale(intact, asked(study, solver, folder), folder, solver)),
+        tuple(stages),
+    )
+
+
+def _problem(folder: StudyFolder, key: str) -> str:
+    """Return what is wrong with a record, "" if nothing is."""
+    try:
+        record = folder.peek(key)
+    except OSError as error:
+        return f"cannot be read: {error.strerror}"
+    if record is None:
+        return "does not agree with its SHA-256"
+    if digest(record.get("identity"))[:KEY_LENGTH] != key:
+        return "its name does not follow from what it says it answers"
+    return ""
+
+
+def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> StageState:
+    try:
+        read(stage, folder)
+    except UsageError:
+        return StageState(stage.name, "cannot be read", ())
+    return StageState(stage.name, "", tuple(changes_since(study, solver, folder, stage.name)))
+
+
+def _orphans(folder: StudyFolder, keys: set[str]) -> list[str]:
+    """Return the files among the records that are none, and what killed writers have left."""
+    records = [path for path in folder.runs.glob("*") if path.is_file() and path.stem not in keys]
+    if folder.holder() is not None:  # its writer is at work
+        records = [path for path in records if path.suffix != ".tmp"]
+        return sorted(_below(path, folder) for path in records)
+    return sorted(_below(path, folder) for path in {*records, *folder.path.glob(".writing-*.tmp")})
+
+
+def _below(path: Path, folder: StudyFolder) -> str:
+    return path.relative_to(folder.path).as_posix()
+
+
+def _stale(keys: list[str], wanted: list[Asked], folder: StudyFolder, solver: Solver) -> list[str]:
+    """Return the records of settled stages that no stage asks for."""
+    asked_for = {record_key(solver, request) for part in wanted for request in part.requests}
+    settled = {part.stage for part in wanted if part.settled}
+    records = {key: folder.peek(key) for key in keys if key not in asked_for}
+    return [key for key, record in records.items() if record and record["request"]["stage"] in settled]

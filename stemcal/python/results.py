@@ -1,0 +1,272 @@
+"""The results of a study as a notebook uses them: tables that show themselves, frames, and every figure."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from html import escape
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.folder.store import StudyFolder
+from stemcal.overview.status import Entry, ledger
+from stemcal.report.figures.certainty import corner, profiles
+from stemcal.report.figures.contour import contours, relief, solutions, with_unit
+from stemcal.report.figures.effects import half_normal, pareto
+from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
+from stemcal.report.figures.gallery import gallery
+from stemcal.report.figures.validation import growth, validation
+from stemcal.report.records import Records, read_records
+from stemcal.stages.climb import ClimbResult
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import R, StageResult
+from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.validate import ValidateResult
+from stemcal.study.model import Study
+from stemcal.words import did_you_mean
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+V = TypeVar("V", bound=StageResult)
+
+
+class ScreenPlots:
+    """Figures of a screening."""
+
+    def __init__(self, result: ScreenResult) -> None:
+        self._result = result
+
+    def pareto(self) -> Figure:
+        """Draw the effects by size."""
+        return pareto(self._result)
+
+    def half_normal(self) -> Figure:
+        """Draw the effects against half-normal scores."""
+        return half_normal(self._result)
+
+
+class SurfacePlots:
+    """Figures of a surface; where there is a solution they show it."""
+
+    def __init__(self, result: SurfaceResult, inversion: InvertResult | None) -> None:
+        self._result, self._inversion = result, inversion
+
+    def contour(self, across: str | None = None, up: str | None = None) -> Figure:
+        """Draw lines of equal force over two factors, the two that matter most by default."""
+        return contours(self._result, self._pair(across, up), self._inversion)
+
+    def relief(self, across: str | None = None, up: str | None = None) -> Figure:
+        """Draw the force as height over two factors."""
+        return relief(self._result, self._pair(across, up), self._inversion)
+
+    def observed_predicted(self) -> Figure:
+        """Draw simulated force against prediction."""
+        return observed_predicted(self._result)
+
+    def residuals(self) -> Figure:
+        """Draw what the surface leaves unexplained."""
+        return residuals(self._result)
+
+    def diagnostics(self) -> Figure:
+        """Draw residuals against the normal law and in order of the runs, and Cook's distances."""
+        return diagnostics(self._result)
+
+    def ridge(self) -> Figure:
+        """Draw the ridge of steepest ascent."""
+        return ridge(self._result, self._inversion)
+
+    def _pair(self, across: str | None, up: str | None) -> tuple[str, str]:
+        names = self._result.names
+        for name in (across, up):
+            if name is not None and name not in names:
+                raise UsageError(f"the surface has no factor {name!r}; {did_you_mean(name, names)}")
+        wanted = [name for name in (across, up) if name is not None]
+        free = [name for name in names if name not in wanted]
+        pair = (across or free.pop(0), up or (free.pop(0) if free else ""))
+        if not pair[1]:
+            raise UsageError("a contour needs two factors; the surface has one")
+        return pair
+
+
+class InversionPlots:
+    """Figures of a calibration."""
+
+    def __init__(self, result: InvertResult, surface: SurfaceResult) -> None:
+        self._result, self._surface = result, surface
+
+    def solutions(self) -> Figure:
+        """Draw the range of each factor over all solutions."""
+        return solutions(self._surface, self._result)
+
+    def profiles(self) -> Figure:
+        """Draw the rise of the misfit over each factor."""
+        return profiles(self._result, self._labels())
+
+    def posterior(self) -> Figure:
+        """Draw the posterior; raise `UsageError` if the spec did not ask for one (invert.posterior)."""
+        known = self._result.certainty
+        if known is None or known.posterior is None:
+            raise UsageError("there is no posterior; write posterior: true under invert in the spec")
+        return corner(known.posterior, self._labels())
+
+    def _labels(self) -> dict[str, str]:
+        return {name: with_unit(self._surface, name) for name in self._result.point.solution}
+
+
+class ValidationPlots:
+    """Figures of a validation."""
+
+    def __init__(self, result: ValidateResult, study: Study) -> None:
+        self._result, self._study = result, study
+
+    def forces(self) -> Figure:
+        """Draw measured and simulated force over diameter."""
+        targets = self._study.targets.forces
+        return validation(self._result, {target.diameter: target.sd for target in targets if target.sd is not None})
+
+    def growth(self) -> Figure:
+        """Draw them on logarithmic axes."""
+        return growth(self._result)
+
+
+class Screen(ScreenResult):
+    """A screening with its figures."""
+
+    plot: ScreenPlots
+
+
+class Surface(SurfaceResult):
+    """A surface with its figures."""
+
+    plot: SurfacePlots
+
+
+class Inversion(InvertResult):
+    """A calibration with its figures."""
+
+    plot: InversionPlots
+
+
+class Validation(ValidateResult):
+    """A validation with its figures."""
+
+    plot: ValidationPlots
+
+
+def _plotted(kind: type[V], result: StageResult, plot: object) -> V:
+    """Return a result as the class that has figures."""
+    plotted = object.__new__(kind)
+    plotted.__dict__.update(vars(result), plot=plot)
+    return plotted
+
+
+class StudyResults:
+    """What a study came to, stage by stage; a stage that is not done raises `UsageError` when it is asked for.
+
+    Attributes
+    ----------
+    study : Study
+    folder : StudyFolder
+    stale : tuple of str
+        Why stages whose files are there are left out: something has changed since.
+    """
+
+    def __init__(self, study: Study, folder: StudyFolder, results: Results) -> None:
+        self.study, self.folder, self._results, self.stale = study, folder, results, results.stale
+
+    @classmethod
+    def of(cls, study: Study, folder: StudyFolder) -> StudyResults:
+        """Read what lies in the folder of a study."""
+        return cls(study, folder, fresh_results(study, folder))
+
+    @property
+    def screen(self) -> Screen:
+        """Which factors move the force."""
+        found = self._there(self._results.screen, "screen")
+        return _plotted(Screen, found, ScreenPlots(found))
+
+    @property
+    def climb(self) -> ClimbResult:
+        """The steps towards the target."""
+        return self._there(self._results.climb, "climb")
+
+    @property
+    def surface(self) -> Surface:
+        """The force as a quadratic surface."""
+        found = self._there(self._results.surface, "rsm")
+        return _plotted(Surface, found, SurfacePlots(found, self._results.inversion))
+
+    @property
+    def inversion(self) -> Inversion:
+        """The calibrated parameters and how well they are known."""
+        found, surface = self._there(self._results.inversion, "invert"), self._there(self._results.surface, "rsm")
+        return _plotted(Inversion, found, InversionPlots(found, surface))
+
+    @property
+    def refinement(self) -> RefineResult:
+        """What simulating at the solution corrected."""
+        return self._there(self._results.refinement, "refine")
+
+    @property
+    def validation(self) -> Validation:
+        """Measured against simulated force."""
+        found = self._there(self._results.validation, "validate")
+        return _plotted(Validation, found, ValidationPlots(found, self.study))
+
+    def _there(self, result: R | None, stage: str) -> R:
+        if result is None:
+            reason = next(iter(self.stale), f"{self.folder.path / stage}.json is not there yet")
+            raise UsageError(f"{reason}; run `stemcal {stage} SPEC` first" if not self.stale else reason)
+        return result
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The calibrated level of every factor, in the units of the spec."""
+        return self._results.parameters
+
+    @property
+    def runs(self) -> Rows[Entry]:
+        """Every run of the study and what came of it."""
+        return ledger(self.study, self.folder)
+
+    @cached_property
+    def records(self) -> Records:
+        """What the solver told of every run, by the label of the run: curves, checks, energies."""
+        return read_records(self._results, self.folder)
+
+    @property
+    def posterior(self) -> Any:
+        """The posterior of the parameters as `arviz.InferenceData`; the extra bayes, and `invert.posterior: true`."""
+        known = self.inversion.certainty
+        if known is None or known.posterior is None:
+            raise UsageError("there is no posterior; write posterior: true under invert in the spec")
+        return known.posterior.to_inference_data()
+
+    # ---- every figure of the page
+
+    @property
+    def figure_names(self) -> list[str]:
+        """The names of all figures, as `stemcal plot list` tells them."""
+        return [plot.name for plot in gallery(self.study, self._results, self.records)]
+
+    def figure(self, name: str) -> Figure:
+        """Draw the figure of that name."""
+        plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
+        if name not in plots:
+            raise UsageError(f"no figure {name!r}; {did_you_mean(name, plots)}")
+        return plots[name].draw()
+
+    # ---- how they show themselves
+
+    def __repr__(self) -> str:
+        lines = [f"Study {self.study.name} in {self.folder.path}", *(repr(result) for result in self._results.done())]
+        return "\n  ".join([*lines, *self.stale])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<li>{escape(repr(result))}</li>" for result in self._results.done())
+        stale = "".join(f"<li>{escape(sentence)}</li>" for sentence in self.stale)
+        return f"<p><b>Study {escape(self.study.name)}</b></p><ul>{rows}{stale}</ul>"

@@ -1,0 +1,160 @@
+"""From a spec to results in a few calls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stemcal import workflow
+from stemcal.cutting import CuttingResult, Symmetry
+from stemcal.errors import UsageError
+from stemcal.executors.local import LocalExecutor
+from stemcal.files.rows import Table
+from stemcal.folder.store import StudyFolder, default_place
+from stemcal.python.results import StudyResults
+from stemcal.report.figures.curves import force_travel
+from stemcal.report.progress import notebook_watch
+from stemcal.report.records import Curve as DrawnCurve
+from stemcal.solvers.embedded import simulate as shear_test
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.spec import load_study as read_spec
+from stemcal.words import did_you_mean
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from stemcal.cutting.result import Array
+
+
+def load_study(path: str | Path) -> Study:
+    """Return the study in a YAML file; raise `SpecError` with everything that is wrong with it."""
+    return read_spec(path)
+
+
+def calibrate(
+    study: Study, *, out: str | Path | None = None, workers: int | None = None, progress: bool | None = None
+) -> StudyResults:
+    """Take a study through all its stages; finished runs are taken from the folder.
+
+    Parameters
+    ----------
+    out : path, optional
+        The study folder; by default ``runs/<study name>``.
+    workers : int, optional
+        Simulations at a time; by default all cores.
+    progress : bool, optional
+        Whether a bar shows how far it is; by default in a terminal and in Jupyter.
+
+    Raises
+    ------
+    RunsFailed, TargetUnreachable, FolderLocked, UsageError
+        As the command line tells them.
+    """
+    folder = StudyFolder(default_place(study.name) if out is None else out)
+    with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress) as watch:
+        workflow.calibrate(study, folder, executor, watch)
+    folder.remember_spec(study.source)
+    return StudyResults.of(study, folder)
+
+
+def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:
+    """Return the results that lie in a study folder.
+
+    Parameters
+    ----------
+    study : Study, optional
+        By default it is read again from the spec that `calibrate` or `stemcal run` was given.
+
+    Raises
+    ------
+    UsageError
+        If the folder is not there, or does not know its spec.
+    """
+    place = Path(folder)
+    if not place.is_dir():
+        raise UsageError(f"{place} is not there; run `stemcal run SPEC` first, or name the folder with --out")
+    found = StudyFolder(place)
+    if study is None:
+        spec = found.remembered_spec()
+        if spec is None:
+            raise UsageError(f"{place} does not tell its spec; give it: stemcal.open_results(folder, study)")
+        study = read_spec(spec)
+    return StudyResults.of(study, found)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Curve:
+    """Force (N, filtered) on the blade over its travel from first touch (mm)."""
+
+    travel: Array
+    force: Array
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a frame of pandas."""
+        rows = zip(self.travel.tolist(), self.force.tolist(), strict=True)
+        return Table(("travel", "force"), tuple(rows)).to_frame()
+
+    def plot(self) -> Figure:
+        """Draw the curve."""
+        return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force))}, ["force"])
+
+    def __repr__(self) -> str:
+        return f"Curve of {len(self.travel)} points, {self.force.max():.4g} N at most"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulated:
+    """One virtual shear test; `result` has everything that the solver tells."""
+
+    levels: dict[str, float]
+    diameter: float
+    result: CuttingResult
+
+    @property
+    def peak_force(self) -> float:
+        """Maximum force, N."""
+        return self.result.peak_force
+
+    @property
+    def curve(self) -> Curve:
+        """Force over travel."""
+        history = self.result.history
+        return Curve(history.travel, history.force_filtered)
+
+    def __repr__(self) -> str:
+        result = self.result
+        where = f"{result.peak_force:.4g} N at {result.peak_travel:.3g} mm"
+        return f"Shear test of {self.diameter:g} mm: {where}, {result.elements} elements"
+
+
+def simulate(
+    study: Study, diameter: float | None = None, symmetry: Symmetry | None = None, **levels: float
+) -> Simulated:
+    """Run one virtual shear test of a study.
+
+    Parameters
+    ----------
+    diameter : float, optional
+        Outer diameter of the stem in mm; that of the specimen by default.
+    symmetry : str, optional
+        ``none``, ``half`` or ``quarter`` in place of the spec's.
+    levels : float
+        Values of factors in the units of the spec; the others stand at mid-level.
+
+    Raises
+    ------
+    UsageError
+        If the study's solver is not the embedded one, or a factor is unknown.
+    SimulationFailed
+        If the simulation cannot be trusted.
+    """
+    if not isinstance(study.solver, EmbeddedSolver):
+        raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
+    for name in levels:
+        if name not in study.names:
+            raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
+    chosen = study.specimen.outer_diameter if diameter is None else float(diameter)
+    whole = {**study.midlevels(), **levels}
+    return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))

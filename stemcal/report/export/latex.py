@@ -1,0 +1,92 @@
+"""Tables to publish in LaTeX, with the rules of booktabs."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable, Sequence
+
+from stemcal.report.export.paper import PaperTable, is_numeric
+
+HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package xeCJK.
+\documentclass[a4paper]{article}
+\usepackage{iftex}
+\ifPDFTeX\usepackage[T1]{fontenc}\usepackage[utf8]{inputenc}\fi
+\IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
+\usepackage[margin=25mm]{geometry}
+\usepackage{booktabs}
+\begin{document}
+"""
+LONGEST = 16  # characters of a heading on one line
+STARS = re.compile(r"(.*?) (\*\*?)")
+
+
+def document(tables: Sequence[PaperTable]) -> str:
+    """Return a document that stands alone with all tables."""
+    return "\n".join([HEAD, *map(latex, tables), r"\end{document}", ""])
+
+
+def latex(table: PaperTable) -> str:
+    """Return a table as a float that carries the number it has in the published study."""
+    columns = list(zip(*table.rows, strict=True))
+    kinds = ["r" if is_numeric(column) else "l" for column in columns]
+    starred = [any(STARS.fullmatch(cell) for cell in column) for column in columns]
+    lines = [
+        rf"\setcounter{{table}}{{{table.number - 1}}}",
+        r"\begin{table}[htbp]",
+        r"\centering\small",
+        rf"\caption{{{escaped(table.caption)}}}",
+        rf"\label{{tab:{table.name}}}",
+        rf"\begin{{tabular}}{{{''.join(kinds)}}}",
+        r"\toprule",
+        _row(_heading(name, kind) for name, kind in zip(table.columns, kinds, strict=True)),
+        r"\midrule",
+        *(_row(_cell(cell, stars) for cell, stars in zip(row, starred, strict=True)) for row in table.rows),
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]
+    lines += [rf"\par\smallskip\parbox{{\linewidth}}{{\footnotesize {escaped(table.note)}}}"] if table.note else []
+    return "\n".join([*lines, r"\end{table}", ""])
+
+
+def _heading(name: str, kind: str) -> str:
+    """Return a column's name, a long one on several lines.
+
+    >>> _heading("Maximum Shear Force/N", "r")
+    '\\\\shortstack[r]{\\\\strut Maximum Shear\\\\\\\\Force/N}'
+    """
+    lines = textwrap.wrap(name, LONGEST, break_long_words=False) or [""]
+    stack = r"\\".join(map(escaped, lines))
+    return stack if len(lines) == 1 else rf"\shortstack[{kind}]{{\strut {stack}}}"
+
+
+def _cell(text: str, starred: bool) -> str:
+    """Return a cell; in a column with stars each leaves their room, so that the digits stand below each other."""
+    found = STARS.fullmatch(text)
+    if not starred or not text:
+        return escaped(text)
+    number, stars = (found[1], found[2]) if found else (text, "")
+    room = r"\phantom{" + "*" * (2 - len(stars)) + "}" if len(stars) < 2 else ""
+    return f"{escaped(number)}~{stars}{room}"
+
+
+def _row(cells: Iterable[str]) -> str:
+    return " & ".join(cells) + r" \\"
+
+
+_ESCAPES = {
+    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
+    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"$<$", ">": r"$>$", "−": r"$-$", "·": r"$\cdot$",
+    "²": r"$^2$", "³": r"$^3$", "±": r"$\pm$", "–": "--", "’": "'", "µ": r"$\mu$", "μ": r"$\mu$", "°": r"$^\circ$",
+    "…": r"\dots{}", "α": r"$\alpha$", "β": r"$\beta$", "ε": r"$\varepsilon$", "σ": r"$\sigma$", "ρ": r"$\rho$",
+    "ν": r"$\nu$", "√": r"$\surd$", "≤": r"$\le$", "≥": r"$\ge$", "×": r"$\times$",
+}  # fmt: skip
+
+
+def escaped(text: str) -> str:
+    r"""Escape what LaTeX would take for its own.
+
+    >>> escaped("yield_stress & <0.0001 ** −4.75·X4²")
+    'yield\\_stress \\& $<$0.0001 ** $-$4.75$\\cdot$X4$^2$'
+    """
+    return "".join(_ESCAPES.get(character, character) for character in text)

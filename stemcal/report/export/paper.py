@@ -1,0 +1,197 @@
+"""The tables of a study as papers print them: Tables 5 to 13 of the wild chrysanthemum study, for one's own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stemcal.report.numbers import MISSING, fixed, percent, probability, short, significant
+from stemcal.report.tables.sheet import force_or_reason
+from stemcal.report.terms import equation, written
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.result import DesignRuns
+from stemcal.stages.results import Results
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.validate import ValidateResult
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
+
+FORCE = "Maximum Shear Force/N"
+_NUMBER = re.compile(r"[<−-]?\d[\d.,]*( \*\*?)?")
+STARS = "** represents extremely significant effect (p < 0.01), * represents significant effect (p < 0.05)."
+
+
+@dataclass(frozen=True)
+class PaperTable:
+    """A table to publish: its number in the published study, a name for files, caption, cells, note below."""
+
+    number: int
+    name: str
+    caption: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def paper_tables(study: Study, results: Results) -> list[PaperTable]:
+    """Return the tables that the finished stages allow, in the order of the paper."""
+    tables = [factor_table(study)]
+    if results.screen is not None:
+        tables += [run_table(6, results.screen.design, study), screening_table(results.screen)]
+    if results.surface is not None:
+        surface = results.surface
+        tables += [level_table(surface), run_table(9, surface.design, study), anova_table(surface)]
+    if results.inversion is not None:
+        tables += [calibration_table(study, results.inversion), parameter_table(study, results.inversion)]
+    if results.validation is not None:
+        tables.append(validation_table(results.validation))
+    return tables
+
+
+def factor_table(study: Study) -> PaperTable:
+    """Return the screened factors with their levels."""
+    rows = tuple((f.symbol, _named(study, f.name), short(f.low), short(f.high)) for f in study.factors)
+    columns = ("Symbol", "Parameters", "Low Level", "High Level")
+    return PaperTable(5, "factors", "Screening test parameters.", columns, rows)
+
+
+def run_table(number: int, design: DesignRuns, study: Study) -> PaperTable:
+    """Return a design with its results."""
+    varied = design.varied
+    rows = tuple(
+        (
+            str(run.run),
+            *(short(run.levels[name]) for name in varied),
+            force_or_reason(run.force, f"failed ({run.outcome.reason or 'no reason'})"),
+        )
+        for run in design.runs
+    )
+    columns = ("No.", *(study.factor(name).symbol for name in varied), FORCE)
+    if number == 6:
+        return PaperTable(6, "screening-runs", "Design scheme and results of the screening test.", columns, rows)
+    caption = "Test results and scheme of the response surface design."
+    return PaperTable(9, "surface-runs", caption, columns, rows)
+
+
+def screening_table(stage: ScreenResult) -> PaperTable:
+    """Return the effects with their significance."""
+    rows = tuple(
+        (
+            e.symbol,
+            fixed(e.effect),
+            percent(e.contribution_percent),
+            _square(e.sum_of_squares),
+            _ratio(e.f),
+            starred(e.p, e.stars),
+        )
+        for e in stage.effects
+    )
+    columns = ("Parameters", "Effect", "Contribution/%", "Sum of Squares", "F-Value", "p-Value")
+    return PaperTable(7, "screening", "Significance analysis of the screening test parameters.", columns, rows, STARS)
+
+
+def level_table(stage: SurfaceResult) -> PaperTable:
+    """Return what the coded levels of the response surface mean."""
+    names = stage.names
+    coded = sorted({round(run.coded[name], 3) + 0.0 for run in stage.design.runs for name in names})
+    rows = []
+    for level in reversed(coded):
+        cells = [stage.coding[name].natural(level) for name in names]
+        rows.append((short(level, 4), *(short(cell, 4) for cell in cells)))
+    symbols = stage.symbols()
+    columns = ("Factor Level", *(symbols[name] for name in names))
+    return PaperTable(8, "levels", "Factor coding of the response surface design.", columns, tuple(rows))
+
+
+def anova_table(stage: SurfaceResult) -> PaperTable:
+    """Return the analysis of variance, the surface's equation below."""
+    symbols = stage.symbols()
+    rows = tuple(
+        (
+            _source(row.source, symbols),
+            _square(row.sum_of_squares),
+            str(row.df),
+            _square(row.mean_square),
+            _ratio(row.f),
+            starred(row.p, row.stars),
+        )
+        for row in stage.anova
+    )
+    columns = ("Source", "Sum of Squares", "df", "Mean Square", "F-Value", "p-Value")
+    note = f"{STARS} {equation(stage.coefficients, symbols)} (coded values)."
+    return PaperTable(10, "anova", "ANOVA of the response surface.", columns, rows, note)
+
+
+def calibration_table(study: Study, stage: InvertResult) -> PaperTable:
+    """Return the calibrated parameters."""
+    rows = tuple((_named(study, name), significant(value)) for name, value in stage.point.solution.items())
+    return PaperTable(11, "calibration", "Parameter calibration values.", ("Parameter", "Numerical Calibration"), rows)
+
+
+def parameter_table(study: Study, stage: InvertResult) -> PaperTable:
+    """Return all parameters of the validation's simulations."""
+    levels = {**study.midlevels(), **stage.parameters, **stage.point.solution}
+    rows = tuple((f.symbol, _named(study, f.name), significant(levels[f.name])) for f in study.factors)
+    caption = "Finite element simulation parameters of the stem."
+    return PaperTable(12, "parameters", caption, ("Symbol", "Parameters", "Value"), rows)
+
+
+def validation_table(stage: ValidateResult) -> PaperTable:
+    """Return measured against simulated force."""
+    rows = tuple(
+        (
+            short(row.diameter),
+            short(row.measured),
+            force_or_reason(row.simulated, reason or "failed"),
+            fixed(row.error_percent, 1),
+        )
+        for row, reason in ((row.compared, row.reason) for row in stage.rows)
+    )
+    columns = ("Stem Diameter/mm", f"{FORCE[:-2]} Measured/N", f"{FORCE[:-2]} Simulation Value/N", "Error/%")
+    target = next((short(row.diameter) for row in stage.compared if row.role == "calibration"), MISSING)
+    note = f"Error = 100·(measured − simulated)/measured; {target} mm served for calibration and checks nothing."
+    caption = "Comparison of the measured and simulated maximum shear force."
+    return PaperTable(13, "validation", caption, columns, rows, note)
+
+
+def starred(p: float | None, stars: str) -> str:
+    """Return a p-value with its stars; empty where there is none."""
+    return f"{probability(p)} {stars}".strip() if p is not None else ""
+
+
+def _named(study: Study, name: str) -> str:
+    factor = study.factor(name)
+    label = factor.label or name
+    return label if factor.unit == "1" else f"{label} ({factor.unit})"
+
+
+def _square(value: float | None) -> str:
+    """Return a sum of squares with two decimals, more where they are needed to see it."""
+    if value is None:
+        return ""
+    return fixed(value) if abs(value) >= 1.0 or value == 0.0 else significant(value)
+
+
+def _ratio(value: float | None) -> str:
+    if value is None:
+        return ""
+    return fixed(value) if value >= 1.0 else fixed(value, 4)
+
+
+def _source(source: str, symbols: Mapping[str, str]) -> str:
+    names: Sequence[str] = source.removesuffix("^2").split(":")
+    return written(source, symbols) if any(name in symbols for name in names) else source
+
+
+def is_numeric(cells: Sequence[str]) -> bool:
+    """Tell whether most cells of a column that are not empty hold numbers.
+
+    >>> is_numeric(["−2.95", "0.0022 **", ""]), is_numeric(["X1", "X2"]), is_numeric(["90", "80", "failed (nan)"])
+    (True, False, True)
+    """
+    filled = [cell for cell in cells if cell]
+    return 2 * sum(_NUMBER.fullmatch(cell) is not None for cell in filled) > len(filled)

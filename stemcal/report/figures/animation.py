@@ -1,0 +1,106 @@
+"""The cut as a short film: side and section frame by frame, and the force on the blade below them.
+
+GIF needs nothing but matplotlib's own Pillow; MP4 needs the program ffmpeg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stemcal.errors import UsageError
+from stemcal.report.figures.fracture import colour_bar, draw_faces, section_faces, side_faces, strain_scale
+from stemcal.report.figures.style import BLUE, INK, ORANGE, new_figure, styled
+from stemcal.report.numbers import fixed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stemcal.solvers.film import Frame
+
+Curve = tuple[Sequence[float], Sequence[float]]
+FRAMES_PER_SECOND = 6
+DOTS = {".gif": 110, ".mp4": 160}  # per inch
+
+
+def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = None) -> Path:
+    """Write the frames as a GIF or MP4, by the name's suffix; returns the path.
+
+    `curve` has the travel (mm) and force (N) to be drawn below, by default those of the frames alone.
+
+    Raises
+    ------
+    UsageError
+        If the suffix is another, or MP4 is asked for and ffmpeg is not there.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    writer = _writer(path)
+    figure = new_figure(width=6.4, height=5.0)
+    FigureCanvasAgg(figure)
+    with styled():
+        figure.set_facecolor("white")
+        show = _stage(figure, frames, curve or ([f.travel for f in frames], [f.force for f in frames]))
+        show(frames[0])
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # placed once, so that nothing trembles
+        with writer.saving(figure, str(path), DOTS[path.suffix.lower()]):
+            for frame in frames:
+                show(frame)
+                writer.grab_frame(facecolor="white")
+    return path
+
+
+def _writer(path: Path) -> Any:
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    kind = path.suffix.lower()
+    if kind not in DOTS:
+        raise UsageError(f"{path}: an animation is a .gif or .mp4 file")
+    if kind == ".gif":
+        return PillowWriter(fps=FRAMES_PER_SECOND)
+    if not _found_ffmpeg(FFMpegWriter):
+        raise UsageError(
+            f"{path}: MP4 needs the program ffmpeg; install it or `pip install imageio-ffmpeg`, or take --format gif"
+        )
+    return FFMpegWriter(fps=FRAMES_PER_SECOND, codec="h264", extra_args=["-pix_fmt", "yuv420p"])
+
+
+def _found_ffmpeg(writer: Any) -> bool:
+    """Tell whether ffmpeg is on the PATH; else take the one that imageio-ffmpeg brings, if that is installed."""
+    if writer.isAvailable():
+        return True
+    import matplotlib
+
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+    except ImportError:
+        return False
+    matplotlib.rcParams["animation.ffmpeg_path"] = get_ffmpeg_exe()
+    return bool(writer.isAvailable())
+
+
+def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
+    """Lay out the panels and return what shows a frame in them."""
+    side, section, curve = figure.subplots(3, 1, height_ratios=(1.0, 1.0, 0.9))
+    scale = strain_scale([frame.shape for frame in frames])
+    colour_bar(figure, scale, [side, section])
+    curve.plot(*along, color=BLUE)
+    curve.set_xlabel("blade travel, mm")
+    curve.set_ylabel("force, N")
+    curve.set_ylim(bottom=0)
+    (marker,) = curve.plot([], [], "o", color=ORANGE)
+    shown: list[Any] = []
+
+    def show(frame: Frame) -> None:
+        while shown:
+            shown.pop().remove()
+        for axes, faces, label in ((side, side_faces, "side"), (section, section_faces, "section")):
+            shown.extend(draw_faces(axes, frame.shape, faces(frame.shape), scale))
+            axes.set_ylabel(f"{label}: z, mm")
+        section.set_xlabel("x, mm")
+        side.set_title(f"{fixed(frame.travel)} mm of travel, {fixed(frame.force, 0)} N", color=INK)
+        marker.set_data([frame.travel], [frame.force])
+
+    return show

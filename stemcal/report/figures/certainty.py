@@ -1,0 +1,73 @@
+"""Figures of how well the parameters are known: profiles of the misfit, and a corner plot of the posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, styled
+from stemcal.stages.invert.result import Certainty, InvertResult, PosteriorSummary
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_BINS = 24
+
+
+def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
+    """Return the misfit of each factor with all others free: below the dashed line lies its interval.
+
+    `labels` has what to write at the axis of a factor, its name by default.
+    """
+    names = list(invert.point.solution)
+    figure = new_figure(height=1.5 * len(names) + 0.4)
+    with styled():
+        for row, name in enumerate(names, 1):
+            axes = figure.add_subplot(len(names), 1, row)
+            if invert.certainty_alone is not None:
+                _profile(axes, invert.certainty_alone, name, ORANGE)
+            if invert.certainty is not None:
+                _profile(axes, invert.certainty, name, BLUE)
+            axes.axhline(1.0, color=FAINT, linestyle="--", linewidth=1)
+            axes.axvline(invert.point.solution[name], color=INK, linewidth=0.8)
+            axes.set_ylim(0.0, 3.0)
+            axes.set_xlabel((labels or {}).get(name, name))
+            if row == 1 and invert.certainty_alone is not None:
+                axes.legend(loc="upper right")
+        figure.supylabel("rise of the misfit (1: the 95 % limit)", fontsize=9)
+    return figure
+
+
+def _profile(axes: Axes, part: Certainty, name: str, colour: str) -> None:
+    curve = part.profiles[name]
+    allowed = curve.allowed or 1.0
+    axes.plot(curve.values, [rise / allowed for rise in curve.rise], color=colour, label=part.source)
+
+
+def corner(posterior: PosteriorSummary, labels: Mapping[str, str] | None = None) -> Figure:
+    """Return the posterior: a histogram per factor, and the samples of each pair; `labels` as for `profiles`."""
+    samples = posterior.samples
+    names = list(samples)
+    figure = new_figure(width=max(2.4, 1.8 * len(names)), height=max(2.2, 1.7 * len(names)))
+    with styled():
+        for row, down in enumerate(names):
+            for column, across in enumerate(names[: row + 1]):
+                axes = figure.add_subplot(len(names), len(names), row * len(names) + column + 1)
+                if row == column:
+                    axes.hist(samples[across], bins=_BINS, color=BLUE)
+                    for end in posterior.intervals[across]:
+                        axes.axvline(end, color=FAINT, linestyle="--", linewidth=1)
+                    axes.set_yticks([])
+                else:
+                    axes.plot(samples[across], samples[down], ".", color=BLUE, markersize=2, alpha=0.5)
+                at_left, at_foot = column == 0 and row > 0, row == len(names) - 1
+                named = labels or {}
+                _label(axes, named.get(down, down) if at_left else "", named.get(across, across) if at_foot else "")
+    return figure
+
+
+def _label(axes: Axes, down: str, across: str) -> None:
+    axes.tick_params(labelsize=7, labelleft=bool(down), labelbottom=bool(across))
+    axes.set_ylabel(down, fontsize=8)
+    axes.set_xlabel(across, fontsize=8)

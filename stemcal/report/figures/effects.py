@@ -1,0 +1,62 @@
+"""Effects of a screening: by size, and against chance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, plain, styled
+from stemcal.stages.screen import ScreenResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def pareto(screen: ScreenResult) -> Figure:
+    """Return the effects by size, with Lenth's margin of error."""
+    effects = sorted(screen.effects, key=lambda e: abs(e.effect))
+    figure = new_figure(height=max(2.2, 0.9 + 0.24 * len(effects)))
+    with styled():
+        axes = figure.add_subplot()
+        names = [f"{plain(e.factor)}  {_signed(e.effect)}" for e in effects]
+        colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
+        axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
+        for limit in screen.limits():
+            axes.axvline(limit.value, color=INK, linestyle=limit.line, linewidth=1, label=limit.label)
+        if axes.lines:
+            figure.legend(loc="outside upper right", ncols=3)
+        axes.set_xlabel("|effect| on the maximum force, N")
+    return figure
+
+
+def _signed(effect: float) -> str:
+    """Return an effect with its sign and a decimal.
+
+    >>> _signed(-8.0), _signed(74.69)
+    ('−8.0', '+74.7')
+    """
+    return f"{effect:+.1f}".replace("-", "−")
+
+
+def half_normal(screen: ScreenResult) -> Figure:
+    """Return the effects against half-normal scores: what leaves the line is more than chance."""
+    points, figure = screen.half_normal, new_figure()
+    with styled():
+        axes = figure.add_subplot()
+        if screen.lenth is not None and screen.lenth.pse is not None:
+            last = points[-1].quantile
+            axes.plot([0, last], [0, screen.lenth.pse * last], color=FAINT, label="chance (Lenth)")
+        for limit in screen.limits()[:2]:
+            axes.axhline(limit.value, color=FAINT, linestyle=limit.line, linewidth=1, label=limit.label)
+        if axes.lines:
+            axes.legend(loc="upper left")
+        for point in points:
+            chosen = point.factor in screen.significant
+            axes.plot(point.quantile, point.size, "o", color=BLUE if chosen else FAINT)
+            if chosen:
+                axes.annotate(
+                    plain(point.factor), (point.quantile, point.size), (2, 6),
+                    textcoords="offset points", ha="right", va="bottom", size=8,
+                )  # fmt: skip
+        axes.set_xlabel("half-normal score")
+        axes.set_ylabel("|effect|, N")
+    return figure

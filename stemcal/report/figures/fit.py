@@ -1,0 +1,131 @@
+"""How well a surface fits its runs, and where it climbs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, new_figure, styled
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.surface import SurfaceResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_NORMAL = NormalDist()
+
+
+def _fit(rsm: SurfaceResult) -> tuple[list[int], list[float], list[float]]:
+    """Return run numbers, observed and predicted forces of the runs that gave one."""
+    runs = [(run.run, run.force, run.coded) for run in rsm.design.runs if run.force is not None]
+    predicted = [float(rsm.force_at(coded)) for _, _, coded in runs]
+    return [number for number, _, _ in runs], [force for _, force, _ in runs], predicted
+
+
+def observed_predicted(rsm: SurfaceResult) -> Figure:
+    """Return simulated forces against what the surface predicts for them."""
+    _, observed, predicted = _fit(rsm)
+    figure = new_figure()
+    with styled():
+        axes = figure.add_subplot()
+        ends = [min(observed + predicted), max(observed + predicted)]
+        axes.plot(ends, ends, color=FAINT, linestyle="--")
+        axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
+        axes.set_xlabel("predicted by the surface, N")
+        axes.set_ylabel("simulated, N")
+    return figure
+
+
+def residuals(rsm: SurfaceResult) -> Figure:
+    """Return residuals over predicted force, the largest named by its run."""
+    runs, observed, predicted = _fit(rsm)
+    rest = [o - p for o, p in zip(observed, predicted, strict=True)]
+    figure = new_figure()
+    with styled():
+        axes = figure.add_subplot()
+        axes.axhline(0, color=FAINT, linewidth=1)
+        axes.plot(predicted, rest, "o", color=BLUE, alpha=0.85)
+        worst = max(range(len(rest)), key=lambda i: abs(rest[i]))
+        axes.annotate(
+            f"run {runs[worst]}",
+            (predicted[worst], rest[worst]),
+            (6, 0),
+            textcoords="offset points",
+            va="center",
+            size=8,
+        )
+        axes.set_xlabel("predicted by the surface, N")
+        axes.set_ylabel("simulated − predicted, N")
+        axes.margins(x=0.1)
+    return figure
+
+
+def diagnostics(rsm: SurfaceResult) -> Figure:
+    """Return residuals against the normal law and over the runs, and how much each run sways the surface.
+
+    Source: Montgomery, Design and Analysis of Experiments, ch. 10.
+    """
+    rows, residuals = rsm.runs_diagnostics, studentised(rsm)
+    runs = [row.run for row in rows]
+    figure = new_figure(width=6.4, height=2.4)
+    with styled():
+        normal, order, influence = figure.subplots(1, 3)
+        _normal_plot(normal, residuals)
+        order.axhline(0, color=FAINT, linewidth=1)
+        order.plot(runs, residuals, "o", color=BLUE, markersize=4)
+        order.set_ylabel("studentised residual")
+        influence.bar(runs, [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
+        influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
+        influence.set_ylabel("Cook's distance")
+        for axes in (order, influence):
+            axes.set_xlabel("run")
+    return figure
+
+
+def studentised(rsm: SurfaceResult) -> list[float]:
+    """Return the residuals over their own standard errors, r/(s·√(1 − h)); 0 where the surface must meet the run."""
+    scatter = row.mean_square if (row := rsm.anova_row("Residual")) else None
+    parts = [(row.residual, (scatter or 0.0) * (1.0 - row.leverage)) for row in rsm.runs_diagnostics]
+    return [residual / variance**0.5 if variance > 1e-12 * (scatter or 1.0) else 0.0 for residual, variance in parts]
+
+
+def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
+    """Draw sorted residuals over normal scores, (i − ½)/n; a sample of the normal law lies on the line."""
+    count = len(residuals)
+    scores = [_NORMAL.inv_cdf((rank + 0.5) / count) for rank in range(count)]
+    axes.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=FAINT, linestyle="--", linewidth=1)
+    axes.plot(scores, sorted(residuals), "o", color=BLUE, markersize=4)
+    axes.set_xlabel("normal score")
+    axes.set_ylabel("studentised residual")
+
+
+def ridge(rsm: SurfaceResult, invert: InvertResult | None = None) -> Figure:
+    """Return the largest force that the surface predicts at each coded radius, and where it is.
+
+    Source: Draper, Technometrics 5 (1963) 469.
+    """
+    rows = rsm.ridge or ()
+    radius = [row.radius for row in rows]
+    figure = new_figure(width=6.4, height=2.8)
+    with styled():
+        force, place = figure.subplots(1, 2)
+        # no standard errors where runs are as many as terms
+        known = [(row, row.standard_error) for row in rows if row.standard_error is not None]
+        low, high = ([row.predicted + sign * 2.0 * error for row, error in known] for sign in (-1.0, 1.0))
+        force.fill_between([row.radius for row, _ in known], low, high, color=BLUE, alpha=0.2, linewidth=0)
+        force.plot(radius, [row.predicted for row in rows], "o-", color=BLUE, markersize=4)
+        if invert is not None:
+            force.axhline(invert.target, color=ORANGE, linestyle="--", label="measured force")
+            force.legend(loc="upper left")
+        force.set_ylabel("largest predicted force, N")
+        marks = zip(rsm.names, ("o-", "s--", "^-.", "D:"), (BLUE, ORANGE, GREEN, "#cc79a7"), strict=False)
+        for name, mark, colour in marks:
+            values = [row.coded[name] for row in rows]
+            place.plot(radius, values, mark, color=colour, markersize=4, label=name.replace("$", r"\$"))
+        place.set_ylabel("coded value there")
+        place.legend(loc="upper left")
+        for axes in (force, place):
+            axes.set_xlabel("coded radius")
+    return figure

@@ -1,0 +1,138 @@
+"""The cut stem seen from the side and in section, coloured by plastic strain, with blade and supports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stemcal.report.figures.style import FAINT, INK, new_figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from stemcal.cutting.shape import Shape
+
+    Array = NDArray[np.float64]
+
+# Corners of a hexahedron's faces, counter-clockwise seen from outside.
+FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
+
+
+# Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints tell as much.
+PLASTIC = "YlOrBr"
+EDGE = "#6d6a66"
+WHOLE = "#ffffe5"  # where it begins
+
+
+def fracture(shape: Shape, title: str = "") -> Figure:
+    """Return side view and section; x runs along the stem, z up, the blade comes from above."""
+    scale = strain_scale([shape])
+    figure = new_figure(width=6.4, height=3.9)
+    with styled():
+        panels = figure.subplots(2, 1, sharex=True)
+        for axes, faces, label in zip(
+            panels, (side_faces(shape), section_faces(shape)), ("side", "section"), strict=True
+        ):
+            draw_faces(axes, shape, faces, scale)
+            axes.set_ylabel(f"{label}: z, mm")
+        panels[1].set_xlabel("x, mm")
+        colour_bar(figure, scale, list(panels))
+        if title:
+            figure.suptitle(title, fontsize=9, color=INK)
+    return figure
+
+
+def strain_scale(shapes: Sequence[Shape]) -> Any:
+    """Return the scale of plastic strain over the elements that stand, one for all shapes."""
+    from matplotlib.colors import Normalize
+
+    largest = [float(np.max(shape.plastic_strain[shape.standing], initial=0.0)) for shape in shapes]
+    return Normalize(0.0, max(*largest, 1e-6))
+
+
+def colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
+    """Draw the scale beside the panels."""
+    import matplotlib
+
+    colours = matplotlib.cm.ScalarMappable(scale, PLASTIC)
+    figure.colorbar(colours, ax=panels, label="plastic strain", aspect=30).outline.set_visible(False)
+
+
+def side_faces(shape: Shape) -> tuple[Array, Array]:
+    """Return the faces that show from the side, far ones first, as (F, 4, 2) in x and z, and their strain."""
+    corners, owner = exposed_faces(shape)
+    points = shape.nodes[corners]
+    seen = _normals(points)[:, 1] > 0.0
+    order = np.argsort(points[seen][:, :, 1].mean(axis=1))
+    return points[seen][order][:, :, (0, 2)], shape.plastic_strain[owner[seen]][order]
+
+
+def section_faces(shape: Shape) -> tuple[Array, Array]:
+    """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain."""
+    behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
+    corners, owner = _faces(shape.hexes, behind)
+    before = shape.reference[corners]
+    close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * _edge(before)
+    normals = _normals(before)
+    on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]
+    return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
+
+
+def end_faces(shape: Shape) -> Array:
+    """Return the faces at the stem's end as they began, as (F, 4, 2) in y and z: its cross-section."""
+    corners, _ = _faces(shape.hexes, np.ones(len(shape.hexes), bool))
+    points = shape.reference[corners]
+    x = points[:, :, 0].mean(axis=1)
+    return np.asarray(points[x > x.max() - 1e-6][:, :, (1, 2)])
+
+
+def exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+    """Return the faces (F, 4) of standing elements behind which no element stands, and their elements."""
+    return _faces(shape.hexes, shape.standing)
+
+
+def _faces(hexes: NDArray[np.int32], chosen: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+    """Return the faces that only one chosen element has."""
+    owner = np.repeat(np.flatnonzero(chosen), 6)
+    corners = hexes[chosen][:, FACES].reshape(-1, 4)
+    _, first, count = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True)
+    single = first[count == 1]
+    return corners[single], owner[single]
+
+
+def _normals(points: Array) -> Array:
+    """Return the area vectors of quadrilaterals (F, 4, 3): half the product of their diagonals."""
+    return np.asarray(0.5 * np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1]))
+
+
+def _edge(points: Array) -> float:
+    """Return the median length of the faces' edges."""
+    return float(np.median(np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2))) if len(points) else 0.0
+
+
+def draw_faces(
+    axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any, reach: float | None = None
+) -> list[Any]:
+    """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import Polygon
+
+    polygons, strain = faces
+    added: list[Any] = []
+    for sign in (1.0, -1.0) if shape.symmetry == "quarter" else (1.0,):
+        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=PLASTIC, norm=scale, edgecolors=EDGE, linewidths=0.2)
+        body.set_array(strain)
+        added.append(axes.add_collection(body))
+        for tool in shape.tools:
+            patch = Polygon(tool * (sign, 1.0), facecolor=FAINT, edgecolor="none", alpha=0.45)
+            added.append(axes.add_patch(patch))
+    x, z = (shape.reference[:, i] for i in (0, 2))
+    reach = reach or 1.05 * max(np.abs(x).max(), 1.0)
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(1.6 * z.min(), 2.0 * z.max())
+    axes.set_aspect("equal")
+    return added

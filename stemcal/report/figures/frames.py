@@ -1,0 +1,109 @@
+"""The stem on its way through the cut: some moments in section, and the mesh it started from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stemcal.report.figures.fracture import (
+    EDGE,
+    WHOLE,
+    colour_bar,
+    draw_faces,
+    end_faces,
+    section_faces,
+    side_faces,
+    strain_scale,
+)
+from stemcal.report.figures.style import INK, new_figure, styled
+from stemcal.report.numbers import fixed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from stemcal.cutting.shape import Shape
+    from stemcal.solvers.film import Frame
+
+    Array = NDArray[np.float64]
+
+
+def moments(frames: Sequence[Frame], count: int = 6) -> list[Frame]:
+    """Return the frames that tell the story: start, half-way to the peak, peak, and evenly from there to the end."""
+    forces = [frame.force for frame in frames]
+    peak = forces.index(max(forces))
+    after = np.linspace(peak, len(frames) - 1, count - 2)
+    return [frames[k] for k in sorted({0, peak // 2, *(round(float(k)) for k in after)})]
+
+
+def fracture_frames(frames: Sequence[Frame]) -> Figure:
+    """Return the section at a few moments, all coloured on one scale."""
+    chosen = moments(frames)
+    scale = strain_scale([frame.shape for frame in chosen])
+    rows = (len(chosen) + 1) // 2
+    figure = new_figure(width=6.4, height=1.75 * rows + 0.3)
+    with styled():
+        panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).ravel()
+        for axes, frame in zip(panels, chosen, strict=False):
+            draw_faces(axes, frame.shape, section_faces(frame.shape), scale, near(frame.shape))
+            axes.set_title(f"{fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", color=INK)
+        for axes in panels[len(chosen) :]:
+            axes.set_visible(False)
+        figure.supxlabel("x, mm", fontsize=9)
+        figure.supylabel("z, mm", fontsize=9)
+        colour_bar(figure, scale, list(panels))
+    return figure
+
+
+def near(shape: Shape) -> float:
+    """Return how far from the blade the picture reaches, mm: past the supports' edges, but not to the stem's ends."""
+    edges = [float(np.abs(tool[:, 0]).min()) for tool in shape.tools[1:]]
+    return min([1.35 * min(edges, default=np.inf), float(np.abs(shape.reference[:, 0]).max())])
+
+
+def mesh(shape: Shape) -> Figure:
+    """Return the mesh before the test: from the side with blade and supports, and the stem's cross-section."""
+    whole = replace(
+        shape,
+        nodes=shape.reference,
+        standing=np.ones(len(shape.hexes), bool),
+        plastic_strain=np.zeros(len(shape.hexes)),
+        tools=_touching(shape),
+    )
+    scale = strain_scale([whole])
+    figure = new_figure(width=6.4, height=1.9)
+    with styled():
+        side, across = figure.subplots(1, 2, width_ratios=(3.4, 1.0))
+        draw_faces(side, whole, side_faces(whole), scale)
+        side.set_xlabel("x, mm")
+        side.set_ylabel("z, mm")
+        _draw_across(across, whole)
+    return figure
+
+
+def _touching(shape: Shape) -> tuple[Array, ...]:
+    """Return the tools with the blade where it touches the stem."""
+    if not shape.tools:
+        return ()
+    up = shape.reference[:, 2].max() - shape.tools[0][:, 1].min()
+    return (shape.tools[0] + [0.0, up], *shape.tools[1:])
+
+
+def _draw_across(axes: Axes, shape: Shape) -> None:
+    """Draw the stem's cross-section in y and z."""
+    from matplotlib.collections import PolyCollection
+
+    polygons = end_faces(shape)
+    for sign in (1.0, -1.0) if shape.symmetry != "none" else (1.0,):
+        axes.add_collection(
+            PolyCollection(list(polygons * (sign, 1.0)), facecolors=WHOLE, edgecolors=EDGE, linewidths=0.3)
+        )
+    reach = 1.1 * float(np.abs(shape.reference[:, 2]).max())
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-reach, reach)
+    axes.set_aspect("equal")
+    axes.set_xlabel("y, mm")

@@ -1,0 +1,216 @@
+"""Every figure of a study by name: what the page shows, what the figures folder holds, what `stemcal plot` draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stemcal.cutting.shape import Shape
+from stemcal.report.figures.certainty import corner, profiles
+from stemcal.report.figures.contour import contours, relief, solutions, with_unit
+from stemcal.report.figures.curves import energies, force_travel
+from stemcal.report.figures.effects import half_normal, pareto
+from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
+from stemcal.report.figures.fracture import fracture
+from stemcal.report.figures.frames import fracture_frames, mesh
+from stemcal.report.figures.style import save_both
+from stemcal.report.figures.validation import growth, validation
+from stemcal.report.numbers import short
+from stemcal.report.records import Details, Records, at_solution, curves_of
+from stemcal.solvers.film import frames_of
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.results import Results
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.validate import ValidateResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stemcal.study.model import Study
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure: its name, the section it belongs to, its caption, and what draws it.
+
+    `on_request` figures are written by `stemcal plot` alone, not with the report.
+    """
+
+    name: str
+    section: str
+    caption: str
+    draw: Callable[[], Figure]
+    on_page: bool = True
+    wide: bool = False
+    on_request: bool = False
+
+
+def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
+    """Return the figures that the finished stages and their records allow, none of them drawn yet."""
+    plots: list[Plot] = []
+    if results.screen is not None:
+        plots += screening_plots(results.screen)
+    if results.surface is not None:
+        plots += surface_plots(results.surface, results.inversion)
+        plots += inversion_plots(results.surface, results.inversion) if results.inversion is not None else []
+    if results.validation is not None:
+        plots += validation_plots(study, results.validation)
+    return plots + run_plots(study, records)
+
+
+def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
+    """Write every figure as SVG and PNG into a folder; returns the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name)]
+
+
+def screening_plots(screen: ScreenResult) -> list[Plot]:
+    """Return the figures of a screening."""
+    bars = (
+        "Effects by size, blue raises and orange lowers the force. Beyond Lenth's margin of error (ME) or the limit of "
+        "the t test an effect is more than chance; beyond the margin SME even as one of so many."
+    )
+    line = "Half-normal plot: effects above the line of chance and beyond Lenth's margins are more than chance."
+    return [
+        Plot("pareto", "screen", bars, partial(pareto, screen)),
+        Plot("half-normal", "screen", line, partial(half_normal, screen)),
+    ]
+
+
+def surface_plots(rsm: SurfaceResult, invert: InvertResult | None) -> list[Plot]:
+    """Return the figures of a surface; with a solution they show it."""
+    held = "the others at the solution" if invert else "the others at the centre"
+    key = " Orange: where the measured force is met; star: the solution; white dots: runs." if invert else ""
+    plots = [
+        Plot(
+            "observed-predicted",
+            "rsm",
+            "Simulated force against the surface's prediction.",
+            partial(observed_predicted, rsm),
+        ),
+        Plot("residuals", "rsm", "What the surface leaves unexplained, run by run.", partial(residuals, rsm)),
+    ]
+    if rsm.runs_diagnostics:
+        text = (
+            "Residuals against the normal law (on the line: normal) and in order of the runs (no trend: good), and how "
+            "much each run sways the surface (Cook's distance above 1, dashed: much)."
+        )
+        plots.append(Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True))
+    for pair in combinations(rsm.names, 2):
+        over, name = f"{pair[0]} and {pair[1]}, {held}", "-".join(pair)
+        plots += [
+            Plot(f"contour-{name}", "rsm", f"Force over {over}.{key}", partial(contours, rsm, pair, invert)),
+            Plot(f"surface-{name}", "rsm", f"Relief of the force over {over}.", partial(relief, rsm, pair, invert)),
+        ]
+    if rsm.ridge:
+        text = (
+            "Ridge of steepest ascent: the largest force at each distance from the centre, with two standard errors, "
+            "and the coded values that give it."
+        )
+        plots.append(Plot("ridge", "rsm", text, partial(ridge, rsm, invert), wide=True))
+    return plots
+
+
+def inversion_plots(rsm: SurfaceResult, invert: InvertResult) -> list[Plot]:
+    """Return the figures of a calibration."""
+    caption = (
+        "Range of each factor over all solutions, in coded units; star: the chosen point; dashed: ±1, dotted: the "
+        "reach of the design."
+    )
+    return [Plot("solutions", "invert", caption, partial(solutions, rsm, invert)), *_certainty(rsm, invert)]
+
+
+def _certainty(rsm: SurfaceResult, invert: InvertResult) -> list[Plot]:
+    if invert.certainty is None:
+        return []
+    labels = {name: with_unit(rsm, name) for name in invert.point.solution}
+    caption = "Profile of each factor, the others free: where a curve is below the dashed line, the factor may be."
+    plots = [Plot("profiles", "invert", caption, partial(profiles, invert, labels))]
+    if invert.certainty.posterior is not None:
+        text = "Posterior of the parameters with uniform priors over the region; dashed: 95 %."
+        plots.append(Plot("posterior", "invert", text, partial(corner, invert.certainty.posterior, labels)))
+    return plots
+
+
+def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
+    """Return the figures of a validation."""
+    spread = {target.diameter: target.sd for target in study.targets.forces if target.sd is not None}
+    bars = " Bars: standard deviation of the measurements." if spread else ""
+    caption = f"Measured and simulated maximum force; the ringed diameter is the calibration's.{bars}"
+    plots = [Plot("validation", "validate", caption, partial(validation, validate, spread))]
+    if validate.measured_exponent and validate.simulated_exponent:
+        text = "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow."
+        plots.append(Plot("growth", "validate", text, partial(growth, validate)))
+    return plots
+
+
+def run_plots(study: Study, records: Records) -> list[Plot]:
+    """Return the figures of the runs themselves."""
+    curves, plots = curves_of(records), []
+    if curves:
+        chosen = [label for label in curves if at_solution(label)]
+        caption = "Force over blade travel: validation runs in colour, all others in grey."
+        plots.append(Plot("force-travel", "runs", caption, partial(force_travel, curves, chosen)))
+    calibrated = f"{short(study.targets.calibrate_at)} mm"
+    for label, record in records.items():
+        if not at_solution(label):
+            continue
+        plots += _run(label, record.details, label == calibrated)
+    return plots
+
+
+def _run(label: str, details: Details, on_page: bool) -> list[Plot]:
+    """Return the pictures of one run; the page shows those of the calibration diameter."""
+    name, plots = label.replace(" ", ""), []
+    if details.energies:
+        caption = f"Energies over blade travel, stem of {label}."
+        draw = partial(energies, details.energies)
+        plots.append(Plot(f"energies-{name}", "runs", caption, draw, on_page))
+    if details.shape:
+        plots += _pictures(label, name, details, on_page)
+    return plots
+
+
+def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Plot]:
+    """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
+    packed, film = details.shape, details.film
+    mesh = f"The mesh of the stem of {label}: from the side with blade and supports (grey), and its cross-section."
+    cut = (
+        f"The cut stem of {label} at the end of the test, from the side and in section, coloured by plastic "
+        "strain; elements that failed are gone; grey: blade and supports."
+    )
+    plots = [
+        Plot(f"mesh-{name}", "runs", mesh, partial(_mesh, packed), on_page, wide=True, on_request=not on_page),
+        Plot(f"fracture-{name}", "runs", cut, partial(_fracture, packed), on_page, wide=True),
+    ]
+    if film:
+        way = f"How the stem of {label} is cut, in section: travel of the blade and force on it above each picture."
+        plots.append(
+            Plot(
+                f"frames-{name}",
+                "runs",
+                way,
+                partial(_frames, packed, film),
+                on_page,
+                wide=True,
+                on_request=not on_page,
+            )
+        )
+    return plots
+
+
+def _fracture(packed: Any) -> Figure:
+    return fracture(Shape.unpacked(packed))
+
+
+def _mesh(packed: Any) -> Figure:
+    return mesh(Shape.unpacked(packed))
+
+
+def _frames(packed: Any, film: Any) -> Figure:
+    return fracture_frames(frames_of(Shape.unpacked(packed), film))

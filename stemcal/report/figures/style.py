@@ -1,0 +1,167 @@
+"""How figures look: colours safe for the colour-blind, fonts that may hold Chinese, SVG that adapts.
+
+In the page, figures take the page's text colour and fonts, so one drawing serves light and dark screens.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+INK = "#23272e"
+FAINT = "#8a929e"
+BLUE = "#0072b2"
+ORANGE = "#d55e00"
+GREEN = "#009e73"
+COLOURS = {
+    INK: "currentColor",
+    FAINT: "var(--faint)",
+    BLUE: "var(--blue)",
+    ORANGE: "var(--orange)",
+    GREEN: "var(--green)",
+}
+
+FONTS = (
+    "DejaVu Sans",
+    "Microsoft YaHei",
+    "SimHei",
+    "PingFang SC",
+    "Hiragino Sans GB",
+    "Noto Sans CJK SC",
+    "Noto Sans CJK JP",
+    "Source Han Sans SC",
+    "WenQuanYi Micro Hei",
+    "Arial Unicode MS",
+)
+
+
+@cache
+def installed_fonts() -> list[str]:
+    """Return those of our fonts that this machine has; matplotlib looks each glyph up along the list."""
+    from matplotlib import font_manager
+
+    installed = {font.name for font in font_manager.fontManager.ttflist}
+    return [name for name in FONTS if name in installed] or ["sans-serif"]
+
+
+def _settings() -> Any:
+    """Return settings of matplotlib; its own type for them lists every key it knows."""
+    return {
+        "font.family": installed_fonts(),
+        "font.size": 9,
+        "axes.titlesize": 9,
+        "axes.unicode_minus": True,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.edgecolor": FAINT,
+        "axes.labelcolor": INK,
+        "axes.facecolor": "none",
+        "figure.facecolor": "none",
+        "text.color": INK,
+        "xtick.color": INK,
+        "ytick.color": INK,
+        "lines.linewidth": 1.4,
+        "grid.color": FAINT,
+        "grid.linewidth": 0.4,
+        "legend.frameon": False,
+        "legend.fontsize": 8,
+        "svg.fonttype": "none",
+        "svg.hashsalt": "stemcal",
+    }
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw or save within this block in stemcal's style; glyphs that no font has are no news."""
+    import matplotlib
+
+    with matplotlib.rc_context(_settings()), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")
+        yield
+
+
+def plain(text: str) -> str:
+    """Return text that matplotlib takes as it stands: `$` would begin a formula."""
+    return text.replace("$", r"\$")
+
+
+def new_figure(width: float = 4.7, height: float = 3.3) -> Figure:
+    """Return an empty figure, sizes in inches; no display and no global state, but it shows itself in a notebook."""
+    with styled():
+        figure: Figure = _shown_figure()(figsize=(width, height), layout="constrained")
+        return figure
+
+
+@cache
+def _shown_figure() -> Any:
+    from matplotlib.figure import Figure
+
+    class ShownFigure(Figure):
+        """A figure that a notebook shows without matplotlib's inline backend."""
+
+        def _repr_png_(self) -> bytes:
+            image = io.BytesIO()
+            with styled():
+                self.savefig(image, format="png", dpi=110, facecolor="white", metadata=_anonymous("png"))
+            return image.getvalue()
+
+    return ShownFigure
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure for use outside the page, on white; the suffix says the format."""
+    kind = path.suffix.lower().removeprefix(".")
+    with styled():
+        figure.savefig(path, format=kind, dpi=200, facecolor="white", metadata=_anonymous(kind))
+
+
+def save_both(figure: Figure, path: Path) -> list[Path]:
+    """Write a figure as ``path.svg`` and ``path.png``; returns both."""
+    paths = [path.with_name(f"{path.name}.{kind}") for kind in ("svg", "png")]
+    for target in paths:
+        save(figure, target)
+        figure.set_layout_engine("none")  # the first drawing has placed everything
+    return paths
+
+
+def svg(figure: Figure) -> str:
+    """Return a figure as an SVG document, the same bytes each time."""
+    text = io.StringIO()
+    with styled():
+        figure.savefig(text, format="svg", metadata=_anonymous("svg"))
+    return text.getvalue()
+
+
+def _anonymous(kind: str) -> dict[str, None]:
+    """Return metadata without date and maker, which would differ from one machine to the next."""
+    names = {"svg": ("Date", "Creator", "Format", "Type"), "pdf": ("CreationDate", "Creator", "Producer")}
+    return dict.fromkeys(names.get(kind, ("Software",)))
+
+
+def inline(figure: Figure, name: str, description: str) -> str:
+    """Return a figure as an `<svg>` element for the page: its own ids, the page's colours, no references."""
+    from markupsafe import escape
+
+    text = svg(figure)
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)
+    text = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", text).replace("xlink:href", "href")
+    text = re.sub(r"(font: [^;\"]*?px) [^;\"]*", r"\1 sans-serif", text)
+    for colour, variable in COLOURS.items():
+        text = text.replace(colour, variable)
+    box = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text)
+    width = f'style="max-width:{float(box[1]) * 4 / 3:.0f}px"' if box else ""
+    opening = re.search(r"<svg[^>]*>", text)
+    view = box[0] if box else ""
+    head = f'<svg role="img" aria-label="{escape(description)}" {view} {width}>'
+    return head + text[opening.end() :].strip() if opening else text

@@ -1,0 +1,187 @@
+"""What a study asked, what came out and how sure it is, in sentences made from the stage files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stemcal.report.numbers import fixed, interval, probability, short, significant
+from stemcal.stages.climb import ClimbResult
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import StageResult
+from stemcal.stages.results import Results
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.validate import ValidateResult
+from stemcal.words import counted, joined
+
+AGREES = 10  # percent
+
+
+def outcome(results: Results) -> list[str]:
+    """Return what came out, a sentence per finished stage."""
+    return [_outcome(result) for result in results.done()]
+
+
+def certainty(results: Results) -> list[str]:
+    """Return how sure it is, as far as the finished stages tell."""
+    return [sentence for result in results.done() for sentence in _certainty(result)]
+
+
+def _outcome(result: StageResult) -> str:
+    match result:
+        case ScreenResult():
+            return _screening_outcome(result)
+        case ClimbResult():
+            return _climb_outcome(result)
+        case SurfaceResult():
+            return _surface_outcome(result)
+        case InvertResult():
+            return _calibration_outcome(result)
+        case RefineResult():
+            return _refinement_outcome(result)
+        case ValidateResult():
+            return _validation_outcome(result)
+    return result.summary()
+
+
+def _certainty(result: StageResult) -> list[str]:
+    match result:
+        case ScreenResult():
+            return _screening_certainty(result)
+        case SurfaceResult():
+            return _surface_certainty(result)
+        case InvertResult():
+            return _calibration_certainty(result)
+        case ValidateResult():
+            return _validation_certainty(result)
+    return []
+
+
+def _screening_outcome(stage: ScreenResult) -> str:
+    runs, effects = stage.design.runs, {e.factor: e for e in stage.effects}
+    begin = f"Of {counted(len(effects), 'factor')}, screened in {counted(len(runs), 'run')},"
+    chosen = sorted(stage.significant, key=lambda name: -abs(effects[name].effect))
+    if not chosen:
+        return f"{begin} none moved the maximum force significantly."
+    shares = [f"{name} ({fixed(effects[name].contribution_percent, 1)} %)" for name in chosen]
+    return f"{begin} these moved the maximum force (share of the sum of squares): {joined(shares)}."
+
+
+def _surface_outcome(stage: SurfaceResult) -> str:
+    runs = [run.force for run in stage.design.runs if run.force is not None]
+    return (
+        f"A quadratic surface over {joined(stage.names)} was fitted to {counted(len(runs), 'run')} "
+        f"between {significant(min(runs))} and {significant(max(runs))} N."
+    )
+
+
+def _calibration_outcome(stage: InvertResult) -> str:
+    values = [f"{name} = {significant(value)}" for name, value in stage.point.solution.items()]
+    if stage.joint is not None:
+        return (
+            f"Fitted to {counted(len(stage.joint.rows), 'diameter')} together, the surfaces miss the measured "
+            f"forces by at most {fixed(stage.joint.max_abs_error_percent, 1)} %, at {joined(values)}."
+        )
+    return f"The surface meets the measured {short(stage.target)} N at {joined(values)}."
+
+
+def _climb_outcome(stage: ClimbResult) -> str:
+    verdict = "passed" if stage.passed else "did not reach"
+    return (
+        f"Stepping {joined(stage.names)} together, {counted(len(stage.rows), 'run')}, {verdict} the target; step "
+        f"{stage.best_step} came nearest, {fixed(abs(stage.error_percent), 1)} % from it."
+    )
+
+
+def _refinement_outcome(stage: RefineResult) -> str:
+    verdict = "within" if stage.converged else "not within"
+    return (
+        f"Simulating at the solution and correcting it, {counted(len(stage.rows), 'run')}, ended "
+        f"{fixed(abs(stage.error_percent), 2)} % from the target, {verdict} the tolerance of "
+        f"{short(stage.tolerance_percent)} %."
+    )
+
+
+def _validation_outcome(stage: ValidateResult) -> str:
+    rows = stage.rows
+    worst, mean = fixed(stage.max_abs_error_percent, 1), fixed(stage.mean_abs_error_percent, 1)
+    return (
+        f"Over {counted(len(rows), 'diameter')}, simulated and measured force differ by at most "
+        f"{worst} %, {mean} % on average."
+    )
+
+
+def _screening_certainty(stage: ScreenResult) -> list[str]:
+    margin = stage.lenth.me if stage.lenth is not None else None
+    chosen = [e for e in stage.effects if e.factor in stage.significant]
+    if margin is None or not chosen:
+        return []
+    firm = [e.factor for e in chosen if abs(e.effect) > margin]
+    weak = [e.factor for e in chosen if abs(e.effect) <= margin]
+    sentences = []
+    if firm:
+        sentences.append(f"Lenth's method, which needs no residual, confirms {joined(firm)}.")
+    if weak:
+        also = "It" if firm else "Lenth's method"
+        sentences.append(f"{also} does not confirm {joined(weak)}: treat as doubtful.")
+    return sentences
+
+
+def _surface_certainty(stage: SurfaceResult) -> list[str]:
+    if stage.r2 is None:
+        return ["All runs gave the same force: there is nothing that the surface could explain."]
+    text = (
+        f"The surface explains {fixed(100 * stage.r2, 1)} % of the variation between its runs"
+        f" (R² {fixed(stage.r2, 3)}, predicted R² {fixed(stage.predicted_r2, 3)})"
+    )
+    lack = stage.anova_row("Lack of fit")
+    if not stage.lack_of_fit_testable or lack is None or lack.p is None:
+        return [f"{text}; its lack of fit cannot be tested."]
+    verdict = "misses something (lack of fit is significant" if lack.p < 0.05 else "shows no lack of fit ("
+    return [f"{text} and {verdict}{', ' if verdict.endswith('t') else ''}p = {probability(lack.p)})."]
+
+
+def _calibration_certainty(stage: InvertResult) -> list[str]:
+    expected = stage.point.prediction_interval
+    sentences = [
+        f"A simulation with the calibrated parameters should give {interval(expected)} N (95 % prediction interval)."
+        if expected is not None
+        else "The surface has as many terms as runs: nothing tells how far a simulation may miss its prediction."
+    ]
+    if stage.joint is not None:
+        left_out = stage.joint.max_abs_left_out_error_percent
+        known = [sentence for part in stage.known for sentence in part.sentences]
+        return [*known, f"A diameter predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."]
+    if len(stage.point.solution) > 1:
+        ranges = [f"{name} {interval(bounds)}" for name, bounds in stage.ranges.items()]
+        sentences.append(
+            "One measured force cannot fix several parameters: other combinations meet it as well, with "
+            f"{joined(ranges)}. The rule {stage.rule.replace('_', ' ')} chose this one."
+        )
+        if stage.certainty is not None:
+            sentences += [*stage.certainty.sentences, *stage.certainty.direction_sentences]
+    return sentences
+
+
+def _how_many(errors: Sequence[float]) -> str:
+    """Return how many errors are small enough, as a sentence goes on.
+
+    >>> _how_many([2.0, 20.0]), _how_many([20.0]), _how_many([1.0, 2.0])
+    ('1 of 2 lies', 'none lies', 'all lie')
+    """
+    good = sum(error <= AGREES for error in errors)
+    if good in (0, len(errors)):
+        return "all lie" if good else "none lies"
+    return f"{good} of {len(errors)} {'lies' if good == 1 else 'lie'}"
+
+
+def _validation_certainty(stage: ValidateResult) -> list[str]:
+    independent = [row for row in stage.compared if row.role != "calibration"]
+    errors = [abs(row.error_percent) for row in independent if row.error_percent is not None]
+    if not errors:
+        return ["No diameter besides the calibration's could be compared: nothing checks the result."]
+    return [
+        f"At the {counted(len(errors), 'diameter')} not used for calibration the error reaches "
+        f"{fixed(max(errors), 1)} %; {_how_many(errors)} within {AGREES} %."
+    ]

@@ -1,0 +1,1 @@
+"""Tables as data, and how the terminal draws them."""

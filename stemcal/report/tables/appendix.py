@@ -1,0 +1,137 @@
+"""Tables beyond those of the stages: verdicts in words, the shape of the surface, the checks of every run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from stemcal.report.numbers import fixed, short, significant
+from stemcal.report.records import Records, distinct_of
+from stemcal.report.tables.sheet import Sheet, force_or_reason
+from stemcal.stages.result import DesignRuns, StageResult
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import Shape, SurfaceResult
+
+WIDE = 3  # factors from which a table on the terminal does
+MANY = 4  # factors from which a table's columns bear symbols in place of names
+
+
+def page_sheets(stage: StageResult) -> list[Sheet]:
+    """Return a stage's tables for the page, beyond those that the terminal shows."""
+    if isinstance(stage, ScreenResult):
+        return [verdict_sheet(stage)] if any(effect.verdict for effect in stage.effects) else []
+    return shape_sheets(stage)
+
+
+def shape_sheets(stage: StageResult) -> list[Sheet]:
+    """Return the tables of a surface's shape; none of other stages."""
+    if not isinstance(stage, SurfaceResult):
+        return []
+    sheets = [canonical_sheet(stage, stage.canonical)] if stage.canonical else []
+    return [*sheets, *([ridge_sheet(stage)] if stage.ridge else [])]
+
+
+def verdict_sheet(stage: ScreenResult) -> Sheet:
+    """Return what the screening says of each factor, in words."""
+    rows = tuple((e.symbol, e.verdict) for e in stage.effects)
+    strong = frozenset(i for i, e in enumerate(stage.effects) if e.factor in stage.significant)
+    return Sheet("Verdict on each factor", ("", "Verdict"), rows, texts=2, strong=strong, long=True)
+
+
+def canonical_sheet(stage: SurfaceResult, canonical: Shape) -> Sheet:
+    """Return the surface along its own axes: curvature, and the direction in coded units."""
+    names = stage.names
+    rows = tuple(
+        (str(number), significant(value), *(fixed(axis[name], 3) for name in names))
+        for number, (value, axis) in enumerate(zip(canonical.eigenvalues, canonical.axes, strict=True), 1)
+    )
+    foot = (
+        _stationary_point(canonical, names),
+        "Negative: the force falls on both sides along that axis; the columns give its direction, coded.",
+    )
+    return Sheet("Canonical analysis", ("Axis", "Curva-\nture, N", *_heads(stage)), rows, foot=foot)
+
+
+def _stationary_point(canonical: Shape, names: Sequence[str]) -> str:
+    natural = canonical.natural
+    if natural is None:
+        return "No single stationary point: the surface is a plane, or level along some direction."
+    place = ", ".join(f"{name} {significant(natural[name])}" for name in names)
+    where = "inside" if canonical.inside else "outside"
+    return (
+        f"Stationary point: a {canonical.kind} of {significant(canonical.predicted)} N at {place}; coded radius "
+        f"{fixed(canonical.coded_radius)}, {where} the region of the runs."
+    )
+
+
+def ridge_sheet(stage: SurfaceResult) -> Sheet:
+    """Return the way along which the surface climbs most."""
+    names, coding = stage.names, stage.coding
+    rows = tuple(
+        (
+            fixed(row.radius),
+            *(significant(coding[n].natural(row.coded[n])) for n in names),
+            significant(row.predicted),
+            fixed(row.standard_error),
+        )
+        for row in stage.ridge or ()
+    )
+    columns = ("Coded\nradius", *_heads(stage, with_units=True), "Largest\nforce, N", "Std.\nerror, N")
+    return Sheet("Ridge of steepest ascent", columns, rows, texts=0)
+
+
+def _heads(stage: SurfaceResult, with_units: bool = False) -> list[str]:
+    """Return a column's head per factor of a surface: its name, where they are many its symbol, the unit below."""
+    crowded = len(stage.names) > WIDE
+    heads = []
+    for name in stage.names:
+        entry = stage.factor(name)
+        head = entry.symbol or name if crowded else name
+        unit = entry.unit or "1"
+        heads.append(head if unit == "1" or not with_units else f"{head},\n{unit}")
+    return heads
+
+
+def design_sheet(title: str, design: DesignRuns, symbols: Mapping[str, str]) -> Sheet:
+    """Return the runs of a design: the varied levels and the force, or why there is none."""
+    runs, varied = design.runs, design.varied
+    crowded = len(varied) > MANY
+    names = [symbols.get(name) or name if crowded else name for name in varied]
+    rows = tuple(
+        (
+            str(run.run),
+            *(short(run.levels[name]) for name in varied),
+            force_or_reason(run.force, run.outcome.reason or "–"),
+        )
+        for run in runs
+    )
+    foot = ("Symbols as in the table of factors.",) if crowded and any(symbols.values()) else ()
+    return Sheet(title, ("Run", *names, "Force, N"), rows, texts=0, foot=foot)
+
+
+def checks_sheet(records: Records) -> Sheet | None:
+    """Return the solver's checks of every distinct run, None where no solver told of them."""
+    told = [(label, record.checks) for label, record in distinct_of(records).values() if record.checks]
+    if not told:
+        return None
+    rows = tuple(
+        (
+            label,
+            significant(d.peak_force),
+            fixed(d.peak_travel, 3),
+            "yes" if d.stroke_was_enough else "no",
+            str(d.elements),
+            str(d.deleted_elements),
+            str(d.steps),
+            fixed(d.energy_drift_percent, 3),
+            fixed(d.kinetic_ratio_percent, 2),
+            fixed(d.hourglass_ratio_percent, 2),
+        )
+        for label, d in told
+    )
+    foot = (
+        "Failed: elements that had failed at the peak. Drift: largest error of the energy balance. Kinetic, hourglass: "
+        "largest share of the internal energy on the way to the peak; small shares mean a quasi-static test.",
+    )
+    columns = ("Run", "Peak,\nN", "at,\nmm", "Fell\nagain", "Elements", "Failed", "Steps", "Drift,\n%",
+               "Kinetic,\n%", "Hourglass,\n%")  # fmt: skip
+    return Sheet("Checks of every run", columns, rows, foot=foot)

@@ -1,0 +1,80 @@
+"""What was held while the factors were varied: the virtual shear test, the other parameters, the measured forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stemcal.report.numbers import short, significant
+from stemcal.report.tables.sheet import Sheet
+
+if TYPE_CHECKING:
+    from stemcal.study.model import EmbeddedSolver, Study
+
+Rows = tuple[tuple[str, str], ...]
+_UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below
+_STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
+
+
+def setting_sheets(study: Study) -> list[Sheet]:
+    """Return the factors, what stood still beside them, and what was measured."""
+    sheets = [_factors(study), _measured(study)]
+    if study.solver.kind == "embedded":
+        sheets.append(
+            Sheet(
+                "The virtual shear test", ("Part", "Value"), _parts(study) + _solver(study.solver), texts=2, long=True
+            )
+        )
+    if study.material.given():
+        sheets.append(Sheet("Material held", ("Parameter", "Value"), _material(study), texts=2, long=True))
+    return sheets
+
+
+def _factors(study: Study) -> Sheet:
+    rows = tuple(
+        (f.symbol, f.name, f.label, "" if f.unit == "1" else f.unit, short(f.low), short(f.high)) for f in study.factors
+    )
+    return Sheet("Factors", ("", "Factor", "Meaning", "Unit", "Low", "High"), rows, texts=4)
+
+
+def _measured(study: Study) -> Sheet:
+    at = study.targets.calibrate_at
+    rows = tuple((short(t.diameter), short(t.force), short(t.sd), str(t.n or "–")) for t in study.targets.forces)
+    strong = frozenset(i for i, t in enumerate(study.targets.forces) if t.diameter == at)
+    columns = ("Diameter, mm", "Measured, N", "SD, N", "n")
+    foot = (f"Bold: what the parameters are fitted to ({short(at)} mm).",)
+    return Sheet("Measured maximum force", columns, rows, texts=0, foot=foot, strong=strong)
+
+
+def _parts(study: Study) -> Rows:
+    stem, blade, supports, loading, contact = (
+        study.specimen, study.blade, study.supports, study.loading, study.contact,
+    )  # fmt: skip
+    bevel = "both sides bevelled" if blade.bevel == "both" else "one side bevelled"
+    return (
+        (
+            "Stem",
+            f"{short(stem.outer_diameter)} mm, bore {short(stem.diameter_ratio)} of it, {short(stem.length)} mm long",
+        ),
+        ("Blade", f"{short(blade.thickness)} mm thick, edge of {short(blade.edge_angle)}°, {bevel}"),
+        ("Edge radius", f"{short(blade.edge_radius)} mm"),
+        ("Supports", f"{short(supports.clearance)} mm apart, edges rounded by {short(supports.fillet_radius)} mm"),
+        ("Loading", f"{significant(60.0 * loading.speed)} mm/min for {short(loading.duration)} s"),
+        ("Friction", f"{short(contact.static_friction)} at rest, {short(contact.dynamic_friction)} sliding"),
+    )
+
+
+def _solver(solver: EmbeddedSolver) -> Rows:
+    whole = {"none": "whole stem", "half": "half, mirrored", "quarter": "quarter, mirrored"}
+    return (
+        ("Model", f"{whole[solver.symmetry]}; elements of {short(solver.element_size)} mm"),
+        ("Strain-rate law", solver.rate_law.replace("_", "–").replace("paper", "as printed in the paper")),
+        ("Mass scaling", f"{short(solver.mass_scaling)} times"),
+    )
+
+
+def _material(study: Study) -> Rows:
+    rows = []
+    for name, value in study.material.given().items():
+        scale, unit = _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
+        rows.append((name, f"{short(scale * value)} {unit}".strip()))
+    return tuple(rows)

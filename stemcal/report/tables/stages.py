@@ -1,0 +1,178 @@
+"""The tables of each stage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from stemcal.report.numbers import fixed, interval, percent, probability, short, significant
+from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet
+from stemcal.report.tables.sheet import Sheet, force_or_reason, starred
+from stemcal.report.terms import equation, written
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.result import StageResult
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.validate import ValidateResult
+
+
+def sheets_of(stage: StageResult) -> list[Sheet]:
+    """Return the tables of a stage."""
+    sheets = [make(stage) for make in _SHEETS[stage.name]]
+    return [*sheets, *further_sheets(stage)]
+
+
+def screening_sheet(stage: ScreenResult) -> Sheet:
+    """Return the effects as papers print them, with Lenth's t and the p-value adjusted by Holm."""
+    effects = stage.effects
+    rows = [
+        (
+            e.symbol,
+            e.factor,
+            fixed(e.effect),
+            percent(e.contribution_percent),
+            significant(e.sum_of_squares),
+            fixed(e.f, 4) if e.f is not None and e.f < 0.01 else significant(e.f),
+            starred(e.p, e.stars),
+            probability(e.p_holm),
+            fixed(e.lenth_t),
+        )
+        for e in effects
+    ]
+    residual = stage.residual
+    share = 100.0 * residual.sum_of_squares / (stage.total_sum_of_squares or 1.0)
+    rows.append(("", "Residual", "", percent(share), significant(residual.sum_of_squares), "", "", "", ""))
+    return Sheet(
+        "Effects on the maximum force",
+        ("", "Factor", "Effect,\nN", "Share,\n%", "Sum of\nsquares", "F", "p", "p\nHolm", "Lenth\nt"),
+        tuple(rows),
+        texts=2,
+        foot=(*_lenth_foot(stage), "** p < 0.01, * p < 0.05. Share: of the total sum of squares."),
+        strong=frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant),
+    )
+
+
+def _lenth_foot(stage: ScreenResult) -> list[str]:
+    lenth = stage.lenth
+    if lenth is None or lenth.pse is None:
+        return []
+    return [
+        f"Lenth: pseudo standard error {significant(lenth.pse)} N; an effect beyond "
+        f"±{significant(lenth.me)} N is active, "
+        f"beyond ±{significant(lenth.sme)} N even among all factors."
+    ]
+
+
+def anova_sheet(stage: SurfaceResult) -> Sheet:
+    """Return the analysis of variance."""
+    symbols = stage.symbols()
+    rows = [
+        (
+            _source(row.source, symbols),
+            significant(row.sum_of_squares, 6),
+            str(row.df),
+            significant(row.mean_square, 6) if row.mean_square is not None else "",
+            significant(row.f) if row.f is not None else "",
+            starred(row.p, row.stars),
+        )
+        for row in stage.anova
+    ]
+    return Sheet(
+        "Analysis of variance",
+        ("Source", "Sum of squares", "df", "Mean square", "F", "p"),
+        tuple(rows),
+        foot=() if stage.lack_of_fit_testable else ("Lack of fit cannot be tested.",),
+        strong=frozenset(i for i, row in enumerate(stage.anova) if row.stars),
+    )
+
+
+def _source(source: str, symbols: Mapping[str, str]) -> str:
+    known = any(name in symbols for name in source.removesuffix("^2").split(":"))
+    return written(source, symbols) if known else source
+
+
+def coefficient_sheet(stage: SurfaceResult) -> Sheet:
+    """Return the coefficients with their intervals, the equation below."""
+    symbols = stage.symbols()
+    rows = [
+        (
+            _source(row.term, symbols),
+            fixed(row.value, 3),
+            fixed(row.standard_error, 3),
+            fixed(row.low, 3),
+            fixed(row.high, 3),
+        )
+        for row in stage.coefficients
+    ]
+    coded = (
+        f"{entry.symbol or entry.factor} = ({entry.factor} − {short(entry.center)}) / {short(entry.half_step)}"
+        for entry in stage.factors
+    )
+    return Sheet(
+        "Response surface in coded units",
+        ("Term", "Coefficient, N", "Std. error", "95 % low", "95 % high"),
+        tuple(rows),
+        foot=(equation(stage.coefficients, symbols), "; ".join(coded)),
+    )
+
+
+def fit_sheet(stage: SurfaceResult) -> Sheet:
+    """Return how well the surface fits."""
+    rows = (
+        ("R²", fixed(stage.r2, 4)),
+        ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
+        ("Predicted R²", fixed(stage.predicted_r2, 4)),
+        ("Adequate precision", fixed(stage.adequate_precision, 2)),
+        ("PRESS, N²", significant(stage.press, 6)),
+        ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
+    )
+    return Sheet("Quality of the fit", ("Statistic", "Value"), rows)
+
+
+def calibration_sheet(stage: InvertResult) -> Sheet:
+    """Return the calibrated parameters with the range each may take."""
+    published = {} if stage.published is None else stage.published.point.solution
+    point, rows = stage.point, []
+    for name, value in point.solution.items():
+        row = (name, significant(value), interval(stage.ranges.get(name)), fixed(point.coded[name], 3))
+        rows.append((*row, short(published.get(name))) if published else row)
+    columns = ("Factor", "Calibrated", "Range over all solutions", "Coded")
+    foot = (
+        f"Target {short(stage.target)} N; predicted {significant(point.predicted)} N; coded radius "
+        f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
+        f"95 % interval of the mean {interval(point.mean_interval)} N, of one prediction "
+        f"{interval(point.prediction_interval)} N.",
+    )
+    return Sheet("Calibrated parameters", (*columns, "Published") if published else columns, tuple(rows), foot=foot)
+
+
+def validation_sheet(stage: ValidateResult) -> Sheet:
+    """Return measured against simulated force over the diameters."""
+    rows = [
+        (
+            short(row.compared.diameter),
+            row.compared.role,
+            short(row.compared.measured),
+            force_or_reason(row.compared.simulated, row.reason or "failed"),
+            fixed(row.compared.error_percent),
+        )
+        for row in stage.rows
+    ]
+    foot = (
+        f"Largest error {fixed(stage.max_abs_error_percent)} %, mean "
+        f"{fixed(stage.mean_abs_error_percent)} % (absolute).",
+        "Error = 100·(measured − simulated)/measured.",
+    )
+    columns = ("Diameter, mm", "Role", "Measured, N", "Simulated, N", "Error, %")
+    return Sheet("Measured against simulated force", columns, tuple(rows), texts=2, foot=foot)
+
+
+_SHEETS: dict[str, tuple[Callable[[Any], Sheet], ...]] = {
+    "screen": (screening_sheet,),
+    "climb": (climb_sheet,),
+    "rsm": (anova_sheet, coefficient_sheet, fit_sheet),
+    "invert": (calibration_sheet,),
+    "refine": (refine_sheet,),
+    "validate": (validation_sheet,),
+    "audit": (audit_sheet,),
+}

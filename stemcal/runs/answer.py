@@ -1,0 +1,172 @@
+"""From requests to answers: look in the records, compute what is missing, keep each answer as it comes.
+
+An answer counts once its record lies in the study folder. A run that failed for physical reasons stays
+failed; one that failed by accident (its process died, the solver raised) is begun again as often as the spec
+says, and once more by the next command.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import Counter
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import closing
+from dataclasses import asdict, dataclass
+
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.batch import Batch, Computed
+from stemcal.runs.key import answer_of, record_key
+from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
+from stemcal.solvers.protocol import Answer, Immediate, Placed, Request, Solver
+from stemcal.study.model import RunsOptions
+
+logger = logging.getLogger(__name__)
+
+MOST_WARNINGS = 10
+WORK = "work"  # where solvers that need files have their run folders
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a stage stands, in rows of its design."""
+
+    stage: str
+    done: int
+    total: int
+    cached: int
+    failed: int
+    last_force: float | None
+
+
+Watch = Callable[[Progress], None]
+
+
+def ignore(_progress: Progress) -> None:
+    """Watch and say nothing."""
+
+
+def answer_all(
+    requests: Sequence[Request],
+    solver: Solver,
+    folder: StudyFolder,
+    executor: Executor,
+    watch: Watch = ignore,
+    policy: RunsOptions | None = None,
+    again: Collection[str] = (),
+) -> list[Answer]:
+    """Answer every request; the folder must be locked.
+
+    Requests with equal identities are computed once, those with a record not at all, unless their key is in
+    `again`. Interrupted, it leaves the records of all that was done.
+
+    Raises
+    ------
+    RunsFailed
+        If the policy asks for more successes, or not to go on after a failure.
+    """
+    policy = policy or RunsOptions()
+    keys = [record_key(solver, request) for request in requests]
+    known = _recorded([key for key in keys if key not in again], folder, policy)
+    missing: dict[str, Request] = {}
+    for key, request in zip(keys, requests, strict=True):
+        if key not in known:
+            missing.setdefault(key, request)
+    stage = requests[0].stage if requests else ""
+    if isinstance(solver, Immediate):
+        executor = InlineExecutor()
+    folder.sign(stage=stage, workers=getattr(executor, "workers", 1))
+    folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
+    tally = _Tally(stage, keys, known, watch)
+    with closing(_recording(missing, solver, folder, executor, policy)) as answers:
+        for key, answer in answers:
+            known[key] = judged(answer, policy)
+            tally.add(key, known[key], missing[key])
+            if not (known[key].ok or policy.keep_going):
+                raise stopped_by(missing[key], known[key])
+    found = [known[key] for key in keys]
+    require_quorum(requests, found, policy)
+    return found
+
+
+def forces(answers: Sequence[Answer]) -> list[float]:
+    """Return the forces, NaN where a run failed, so that it cannot pass for a number."""
+    return [answer.force if answer.ok and answer.force is not None else math.nan for answer in answers]
+
+
+def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> dict[str, Answer]:
+    """Return what earlier commands have left for good."""
+    found = {}
+    for key in dict.fromkeys(keys):
+        record = folder.load(key)
+        if record is not None and stands(record, policy):
+            found[key] = judged(answer_of(record), policy)
+    return found
+
+
+class _Tally:
+    """Counts the rows that are answered and tells the watcher."""
+
+    def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
+        self.stage, self.rows, self.watch = stage, Counter(keys), watch
+        self.total, self.told = len(keys), 0
+        self.done = self.cached = sum(self.rows[key] for key in known)
+        self.failed = sum(self.rows[key] for key, answer in known.items() if not answer.ok)
+        self._report(None)
+
+    def add(self, key: str, answer: Answer, request: Request) -> None:
+        """Count one more answer."""
+        self.done += self.rows[key]
+        if not answer.ok:
+            self.failed += self.rows[key]
+            self._warn(answer, request)
+        self._report(answer.force)
+
+    def _warn(self, answer: Answer, request: Request) -> None:
+        """Tell of the first failures one by one."""
+        self.told += 1
+        if self.told <= MOST_WARNINGS:
+            logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
+        elif self.told == MOST_WARNINGS + 1:
+            logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
+
+    def _report(self, force: float | None) -> None:
+        self.watch(Progress(self.stage, self.done, self.total, self.cached, self.failed, force))
+
+
+def _recording(
+    missing: Mapping[str, Request], solver: Solver, folder: StudyFolder, executor: Executor, policy: RunsOptions
+) -> Generator[tuple[str, Answer], None, None]:
+    """Compute the missing answers; each is recorded before it is yielded."""
+    if not missing:
+        return
+    solver.prepare()
+    if isinstance(solver, Placed):
+        solver = solver.placed(folder.path.absolute() / WORK)
+
+    batch = Batch(missing, solver, executor, policy.tries)
+    try:
+        for key, computed in batch.arriving():
+            yield key, _record(key, missing[key], computed, solver, folder)
+    finally:
+        for key, computed in batch.rest():
+            _record(key, missing[key], computed, solver, folder)
+
+
+def _record(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
+    """Save one outcome durably and return its answer."""
+    answer = computed.answer
+    folder.save(
+        {
+            "key": key,
+            "identity": solver.identity(request),
+            "request": {**asdict(request), "levels": dict(request.levels)},
+            **asdict(answer),
+            "provenance": computed.circumstances,
+        }
+    )
+    if not answer.ok:
+        folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)
+    return answer

@@ -1,0 +1,137 @@
+"""Runs given to an executor: what each gives, what its failure is called, which are begun again."""
+
+from __future__ import annotations
+
+import logging
+import math
+import queue
+import time
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, replace
+from typing import Any
+
+from stemcal.errors import SimulationFailed
+from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
+from stemcal.folder.store import now, provenance
+from stemcal.runs.policy import ACCIDENTS, TIMEOUT
+from stemcal.solvers.protocol import Answer, Request, Solver
+
+logger = logging.getLogger(__name__)
+
+_HEARTBEAT_S = 0.5  # how long Ctrl-C may have to wait on Windows
+
+
+@dataclass(frozen=True)
+class Computed:
+    """An answer with the circumstances it was computed under."""
+
+    answer: Answer
+    circumstances: dict[str, Any]
+
+
+def compute(solver: Solver, request: Request) -> Computed:
+    """Answer one request. Runs in a worker."""
+    started, clock = now(), time.perf_counter()
+    answer = sound(solver.solve(request))
+    wall = time.perf_counter() - clock
+    return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
+
+
+def sound(answer: Answer) -> Answer:
+    """Return the answer, or a failed one in its place if its force is no number.
+
+    >>> sound(Answer("ok", force=float("nan"))).reason
+    'nan'
+    """
+    if answer.status != "ok":
+        return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
+    if answer.force is None or not math.isfinite(answer.force):
+        return Answer("failed", None, "nan", f"the solver gave the force {answer.force}", answer.details)
+    return answer
+
+
+class Batch:
+    """Runs in the hands of an executor.
+
+    Parameters
+    ----------
+    requests : mapping
+        A request per key.
+    tries : int
+        How often a run is begun that ends by accident.
+
+    Notes
+    -----
+    An executor with an attribute ``ahead`` is given no more than that many runs at a time.
+    """
+
+    def __init__(self, requests: Mapping[str, Request], solver: Solver, executor: Executor, tries: int) -> None:
+        self.requests, self.solver, self.executor, self.tries = requests, solver, executor, tries
+        self._ahead: float = getattr(executor, "ahead", math.inf)
+        self._waiting = deque(requests)
+        self._pending: dict[Future[Computed], str] = {}
+        self._begun: Counter[str] = Counter()
+        self._done: queue.SimpleQueue[Future[Computed]] = queue.SimpleQueue()
+
+    def arriving(self) -> Iterator[tuple[str, Computed]]:
+        """Yield key and outcome of every run as they are done."""
+        while self._waiting or self._pending:
+            while self._waiting and len(self._pending) < self._ahead:
+                self._submit(self._waiting.popleft())
+            future = self._next()
+            key = self._pending.pop(future)
+            computed = outcome(future)
+            if computed.answer.reason in ACCIDENTS and self._begun[key] < self.tries:
+                logger.info("%s run %d is begun again", self.requests[key].stage, self.requests[key].row + 1)
+                self._submit(key)
+            else:
+                yield key, self._counted(key, computed)
+
+    def rest(self) -> Iterator[tuple[str, Computed]]:
+        """After an interruption yield what is done, and take back what has not begun."""
+        for future, key in self._pending.items():
+            if not future.cancel() and future.done() and future.exception() is None:
+                yield key, future.result()
+
+    def _submit(self, key: str) -> None:
+        future = self.executor.submit(compute, self.solver, self.requests[key])
+        self._pending[future] = key
+        self._begun[key] += 1
+        future.add_done_callback(self._done.put)
+
+    def _next(self) -> Future[Computed]:
+        while True:
+            try:
+                return self._done.get(timeout=_HEARTBEAT_S)
+            except queue.Empty:
+                continue
+
+    def _counted(self, key: str, computed: Computed) -> Computed:
+        """Say how often a run was begun, if more than once."""
+        begun = self._begun[key]
+        if begun == 1:
+            return computed
+        answer, circumstances = computed.answer, {**computed.circumstances, "tries": begun}
+        if not answer.ok:
+            answer = replace(answer, message=f"{answer.message} (begun {begun} times)")
+        return Computed(answer, circumstances)
+
+
+def outcome(future: Future[Computed]) -> Computed:
+    """Return what a finished future holds; an exception is a failed run, not the end of the study."""
+    try:
+        return future.result()
+    except ClusterLost:
+        raise
+    except SimulationFailed as error:
+        answer = Answer("failed", reason=error.reason, message=str(error))
+    except RunTimedOut as error:
+        answer = Answer("failed", reason=TIMEOUT, message=str(error), details={"time_limit": error.limit})
+    except WorkerDied as error:
+        answer = Answer("failed", reason="worker_died", message=str(error))
+    except Exception as error:
+        logger.debug("a run raised", exc_info=error)
+        answer = Answer("failed", reason="exception", message=f"{type(error).__name__}: {error}")
+    return Computed(answer, {**provenance(), "finished": now()})

@@ -1,0 +1,58 @@
+"""What a stage tells of one run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from stemcal.files.typed import absent
+from stemcal.runs.key import record_key
+from stemcal.runs.policy import is_censored
+from stemcal.solvers.protocol import Answer, Request, Solver
+
+# Name in a result, and what solvers call it among the details of an answer.
+_TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd", "phase_forces": "phase_forces"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """The force (N) of a run, or why there is none; `key` names its record.
+
+    `travel` (mm) and `work` (mJ) reach to the maximum force; `sd` is the scatter of the force over that many mesh
+    `phases`. None where the solver does not tell.
+    """
+
+    force: float | None
+    travel: float | None = absent()
+    work: float | None = absent()
+    phases: int | None = absent()
+    sd: float | None = absent()
+    phase_forces: tuple[float, ...] | None = absent()
+    status: str = "ok"
+    censored: bool = False
+    reason: str = ""
+    message: str = ""
+    key: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the force may enter an analysis."""
+        return self.status == "ok"
+
+    def response(self, name: str) -> float | None:
+        """Return ``force``, ``travel`` or ``work``."""
+        return {"force": self.force, "travel": self.travel, "work": self.work}[name]
+
+
+def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
+    """Return what is told of an answered request."""
+    told: dict[str, Any] = {name: answer.details.get(detail) for name, detail in _TOLD.items()} if answer.ok else {}
+    return Outcome(
+        force=answer.force,
+        **told,
+        status=answer.status,
+        censored=is_censored(answer),
+        reason=answer.reason,
+        message=answer.message,
+        key=record_key(solver, request),
+    )

@@ -1,0 +1,111 @@
+"""The audit of a paper: everything printed is computed again, and what does not agree is listed.
+
+First the cells of the printed tables and the printed claims, then what the numbers say about each other: levels
+against runs, box against design, equation against solution, signs against the law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.stages.audit.cells import Agreement, audit_cells, audit_surface, printed_validation, table
+from stemcal.stages.audit.found import Calibrated, Found
+from stemcal.stages.audit.printed import agrees
+from stemcal.stages.surface import SurfaceResult
+from stemcal.study.model import Study
+
+_FAR = 0.1  # coded units
+_NONE = Agreement(0, 0)
+
+
+def cells_differ(_study: Study, stages: Calibrated) -> Iterator[Found]:
+    """Printed cells that their own data contradict."""
+    for audited in stages.published():
+        for different in audited.differences:
+            cell = different.cell
+            computed = "none" if cell.value is None else f"{cell.value:.6g}"
+            yield Found(f"{different.table}: {cell.label}", cell.kind, cell.printed, computed, cell.sentence)
+
+
+def claims_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
+    """Printed claims, such as a largest error, that do not hold."""
+    claims = study.published.claims if study.published else {}
+    told: list[object] = [stages.surface]
+    if study.published and study.published.validation:
+        told.insert(0, printed_validation(study, study.published.validation)[0])
+    cells = [(name.replace("_", " "), text, _claimed(name, told)) for name, text in claims.items()]
+    for cell in (different.cell for different in audit_cells({"claims": cells}).differences):
+        shown = "none" if cell.value is None else f"{cell.value:.6g}"
+        yield Found(f"claim: {cell.label}", "claim", cell.printed, shown, cell.sentence)
+
+
+def _claimed(name: str, told: Sequence[object]) -> float | None:
+    """Return what the results say of a claim, the first that knows it."""
+    known = (getattr(result, name) for result in told if hasattr(result, name))
+    value = next(known, None)
+    return value if isinstance(value, int | float) else None
+
+
+def levels_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
+    """Levels as the coding table prints them against the levels that the runs had."""
+    if study.published is None or study.published.levels is None:
+        return
+    header, rows = table(study.published.levels)
+    runs = stages.surface.design.runs
+    for cells in rows:
+        coded = float(cells[0])
+        for name, text in zip(header[1:], cells[1:], strict=True):
+            ran = [(run.levels[name], run.coded[name]) for run in runs]
+            level, at = min(ran, key=lambda pair: abs(pair[1] - coded))
+            printed = float(text)
+            if abs(at - coded) <= 0.01 and abs(printed - level) > 1e-9 * abs(level):
+                scale = stages.surface.factor(name)
+                yield _level(name, coded, text, level, (printed - scale.center) / scale.half_step)
+
+
+def _level(name: str, coded: float, text: str, level: float, coded_as_printed: float) -> Found:
+    rounded = agrees(text, level)
+    end = "a matter of rounding" if rounded else "which no rounding explains"
+    if rounded and abs(coded_as_printed - coded) > _FAR:
+        end = "a rounding that moves the level far from where the design has it"
+    return Found(
+        f"levels: {name} at coded {coded:g}",
+        "rounding" if rounded else "value",
+        text,
+        f"{level:.7g}",
+        f"levels: {name} at coded {coded:g} is printed {text}, the runs have {level:.7g}; as printed it would be "
+        f"coded {coded_as_printed:.3f}, {end}",
+    )
+
+
+def design_differs(study: Study, stages: Calibrated) -> Iterator[Found]:
+    """Levels of the printed runs against those that the analysis needs."""
+    if study.published is None or study.published.design is None:
+        return
+    header, rows = table(study.published.design)
+    surface = stages.surface
+    for name in (heading for heading in header[:-1] if heading in surface.names):
+        used_levels = [run.levels[name] for run in surface.design.runs]
+        pairs = [(float(cells[header.index(name)]), used) for cells, used in zip(rows, used_levels, strict=True)]
+        for printed, used in sorted({pair for pair in pairs if abs(pair[0] - pair[1]) > 1e-9 * abs(pair[1])}):
+            taken = _cells_with(study, surface, header, rows)
+            count = sum(pair == (printed, used) for pair in pairs)
+            kept = surface.published.tables.get("anova", _NONE) if surface.published else _NONE
+            yield Found(
+                f"design: {name} in {count} runs",
+                "value",
+                f"{printed:g}",
+                f"{used:g}",
+                f"design: {name} is printed {printed:g} in {count} runs; with that {taken.agree} of {taken.of} cells "
+                f"of the printed analysis of variance come out, with {used:g} {kept.agree} of {kept.of}",
+            )
+
+
+def _cells_with(study: Study, surface: SurfaceResult, header: list[str], rows: list[list[str]]) -> Agreement:
+    """Count the printed ANOVA cells that agree when the design is taken as printed."""
+    columns = [header.index(name) for name in surface.names]
+    natural = [[float(cells[column]) for column in columns] for cells in rows]
+    refit = fit_surface(surface.scales.to_coded(natural), [float(cells[-1]) for cells in rows], surface.names)
+    audited = audit_surface(study, refit.anova, refit.coefficients)
+    return audited.tables.get("anova", _NONE) if audited else _NONE

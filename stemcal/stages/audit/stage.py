@@ -1,0 +1,105 @@
+"""The audit of a paper as a stage."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import inline, key
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.answer import Watch, ignore
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Solver
+from stemcal.stages.audit.cells import Agreement
+from stemcal.stages.audit.found import Calibrated, Check, Found
+from stemcal.stages.audit.paper import cells_differ, claims_differ, design_differs, levels_differ
+from stemcal.stages.audit.suspicions import SUSPICIONS
+from stemcal.stages.base import stages_of
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.making import make
+from stemcal.stages.result import Head, StageResult, head_of, leave, read_result
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.validate import ValidateResult
+from stemcal.study.model import Study
+
+CHECKS: tuple[Check, ...] = (cells_differ, claims_differ, levels_differ, design_differs, *SUSPICIONS)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that does not agree, numbered."""
+
+    number: int
+    found: Found = inline()
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class AuditResult(StageResult):
+    """What does not agree in a paper, and how many of its printed cells do."""
+
+    name: ClassVar[str] = "audit"
+
+    head: Head = inline()
+    agree: int
+    of: int
+    tables_agree: dict[str, Agreement] = key("tables")
+    findings: Rows[Finding]
+    notes: tuple[str, ...] = ()
+
+    def tables(self) -> dict[str, Table]:
+        """Return the findings."""
+        return {"audit": Table.of(("number", "place", "kind", "printed", "computed", "sentence"), self.findings)}
+
+    def summary(self) -> str:
+        """Count what agrees and what does not."""
+        return f"{self.agree} of {self.of} printed cells agree, {len(self.findings)} findings"
+
+
+def audit(
+    study: Study,
+    folder: StudyFolder,
+    executor: Executor,
+    watch: Watch = ignore,
+    solver: Solver | None = None,
+) -> AuditResult:
+    """Recompute a paper's printed tables and claims; list what does not agree.
+
+    Raises
+    ------
+    UsageError
+        If there is nothing to audit: the runs are not printed ones, or nothing is said to be published.
+    """
+    if study.solver.kind != "table":
+        raise UsageError("audit: recomputes from printed runs; give the spec a solver of kind table with the paper's")
+    if study.published is None:
+        raise UsageError("audit: the spec has no section published; say there what the paper printed")
+    solver = solver or make_solver(study)
+    with folder:
+        for stage in stages_of(study):
+            make(stage, study, folder, executor, watch, solver)
+        looked_at = Calibrated(
+            read_result(folder, ScreenResult),
+            read_result(folder, SurfaceResult),
+            read_result(folder, InvertResult),
+            read_result(folder, ValidateResult),
+        )
+        return leave(folder, audit_all(study, head_of(study, solver, folder, "audit"), looked_at))
+
+
+def audit_all(study: Study, head: Head, stages: Calibrated) -> AuditResult:
+    """Return what was found and how many cells agree."""
+    found = [finding for check in CHECKS for finding in check(study, stages)]
+    tables = {name: count for audited in stages.published() for name, count in audited.tables.items()}
+    agree, of = (sum(getattr(count, part) for count in tables.values()) for part in ("agree", "of"))
+    return AuditResult(
+        head=head,
+        agree=agree,
+        of=of,
+        tables_agree=tables,
+        findings=Rows(Finding(number, finding) for number, finding in enumerate(found, 1)),
+        notes=(f"{agree} of {of} printed cells agree with what their data give; {len(found)} things do not.",),
+    )

@@ -1,0 +1,190 @@
+"""What the numbers of a paper say about each other: checks of an audit that need no printed counterpart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from stemcal.doe.regression.least_squares import fit_least_squares, not_estimable
+from stemcal.doe.regression.terms import term_columns, term_names
+from stemcal.stages.audit.cells import printed_terms, term_of
+from stemcal.stages.audit.found import Calibrated, Check, Found
+from stemcal.stages.invert.single import assess_published
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult, error_remark
+from stemcal.study.model import Study
+
+_STRAIN_RATE = "strain_rate_c"
+
+
+def replicates_differ(_study: Study, stages: Calibrated) -> Iterator[Found]:
+    """Repeated runs of a solver that computes must agree."""
+    for result in (stages.screen, stages.surface):
+        name, remark = result.name, error_remark(result.design)
+        if remark is not None and "differed" in remark:
+            yield Found(f"runs: repeated runs of {name}", "design", "repeated runs differ", "one force", remark)
+
+
+def box_leaves_design(study: Study, stages: Calibrated) -> Iterator[Found]:
+    """The box that solutions may come from against what the design reaches."""
+    for entry in stages.surface.factors:
+        factor = study.factor(entry.factor)
+        reach = max(abs(run.coded[factor.name]) for run in stages.surface.design.runs)
+        ends = [(end - entry.center) / entry.half_step for end in (factor.low, factor.high)]
+        if max(map(abs, ends)) > reach + 0.02:
+            yield Found(
+                f"search box: {factor.name}",
+                "extrapolation",
+                f"{factor.low:g} to {factor.high:g}",
+                f"coded {ends[0]:+.2f} to {ends[1]:+.2f}",
+                f"search box: {factor.name} from {factor.low:g} to {factor.high:g} is coded {ends[0]:+.2f} to "
+                f"{ends[1]:+.2f}, the runs reach ±{reach:.3f}: beyond them the surface extrapolates",
+            )
+
+
+def signs_defy_law(study: Study, stages: Calibrated) -> Iterator[Found]:
+    """Effects whose sign the law of the material excludes."""
+    for factor in study.factors:
+        for where, value in _effects(factor.name, stages):
+            if factor.expected_sign is not None and value * (1 if factor.expected_sign == "+" else -1) < 0.0:
+                yield Found(
+                    f"{where}: {factor.name}",
+                    "law",
+                    f"{value:+.4g} N",
+                    f"sign {factor.expected_sign}",
+                    f"{where}: {factor.name} acts with {value:+.4g} N, the law asks for the sign "
+                    f"{factor.expected_sign}{_law(study, factor.name)}",
+                )
+
+
+def _effects(name: str, stages: Calibrated) -> Iterator[tuple[str, float]]:
+    """Yield the effect of a factor where it is significant, by stage."""
+    if name in stages.screen.significant:
+        yield "screening", stages.screen.effect(name).effect
+    test, coefficient = stages.surface.anova_row(name), stages.surface.coefficient(name)
+    if test is not None and coefficient is not None and test.p is not None and test.p < 0.05:
+        yield "surface", coefficient.value
+
+
+def _law(study: Study, name: str) -> str:
+    """Say what both forms of the strain-rate law give for C, computed over strain rates from 10⁻³ to 10⁴ 1/s."""
+    if name != _STRAIN_RATE or "strain_rate_p" not in study.names:
+        return ""
+    c, p = study.factor(name), study.factor("strain_rate_p")
+    rises = [
+        (rate / c.high) ** exponent - (rate / c.low) ** exponent
+        for rate in (10.0**power for power in range(-3, 5))
+        for exponent in (p.low, p.high, 1.0 / p.low, 1.0 / p.high)
+    ]
+    if max(rises) >= 0.0:
+        return ""
+    return (
+        f": from C = {c.low:g} to {c.high:g} both 1 + (rate/C)^P and 1 + (rate/C)^(1/P) fall at every strain rate "
+        "from 0.001 to 10000 1/s"
+    )
+
+
+def interactions_disagree(_study: Study, stages: Calibrated) -> Iterator[Found]:
+    """An interaction that screening and surface see with opposite signs."""
+    surface = stages.surface
+    for a, b in combinations(surface.names, 2):
+        term = f"{a}:{b}"
+        test, beta = surface.anova_row(term), surface.coefficient(term)
+        seen = _screened_interaction(stages.screen, a, b)
+        significant = test is not None and (test.p or 1.0) < 0.05
+        if significant and beta is not None and seen is not None and seen * beta.value < 0.0:
+            yield Found(
+                f"interaction: {term}",
+                "sign",
+                f"{beta.value:+.3g} N",
+                f"{seen:+.3g} N",
+                f"interaction: {term} is {beta.value:+.3g} N in the surface and {seen:+.3g} N in the screening runs "
+                "(fitted with its two main effects): one of the designs sees something else",
+            )
+
+
+def _screened_interaction(screen: ScreenResult, a: str, b: str) -> float | None:
+    """Return the coefficient of a·b from the screening runs, fitted beside a and b."""
+    runs = [run for run in screen.design.runs if run.force is not None]
+    x, y = (np.array([run.coded[name] for run in runs]) for name in (a, b))
+    matrix = np.column_stack([np.ones(len(runs)), x, y, x * y])
+    if not_estimable(matrix, ("1", a, b, "ab")):
+        return None
+    return float(fit_least_squares(matrix, np.array([run.force for run in runs], dtype=float)).coefficients[3])
+
+
+def equation_misses_target(study: Study, stages: Calibrated) -> Iterator[Found]:
+    """The printed equation at the printed solution against the target it was solved for."""
+    published = study.published
+    if published is None or published.coefficients is None or not published.solution:
+        return
+    target = study.calibration_target.force
+    by_equation = _printed_prediction(study, stages.surface)
+    point, _ = assess_published(study, stages.surface)
+    if by_equation is None or point is None or abs(by_equation - target) <= 0.005 * target:
+        return
+    yield Found(
+        "equation: at the printed solution",
+        "value",
+        f"{target:g} N",
+        f"{by_equation:.2f} N",
+        f"equation: at the printed solution the printed coefficients give {by_equation:.2f} N, those of the data "
+        f"{point.point.predicted:.2f} N; the target is {target:g} N",
+    )
+
+
+def _printed_prediction(study: Study, surface: SurfaceResult) -> float | None:
+    """Evaluate the printed equation at the printed solution; None if a term is missing."""
+    coding, published = surface.scales, study.published
+    if published is None or published.coefficients is None or any(n not in published.solution for n in coding.names):
+        return None
+    printed = printed_terms(study, published.coefficients)
+    beta = [printed.get(term_of(study, term)) for term in term_names(coding.names)]
+    if any(value is None for value in beta):
+        return None
+    point = coding.to_coded([published.solution[name] for name in coding.names])
+    return float(sum(b * column for b, column in zip(beta, term_columns(point)[0], strict=True) if b is not None))
+
+
+def solution_is_one_of_many(study: Study, stages: Calibrated) -> Iterator[Found]:
+    """One target force cannot fix several parameters."""
+    if study.published is None or len(study.published.solution) < 2:
+        return
+    ranges = [f"{name} {lo:.4g} to {hi:.4g}" for name, (lo, hi) in stages.inversion.ranges.items()]
+    printed = ", ".join(f"{name} {value:g}" for name, value in study.published.solution.items())
+    yield Found(
+        "solution",
+        "design",
+        printed,
+        "; ".join(ranges),
+        f"solution: {printed} is one point of a whole set with the same force; inside the design it reaches over "
+        f"{'; '.join(ranges)}",
+    )
+
+
+def stroke_too_short(study: Study, _stages: Calibrated) -> Iterator[Found]:
+    """The way of the blade against the stem it is to cut."""
+    way, diameter = study.loading.speed * study.loading.duration, study.calibration_target.diameter
+    if way < diameter:
+        yield Found(
+            "loading",
+            "setup",
+            f"{study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s",
+            f"{way:.2f} mm",
+            f"loading: {study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s is {way:.2f} mm of travel, "
+            f"{100 * way / diameter:.0f} % of an {diameter:g} mm stem: no cut is completed, and a maximum that comes "
+            "later is not seen",
+        )
+
+
+SUSPICIONS: tuple[Check, ...] = (
+    equation_misses_target,
+    solution_is_one_of_many,
+    replicates_differ,
+    box_leaves_design,
+    signs_defy_law,
+    interactions_disagree,
+    stroke_too_short,
+)

@@ -1,0 +1,165 @@
+"""The one list of stages: commands, `run`, `status`, `verify`, progress and page take them from here.
+
+Light: what a stage is made of is imported when it runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
+
+__all__ = ["STAGES", "Stage", "stage_called", "stages_of"]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of a study.
+
+    Parameters
+    ----------
+    name : str
+        Of its command, of its files.
+    title : str
+        For people.
+    module : str
+        Where its function and its result are, called `function` and `result` there.
+    options : tuple of str
+        The sections of the spec that it reads.
+    needs : callable
+        Study → the name of the stage whose file it reads, None if it reads none.
+    help : str
+        What its command says of it.
+    asked_for : callable
+        Whether the whole study has it.
+    simulates : bool
+        Whether it has runs of its own.
+    pictured : bool
+        Whether its runs keep what pictures are made from: those at a solution do.
+    """
+
+    name: str
+    title: str
+    module: str
+    function: str
+    result: str
+    options: tuple[str, ...]
+    needs: Callable[[Study], str | None]
+    help: str
+    asked_for: Callable[[Study], bool] = lambda _study: True
+    simulates: bool = True
+    pictured: bool = False
+
+
+def _before_surface(study: Study) -> str | None:
+    """A climb if there is one, else the screening; a surface of named factors needs neither."""
+    if study.climb is not None:
+        return "climb"
+    return "screen" if study.rsm.factors == "significant" else None
+
+
+STAGES: tuple[Stage, ...] = (
+    Stage(
+        "screen",
+        "Screening",
+        "stemcal.stages.screen",
+        "screen",
+        "ScreenResult",
+        ("screen",),
+        lambda _study: None,
+        "Simulate the screening design and find the factors that matter.",
+    ),
+    Stage(
+        "climb",
+        "Climb",
+        "stemcal.stages.climb",
+        "climb",
+        "ClimbResult",
+        ("climb", "rsm", "targets"),
+        lambda _study: "screen",
+        """Step the active factors together towards the measured force; the best step centres the surface's design.
+
+        It walks along the slope that the screening found, climb.steps at most, until the force has passed the target.
+        With a section climb in the spec it is part of `stemcal run`.
+        """,
+        lambda study: study.climb is not None,
+    ),
+    Stage(
+        "rsm",
+        "Response surface",
+        "stemcal.stages.surface",
+        "fit_response_surface",
+        "SurfaceResult",
+        ("rsm",),
+        _before_surface,
+        "Simulate the central composite design and fit the response surface.",
+    ),
+    Stage(
+        "invert",
+        "Calibration",
+        "stemcal.stages.invert.stage",
+        "invert",
+        "InvertResult",
+        ("invert", "targets"),
+        lambda _study: "rsm",
+        "Solve the surface for the measured force: calibrated parameters and how well they are known.",
+        simulates=False,
+    ),
+    Stage(
+        "refine",
+        "Refinement",
+        "stemcal.stages.refine.stage",
+        "refine",
+        "RefineResult",
+        ("refine", "targets"),
+        lambda _study: "invert",
+        """Simulate at the solution, add the point, refit and step, until the simulated force is right.
+
+        It ends within refine.tolerance_percent of the measured force, or after refine.budget simulations. A joint fit
+        (invert.diameters) is simulated at each of its diameters; it also ends when the fit no longer moves. With a
+        section refine in the spec it is part of `stemcal run`, and the validation takes the refined parameters.
+        """,
+        lambda study: study.refine is not None,
+        pictured=True,
+    ),
+    Stage(
+        "validate",
+        "Validation",
+        "stemcal.stages.validate",
+        "validate",
+        "ValidateResult",
+        ("targets",),
+        lambda study: "invert" if study.refine is None else "refine",
+        "Simulate every measured diameter with the calibrated parameters.",
+        pictured=True,
+    ),
+    Stage(
+        "audit",
+        "Audit",
+        "stemcal.stages.audit.stage",
+        "audit",
+        "AuditResult",
+        ("targets", "published", "loading"),
+        lambda _study: "validate",
+        """Recompute a paper's printed tables and claims and list what does not agree, cell by cell.
+
+        The spec has a solver of kind table with the paper's runs, and under published what it printed.
+        """,
+        lambda _study: False,
+        simulates=False,
+    ),
+)
+_BY_NAME = {stage.name: stage for stage in STAGES}
+
+
+def stage_called(name: str) -> Stage:
+    """Return a stage by its name."""
+    return _BY_NAME[name]
+
+
+def stages_of(study: Study) -> tuple[Stage, ...]:
+    """Return the stages of a whole study, in order."""
+    return tuple(stage for stage in STAGES if stage.asked_for(study))

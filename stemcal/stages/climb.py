@@ -1,0 +1,156 @@
+"""The climb between screening and surface: active factors stepped together towards the target."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.doe.designs.catalogue import surface_reach
+from stemcal.doe.screening.ascent import ascent_path, nearest_step, passed
+from stemcal.doe.screening.effects import Effect
+from stemcal.doe.validation.diameters import error_percent
+from stemcal.errors import RunsFailed
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import inline
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.answer import Watch, ignore
+from stemcal.runs.outcome import Outcome
+from stemcal.runs.stepwise import SimulateAt, simulating
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Solver
+from stemcal.stages.design import surface_factors, surface_options
+from stemcal.stages.result import CodedScale, Head, StageResult, head_of, leave, read_fresh
+from stemcal.stages.screen import ScreenResult
+from stemcal.study.model import ClimbOptions, Study
+
+
+@dataclass(frozen=True)
+class ClimbRow:
+    """One step: where it was, its error against the target and what came of it."""
+
+    step: int
+    levels: dict[str, float]
+    coded: dict[str, float]
+    error_percent: float | None
+    outcome: Outcome = inline()
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ClimbResult(StageResult):
+    """The steps towards the target, the best one, and the coding of a design centred on it."""
+
+    name: ClassVar[str] = "climb"
+
+    head: Head = inline()
+    target: float
+    diameter: float
+    names: tuple[str, ...]
+    rows: Rows[ClimbRow]
+    best_step: int
+    passed: bool
+    solution: dict[str, float]
+    error_percent: float
+    coding: dict[str, CodedScale]
+    effects: Rows[Effect]
+    significant: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    def tables(self) -> dict[str, Table]:
+        """Return the steps."""
+        return {"climb": Table.of(("step", *self.names, "force", "error_percent", "status", "reason"), self.rows)}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every step."""
+        for number, row in enumerate(self.rows, 1):
+            yield f"climb {number}", row.outcome
+
+    def summary(self) -> str:
+        """Tell how near the best step came."""
+        return f"step {self.best_step} of {len(self.rows)} is nearest, {self.error_percent:+.1f} % from the target"
+
+
+def climb(
+    study: Study,
+    folder: StudyFolder,
+    executor: Executor,
+    watch: Watch = ignore,
+    solver: Solver | None = None,
+) -> ClimbResult:
+    """Step the active factors together towards the target, and centre the surface's design on the best step."""
+    solver = solver or make_solver(study)
+    with folder:
+        simulate = simulating("climb", study, solver, folder, executor, watch)
+        screening = read_fresh(study, solver, folder, ScreenResult)
+        head = head_of(study, solver, folder, "climb")
+        names, chosen = surface_factors(study, solver, screening)
+        return leave(folder, _climbed(study, head, names, chosen, screening, simulate))
+
+
+def _climbed(
+    study: Study, head: Head, names: list[str], chosen: list[str], screening: ScreenResult, simulate: SimulateAt
+) -> ClimbResult:
+    options, target = study.climb or ClimbOptions(), study.calibration_target.force
+    rows = _walk(study, names, [screening.effect(name).effect for name in names], options.steps, simulate)
+    forces = [row.outcome.force for row in rows]
+    best, through = rows[nearest_step(forces, target)], passed(forces, target)
+    return ClimbResult(
+        head=head,
+        target=target,
+        diameter=study.targets.calibrate_at,
+        names=tuple(names),
+        rows=Rows(rows),
+        best_step=best.step,
+        passed=through,
+        solution={name: best.levels[name] for name in names},
+        error_percent=best.error_percent or 0.0,
+        coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
+        effects=screening.effects,
+        significant=screening.significant,
+        notes=(*chosen, *_notes(rows, best, through)),
+    )
+
+
+def _walk(study: Study, names: list[str], effects: Sequence[float], steps: int, simulate: SimulateAt) -> list[ClimbRow]:
+    """Simulate the centre, then step along the slope until the force has passed the target."""
+    target = study.calibration_target.force
+    start = _row(study, 0, dict.fromkeys(names, 0.0), simulate)
+    if start.outcome.force is None:
+        raise RunsFailed(f"climb: the run at mid-levels failed ({start.outcome.reason}): {start.outcome.message}")
+    rows = [start]
+    for step, point in enumerate(ascent_path(effects, steps, start.outcome.force < target)[1:], 1):
+        rows.append(_row(study, step, dict(zip(names, map(float, point), strict=True)), simulate))
+        if passed([row.outcome.force for row in rows], target):
+            break
+    return rows
+
+
+def _row(study: Study, step: int, coded: dict[str, float], simulate: SimulateAt) -> ClimbRow:
+    levels = study.midlevels()
+    for name, value in coded.items():
+        factor = study.factor(name)
+        levels[name] = float(f"{factor.centre + factor.half_range * value:.12g}")
+    (found,) = simulate(step, levels, [study.targets.calibrate_at])
+    return ClimbRow(step, levels, coded, error_percent(study.calibration_target.force, found.force), found)
+
+
+def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
+    """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
+    factor, reach = study.factor(name), surface_reach(k, surface_options(study))
+    span = options.shrink * factor.half_range
+    center = min(max(level, factor.low + span), factor.high - span)
+    return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
+
+
+def _notes(rows: Sequence[ClimbRow], best: ClimbRow, through: bool) -> list[str]:
+    notes = [
+        f"Of {len(rows)} steps along the slope of the screening, step {best.step} is nearest to the target "
+        f"({best.error_percent:+.1f} %): the surface is centred there."
+    ]
+    if not through:
+        notes.append(
+            "The walk ended at the edge of the ranges before the force passed the target: the target may lie outside; "
+            "widen the ranges, or see whether the force can reach it at all."
+        )
+    return notes

@@ -1,0 +1,194 @@
+"""The designs of a study: which factors vary, over which levels, coded how, and their runs once answered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from stemcal.doe.designs.catalogue import (
+    SurfaceOptions,
+    screening_runs,
+    surface_blocks,
+    surface_radius,
+    surface_reach,
+    surface_runs,
+)
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.screening.effects import Effect
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.runs.outcome import outcome_of
+from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.result import DesignRun, DesignRuns
+from stemcal.study.model import Study
+
+_LEVEL_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor."""
+
+    stage: str
+    kind: str
+    coding: Coding
+    coded: Array
+    levels: tuple[Mapping[str, float], ...]
+    blocks: tuple[str, ...] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The factors that vary."""
+        return self.coding.names
+
+    def requests(self, diameter: float) -> list[Request]:
+        """Return a request per row."""
+        return [Request(self.stage, row, levels, diameter) for row, levels in enumerate(self.levels)]
+
+
+class Screened(Protocol):
+    """A screening, or a climb that hands on what it found."""
+
+    @property
+    def effects(self) -> Sequence[Effect]:
+        """Effects in the order of the factors."""
+
+    @property
+    def significant(self) -> Sequence[str]:
+        """Names of the factors that matter."""
+
+
+def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answer], solver: Solver) -> DesignRuns:
+    """Return a design with its runs, numbered from 1."""
+    runs = [
+        DesignRun(
+            run=request.row + 1,
+            levels=dict(request.levels),
+            coded=dict(zip(design.names, coded, strict=True)),
+            block=answer.details.get("block") if design.blocks is None else design.blocks[request.row],
+            weight=answer.details.get("weight"),
+            outcome=outcome_of(request, answer, solver),
+        )
+        for request, answer, coded in zip(requests, answers, design.coded.tolist(), strict=True)
+    ]
+    return DesignRuns(design.kind, Rows(runs))
+
+
+def screening_design(study: Study, solver: Solver) -> Design:
+    """Return the screening design over all factors, or the rows the solver has."""
+    factors = study.factors
+    coding = Coding.from_ranges(study.names, [f.low for f in factors], [f.high for f in factors])
+    given = solver.given_design("screen")
+    if given is None:
+        chosen = study.screen
+        coded = screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
+        return Design("screen", kind, coding, coded, _levels(study, coding, coded))
+    coded = _given_coded(coding, given)
+    _require_two_levels(coding, coded, given)
+    return Design("screen", "given", coding, coded.round(), _given_levels(study, given))
+
+
+def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
+    """Return the design of the spec over the named factors, or the rows the solver has."""
+    coding = surface_coding(study, names)
+    given = solver.given_design("rsm")
+    if given is None:
+        options = surface_options(study)
+        coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
+        levels = _levels(study, coding, coded)
+        return Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
+    return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
+
+
+def surface_coding(study: Study, names: Sequence[str]) -> Coding:
+    """Return the coding of the spec; factors without one have the outermost runs at low and high."""
+    factors = [study.factor(name) for name in names]
+    reach = surface_reach(len(names), surface_options(study))
+    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
+    given = study.rsm.coding
+    return Coding(
+        tuple(names),
+        tuple(given[n].center if n in given else c for n, c in zip(names, ranged.centre, strict=True)),
+        tuple(given[n].half_step if n in given else h for n, h in zip(names, ranged.half_step, strict=True)),
+    )
+
+
+def design_radius(study: Study, k: int) -> float:
+    """Return how far from the centre the surface may be trusted, in coded units."""
+    return surface_radius(k, surface_options(study))
+
+
+def surface_options(study: Study) -> SurfaceOptions:
+    """Return what the spec chooses about the design of the surface."""
+    rsm = study.rsm
+    return SurfaceOptions(
+        rsm.design,
+        rsm.centre_points,
+        rsm.alpha,
+        rsm.core,
+        rsm.runs,
+        rsm.seed,
+        rsm.extra_runs,
+        rsm.blocks == "orthogonal",
+        rsm.axial,
+    )
+
+
+def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[str]]:
+    """Return the factors of the surface, the strongest first, and notes on how they were chosen."""
+    given = solver.given_design("rsm")
+    if study.rsm.factors != "significant":
+        return list(study.rsm.factors), []
+    if screening is None:
+        raise UsageError("rsm.factors: significant needs a screening; run `stemcal screen SPEC` first")
+    chosen, notes = _strongest(screening)
+    if given is None:
+        return chosen, notes
+    columns = [name for name in given[0] if name in study.names]
+    if set(columns) != set(chosen):
+        notes = [f"The table varies {', '.join(columns)}; the screening would have chosen {', '.join(chosen)}."]
+    return columns, notes
+
+
+def _strongest(screening: Screened) -> tuple[list[str], list[str]]:
+    """Return the significant factors, or the two of largest contribution where fewer are significant."""
+    ranked = [e.factor for e in sorted(screening.effects, key=lambda e: -(e.contribution_percent or 0.0))]
+    chosen = [name for name in ranked if name in screening.significant]
+    if len(chosen) >= 2:
+        return chosen, []
+    found = chosen[0] if chosen else "no factor"
+    chosen = ranked[:2]
+    return chosen, [
+        f"The screening found {found} significant; the surface takes the two factors of largest "
+        f"contribution, {', '.join(chosen)}."
+    ]
+
+
+def _levels(study: Study, coding: Coding, coded: Array) -> tuple[dict[str, float], ...]:
+    """Return every factor's level in each run; those that do not vary stay at mid-level."""
+    middle = study.midlevels()
+    return tuple({**middle, **coding.levels(row)} for row in coded)
+
+
+def _given_levels(study: Study, given: Sequence[Mapping[str, float]]) -> tuple[dict[str, float], ...]:
+    return tuple({**study.midlevels(), **row} for row in given)
+
+
+def _given_coded(coding: Coding, given: Sequence[Mapping[str, float]]) -> Array:
+    missing = [name for name in coding.names if name not in given[0]]
+    if missing:
+        raise UsageError(f"the solver's table does not vary {', '.join(missing)}; name its columns in rsm.factors")
+    return coding.to_coded([[row[name] for name in coding.names] for row in given])
+
+
+def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
+    for row, values in enumerate(abs(abs(coded) - 1.0)):
+        for name, miss in zip(coding.names, values, strict=True):
+            if miss > _LEVEL_TOLERANCE:
+                raise UsageError(
+                    f"solver.screen row {row + 1}: {name} {given[row][name]:g} is neither low nor high; "
+                    f"set factors.{name}.low and high to the two levels of the table"
+                )

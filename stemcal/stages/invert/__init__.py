@@ -1,0 +1,1 @@
+"""From the surface, or several, back to parameters, and how well these are known."""

@@ -1,0 +1,137 @@
+"""How well the measured forces fix the parameters: profiles, intervals, posterior, sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
+from stemcal.doe.calibration.posterior import Posterior, sample_posterior
+from stemcal.doe.calibration.profile import (
+    Profile,
+    identifiability,
+    moved_together,
+    profiles_of,
+    unseen_directions,
+)
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.stages.invert.result import Certainty, PosteriorSummary, ProfileCurve
+from stemcal.stages.result import Interval
+from stemcal.study.model import Study, Target
+
+UNITS = {"force": "N", "travel": "mm", "work": "mJ"}
+SAMPLES_KEPT = 500
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured mean at one diameter: of the ``force``, or of ``travel`` or ``work`` to the maximum force."""
+
+    diameter: float
+    response: str
+    value: float
+    sd: float | None = None
+    n: int | None = None
+
+    @property
+    def label(self) -> str:
+        """Name it as sentences do."""
+        return f"{self.diameter:g} mm" if self.response == "force" else f"{self.response} at {self.diameter:g} mm"
+
+
+def measured_of(target: Target, responses: Sequence[str]) -> list[Measured]:
+    """Return what was measured of these responses at one diameter."""
+    sd = {"force": target.sd, "travel": target.travel_sd, "work": target.work_sd}
+    given = {name: getattr(target, name) for name in responses}
+    return [Measured(target.diameter, name, value, sd[name], target.n) for name, value in given.items() if value]
+
+
+def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface]) -> Misfit:
+    """Return the misfit of measured means, each with its surface."""
+    return misfit_of(
+        [
+            Observation(mean.label, surface, mean.value, mean.sd, mean.n, mean.response)
+            for mean, surface in zip(measured, surfaces, strict=True)
+        ]
+    )
+
+
+def certainty_of(study: Study, coding: Coding, misfit: Misfit, region: Region, source: str) -> Certainty:
+    """Return what the data of `misfit` leave possible; `source` names them in sentences."""
+    best = best_fit(misfit, region)
+    profiles = profiles_of(misfit, region, best)
+    unseen = unseen_directions(misfit, best)
+    natural = [_natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)]
+    shown = [_shown(study, p.factor, ends) for p, ends in zip(profiles, natural, strict=True)]
+    return Certainty(
+        source=source,
+        scatter=misfit.scatter,
+        level=0.95,
+        intervals=dict(zip(coding.names, natural, strict=True)),
+        coded_intervals={p.factor: (p.low, p.high) for p in profiles},
+        bounded={p.factor: p.bounded for p in profiles},
+        share={p.factor: p.share for p in profiles},
+        free=tuple(p.factor for p in profiles if p.free),
+        profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
+        directions=tuple(coding.by_name(row) for row in unseen),
+        direction_sentences=tuple(_unseen(study, coding, row) for row in unseen),
+        posterior=_posterior(coding, misfit, region) if study.invert.posterior else None,
+        sentences=(identifiability(source, profiles, shown),),
+    )
+
+
+def _value(coding: Coding, j: int, coded: float) -> float:
+    return coding.centre[j] + coding.half_step[j] * float(coded)
+
+
+def _natural(coding: Coding, j: int, low: float, high: float) -> Interval:
+    return _value(coding, j, low), _value(coding, j, high)
+
+
+def _shown(study: Study, name: str, ends: Sequence[float]) -> str:
+    unit = study.factor(name).unit
+    return f"{ends[0]:.4g} to {ends[1]:.4g}" + ("" if unit == "1" else f" {unit}")
+
+
+def _unseen(study: Study, coding: Coding, direction: Array) -> str:
+    """Say what moves together along a direction that no measurement sees, in natural units.
+
+    The largest part moves by one half step; parts below a twentieth of it are left out.
+    """
+    steps = [value * half for value, half in zip(moved_together(direction), coding.half_step, strict=True)]
+    units = [study.factor(name).unit for name in coding.names]
+    moves = [
+        f"{name} {step:+.3g}{'' if unit == '1' else f' {unit}'}".replace("-", "−")
+        for name, step, unit in zip(coding.names, steps, units, strict=True)
+        if step != 0.0
+    ]
+    return f"Not seen: {' with '.join(moves)} changes no measured response here (to first order)."
+
+
+def _curve(coding: Coding, j: int, profile: Profile) -> ProfileCurve:
+    values = tuple(_value(coding, j, value) for value in profile.values.tolist())
+    return ProfileCurve(values, tuple(profile.rise.tolist()), profile.allowed)
+
+
+def _posterior(coding: Coding, misfit: Misfit, region: Region) -> PosteriorSummary:
+    found = sample_posterior(misfit, region)
+    ends = found.interval()
+    return PosteriorSummary(
+        mean={name: _value(coding, j, found.mean[j]) for j, name in enumerate(found.names)},
+        sd={name: float(coding.half_step[j] * found.sd[j]) for j, name in enumerate(found.names)},
+        intervals={name: _natural(coding, j, *ends[j].tolist()) for j, name in enumerate(found.names)},
+        correlation=tuple(map(tuple, found.correlation.tolist())),
+        acceptance=found.acceptance,
+        effective_samples=found.effective,
+        samples=_samples(coding, found),
+        notes=tuple(found.notes),
+    )
+
+
+def _samples(coding: Coding, found: Posterior) -> dict[str, tuple[float, ...]]:
+    """Return a few samples by factor, natural units, for a corner plot."""
+    kept = coding.to_natural(found.thinned(SAMPLES_KEPT))
+    return {name: tuple(float(f"{value:.6g}") for value in kept[:, j]) for j, name in enumerate(found.names)}

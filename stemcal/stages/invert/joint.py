@@ -1,0 +1,152 @@
+"""Several measured means at once: the parameters that fit them all.
+
+At a diameter each response (force, travel and work to the maximum force) has a surface of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stemcal.doe.calibration.joint import JointFit, best_worst_error, fit_jointly, leave_one_out
+from stemcal.doe.calibration.misfit import Misfit
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.files.rows import Rows
+from stemcal.stages.invert.certainty import UNITS, Measured, certainty_of, measured_of, misfit_over
+from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, Point
+from stemcal.stages.result import Head
+from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.study.model import Study
+
+
+def measured_means(study: Study) -> list[Measured]:
+    """Return what the joint fit is made to: every response measured at its diameters."""
+    return [mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses)]
+
+
+def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
+    """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
+    runs = {part.diameter: part.runs for part in surface.diameters}
+    return [
+        surface.refitted(runs[mean.diameter], [(x, float(found[i])) for x, found in further], mean.response)
+        for i, mean in enumerate(measured_means(study))
+    ]
+
+
+def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+    """Return the parameters that fit all diameters and responses of the spec best."""
+    coding, means, target = surface.scales, measured_means(study), study.calibration_target
+    region = Region(*box_of(study, coding), surface.radius)
+    misfit = misfit_over(means, joint_surfaces(study, surface))
+    fit = fit_jointly(misfit, region)
+    point = Point.of(surface.assess(study, fit.coded), coding)
+    known = certainty_of(study, coding, misfit, region, "the joint fit")
+    force = measured_of(target, ["force"])
+    single = _alone(means, force[0], misfit, fit) or misfit_over(force, [surface.fitted])
+    forces_only = len(study.invert.responses) == 1
+    source = f"{'' if forces_only else 'the force at '}{force[0].label} alone"
+    alone = certainty_of(study, coding, single, region, source)
+    joint = _fitted(means, misfit, region, fit, coding)
+    return InvertResult(
+        head=head,
+        target=target.force,
+        point=point,
+        ranges=known.intervals,
+        coded_ranges=known.coded_intervals,
+        rule="joint_least_squares",
+        radius=surface.radius,
+        certainty=known,
+        diameter=target.diameter,
+        target_sd=target.sd,
+        target_n=target.n,
+        parameters={**study.midlevels(), **point.solution},
+        joint=joint,
+        certainty_alone=alone,
+        notes=(*_notes(joint, misfit, fit), *known.sentences, *alone.sentences),
+    )
+
+
+def _alone(means: Sequence[Measured], force: Measured, misfit: Misfit, fit: JointFit) -> Misfit | None:
+    """Return the misfit of the force at the calibration diameter by itself; None if the joint fit leaves it out."""
+    return misfit.alone(means.index(force), fit.misfit) if force in means else None
+
+
+def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding) -> JointFitted:
+    diameters = [mean.diameter for mean in means]
+    left_out = leave_one_out(misfit, region, diameters if len(set(diameters)) > 1 else None)
+    forces = [i for i, mean in enumerate(means) if mean.response == "force"]
+    worst, where = best_worst_error(misfit.only(forces), region)
+    every = _rows(means, fit, left_out)
+    rows = Rows(every[i] for i in forces)
+    return JointFitted(
+        rows=rows,
+        further=Rows(row for i, row in enumerate(every) if i not in forces),
+        scatter=misfit.scatter,
+        misfit=fit.misfit if misfit.scale_known else None,
+        df=fit.df,
+        p=fit.p_value,
+        max_abs_error_percent=max(abs(row.error_percent) for row in rows),
+        max_abs_left_out_error_percent=max((abs(left_out[i]) for i in forces), default=None) if left_out else None,
+        best_worst_error_percent=worst,
+        best_worst_solution=coding.by_name(coding.to_natural(where)),
+    )
+
+
+def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -> list[JointRow]:
+    without: Sequence[float | None] = left_out or [None] * len(means)
+    return [
+        JointRow(
+            mean.diameter,
+            mean.response,
+            UNITS[mean.response],
+            mean.value,
+            mean.sd,
+            mean.n,
+            float(predicted),
+            float(error),
+            apart,
+        )
+        for mean, predicted, error, apart in zip(means, fit.predicted, fit.errors_percent, without, strict=True)
+    ]
+
+
+def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit) -> list[str]:
+    count = len(joint.rows)
+    notes = [
+        f"Over {count} {'diameter' if count == 1 else 'diameters'} the surfaces miss the measured forces by at most "
+        f"{joint.max_abs_error_percent:.1f} %; no point of the region brings the largest error below "
+        f"{joint.best_worst_error_percent:.1f} %."
+    ]
+    notes += [
+        f"Fitted beside the force: {row.response} at {row.diameter:g} mm, measured {row.measured:.4g} "
+        f"{row.unit}, surface {row.predicted:.4g} {row.unit} ({row.error_percent:+.1f} %)."
+        for row in joint.further
+    ]
+    if joint.further:
+        notes.append(
+            "Means of the same specimens count as independent here. The work goes with force and travel: fitted "
+            "together with both, it makes the intervals somewhat too narrow."
+        )
+    if joint.max_abs_left_out_error_percent is not None:
+        left_out = "diameter" if count > 1 else "response"
+        notes.append(
+            f"Each {left_out} predicted from a fit to the others: the force is missed by at most "
+            f"{joint.max_abs_left_out_error_percent:.1f} %."
+        )
+    notes.append(_SCATTER[misfit.scatter])
+    if fit.p_value is not None and fit.p_value < 0.05:
+        notes.append(
+            f"The misfit is {fit.misfit / fit.df:.1f} times what the known scatter explains (p = {fit.p_value:.2g}): "
+            "the model is wrong somewhere, and the intervals below are too narrow."
+        )
+    return notes
+
+
+_SCATTER = {
+    "measured": "Weights: the measured scatter (sd²/n) and that of each surface in quadrature.",
+    "pooled": "Weights: the measured scatter; means without sd take the coefficient of variation of the others.",
+    "misfit": "No sd is given: equal relative weights, and the scatter is told by the misfit of the fit itself.",
+    "surface": "No sd is given: only the scatter of the surface is counted, none of the measured force.",
+}

@@ -1,0 +1,194 @@
+"""What a calibration comes to: the parameters, what else would do, and how well they are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from stemcal.doe.calibration.inversion import Assessment
+from stemcal.doe.regression.coding import Coding
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, inline
+from stemcal.stages.result import Head, Interval, StageResult
+
+_COLUMNS = ("factor", "solution", "coded", "low", "high")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point in natural and coded units and what the surface says of it; no intervals of a saturated surface."""
+
+    solution: dict[str, float]
+    coded: dict[str, float]
+    coded_radius: float
+    predicted: float
+    mean_interval: Interval | None
+    prediction_interval: Interval | None
+    inside: bool = True
+
+    @classmethod
+    def of(cls, assessed: Assessment, coding: Coding) -> Point:
+        """Return an assessed point with its factors by name."""
+        return cls(
+            coding.by_name(coding.to_natural(assessed.coded)),
+            dict(zip(coding.names, assessed.coded, strict=True)),
+            assessed.coded_radius,
+            assessed.predicted,
+            assessed.mean_interval,
+            assessed.prediction_interval,
+            assessed.inside,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedPoint:
+    """A published solution as this surface sees it, and how far its prediction is from the target, N."""
+
+    point: Point = inline()
+    difference: float
+
+
+@dataclass(frozen=True)
+class ProfileCurve:
+    """Rise of the misfit over the values of a factor (its unit), all others free; `allowed` ends the interval."""
+
+    values: tuple[float, ...]
+    rise: tuple[float, ...]
+    allowed: float
+
+
+@dataclass(frozen=True)
+class PosteriorSummary:
+    """What remains possible, as some samples by factor and what all samples come to; units of the spec."""
+
+    mean: dict[str, float]
+    sd: dict[str, float]
+    intervals: dict[str, Interval]
+    correlation: tuple[tuple[float, ...], ...]
+    acceptance: float
+    effective_samples: float
+    samples: dict[str, tuple[float, ...]]
+    notes: tuple[str, ...]
+
+    def to_inference_data(self) -> Any:
+        """Return the samples as `arviz.InferenceData`, one chain; needs the extra bayes."""
+        try:
+            import arviz
+        except ImportError:
+            raise UsageError('an InferenceData needs an extra: pip install "stemcal[bayes]"') from None
+        return arviz.from_dict(posterior={name: [list(values)] for name, values in self.samples.items()})
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """What the measurements named by `source` leave possible: 95 % intervals by profile likelihood.
+
+    `free` factors are those that the data say nothing about; along `directions` nothing measured changes.
+    """
+
+    source: str
+    scatter: str
+    level: float
+    intervals: dict[str, Interval]
+    coded_intervals: dict[str, Interval]
+    bounded: dict[str, tuple[bool, bool]]
+    share: dict[str, float]
+    free: tuple[str, ...]
+    profiles: dict[str, ProfileCurve]
+    directions: tuple[dict[str, float], ...] = ()
+    direction_sentences: tuple[str, ...] = ()
+    posterior: PosteriorSummary | None = None
+    sentences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class JointRow:
+    """One measured mean of a joint fit beside the surface's; `left_out` is from a fit to the others."""
+
+    diameter: float
+    response: str
+    unit: str
+    measured: float
+    sd: float | None
+    n: int | None
+    predicted: float
+    error_percent: float
+    left_out_error_percent: float | None
+
+
+@dataclass(frozen=True)
+class JointFitted:
+    """What a joint fit comes to; `rows` are of the force, `further` of the other responses."""
+
+    rows: Rows[JointRow]
+    further: Rows[JointRow]
+    scatter: str
+    misfit: float | None
+    df: int
+    p: float | None
+    max_abs_error_percent: float
+    max_abs_left_out_error_percent: float | None
+    best_worst_error_percent: float
+    best_worst_solution: dict[str, float]
+
+
+@dataclass(frozen=True)
+class _FactorRow:
+    factor: str
+    solution: float
+    coded: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class InvertResult(StageResult):
+    """The calibrated point, the whole set it was chosen from, every factor's level there.
+
+    `reachable` and `share` are of a single force, `joint` and `certainty_alone` of several measured means.
+    """
+
+    name: ClassVar[str] = "invert"
+
+    head: Head = inline()
+    target: float
+    point: Point = inline()
+    ranges: dict[str, Interval]
+    coded_ranges: dict[str, Interval]
+    reachable: Interval | None = None
+    rule: str
+    share: float | None = None
+    radius: float | None = None
+    certainty: Certainty | None = None
+    diameter: float
+    target_sd: float | None = None
+    target_n: int | None = None
+    parameters: dict[str, float]
+    joint: JointFitted | None = absent()
+    certainty_alone: Certainty | None = absent()
+    published: PublishedPoint | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def known(self) -> list[Certainty]:
+        """What is known of the parameters: from all measured means, and from the force alone beside a joint fit."""
+        return [part for part in (self.certainty, self.certainty_alone) if part is not None]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contents of the stage's file; those of a joint fit have the certainty behind it."""
+        content = super().to_json()
+        if self.joint is not None:
+            for name in ("certainty", "certainty_alone", "published", "notes"):
+                content[name] = content.pop(name)
+        return content
+
+    def tables(self) -> dict[str, Table]:
+        """Return the solution with the range of each factor."""
+        point = self.point
+        rows = [_FactorRow(n, value, point.coded[n], *self.ranges[n]) for n, value in point.solution.items()]
+        return {"invert": Table.of(_COLUMNS, rows)}
+
+    def summary(self) -> str:
+        """Tell the solution."""
+        return ", ".join(f"{name} = {value:.4g}" for name, value in self.point.solution.items())

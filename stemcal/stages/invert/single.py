@@ -1,0 +1,65 @@
+"""One measured force: the point of the surface that gives it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stemcal.doe.calibration.inversion import solve_target
+from stemcal.doe.calibration.region import Region
+from stemcal.stages.invert.certainty import certainty_of, measured_of, misfit_over
+from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
+from stemcal.stages.result import Head, Interval
+from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.study.model import Study
+
+
+def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+    """Return the calibrated point, what is known about it, and every factor's level there."""
+    coding, target = surface.scales, study.calibration_target
+    low, high = box_of(study, coding)
+    found = solve_target(surface.fitted, target.force, low, high, surface.radius, study.invert.rule)
+    misfit = misfit_over(measured_of(target, ["force"]), [surface.fitted])
+    region = Region(low, high, surface.radius)
+    known = certainty_of(study, coding, misfit, region, f"{target.diameter:g} mm alone")
+    point = Point.of(found.point, coding)
+    natural = coding.to_natural(np.array(found.ranges).T).T
+    ranges: dict[str, Interval] = {
+        name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)
+    }
+    return InvertResult(
+        head=head,
+        target=found.target,
+        point=point,
+        ranges=ranges,
+        coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
+        reachable=found.reachable,
+        rule=found.rule,
+        share=found.share,
+        radius=found.radius,
+        certainty=known,
+        diameter=target.diameter,
+        target_sd=target.sd,
+        target_n=target.n,
+        parameters={**study.midlevels(), **point.solution},
+        notes=(*found.notes, *known.sentences),
+    )
+
+
+def assess_published(study: Study, surface: SurfaceResult) -> tuple[PublishedPoint | None, list[str]]:
+    """Return what the surface says of the published solution, and remarks; (None, []) if there is none."""
+    if study.published is None or not study.published.solution:
+        return None, []
+    coding, given = surface.scales, study.published.solution
+    missing = [name for name in coding.names if name not in given]
+    natural = [given.get(name, centre) for name, centre in zip(coding.names, coding.centre, strict=True)]
+    point = surface.assess(study, coding.to_coded(natural))
+    apart = point.predicted - study.calibration_target.force
+    remarks = [
+        f"At the published solution the surface predicts {point.predicted:.2f} N, "
+        f"{apart:+.2f} N from the target; it is one point of the solution set."
+    ]
+    if missing:
+        remarks.append(f"The published solution has no {', '.join(missing)}; the centre is taken.")
+    if not point.inside:
+        remarks.append("The published solution lies outside the design region: the surface extrapolates there.")
+    return PublishedPoint(point=Point.of(point, coding), difference=apart), remarks

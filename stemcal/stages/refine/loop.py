@@ -1,0 +1,217 @@
+"""The closed loop: simulate at the solution, compare, learn from it, go on until the force is right.
+
+One loop serves one force and many measured means. They differ in the step: to one force along the slope of the
+surface or between two points that bracket it (`doe.calibration.approach`), to many by the least misfit of the
+surfaces moved through the best point (`doe.calibration.joint_approach`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step
+from stemcal.doe.calibration.joint_approach import (
+    FIRST_REACH,
+    SHRINK,
+    JointTrial,
+    missed,
+    next_joint_point,
+    through,
+)
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.doe.validation.diameters import error_percent
+from stemcal.files.rows import Rows
+from stemcal.runs.outcome import Outcome
+from stemcal.runs.stepwise import SimulateAt
+from stemcal.stages.invert.certainty import UNITS, Measured, measured_of, misfit_over
+from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import Iteration, Place, RefineRow, ToldRow
+from stemcal.stages.result import Interval
+from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.study.model import RefineOptions, Study
+
+_SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new
+
+
+@dataclass(frozen=True)
+class Told:
+    """A measured mean at a point: what its surface predicts, what was simulated."""
+
+    mean: Measured
+    predicted: float
+    interval: Interval | None
+    simulated: float | None
+
+    @property
+    def inside(self) -> bool | None:
+        """Whether the simulated value lies in the interval; None where there is no value or no interval."""
+        if self.simulated is None or self.interval is None:
+            return None
+        return self.interval[0] <= self.simulated <= self.interval[1]
+
+    @property
+    def error_percent(self) -> float | None:
+        """Of the measured mean."""
+        return error_percent(self.mean.value, self.simulated)
+
+    def row(self) -> ToldRow:
+        """Return it as a result tells it."""
+        mean = self.mean
+        return ToldRow(
+            mean.diameter,
+            mean.response,
+            UNITS[mean.response],
+            mean.value,
+            self.predicted,
+            self.interval,
+            self.simulated,
+            self.inside,
+            self.error_percent,
+        )
+
+
+class Loop:
+    """Everything learnt so far; `run` goes round until there is a reason to stop."""
+
+    def __init__(self, study: Study, surface: SurfaceResult, solution: InvertResult, simulate: SimulateAt) -> None:
+        self.study, self.surface, self.solution, self.simulate = study, surface, solution, simulate
+        self.options = study.refine or RefineOptions()
+        self.coding = surface.scales
+        self.region = Region(*box_of(study, self.coding), surface.radius)
+        self.alone = not study.joint_targets
+        self.means = measured_of(study.calibration_target, ["force"]) if self.alone else measured_means(study)
+        self.diameters = list(dict.fromkeys(mean.diameter for mean in self.means))
+        self.trials: list[JointTrial] = []
+        self.surfaces = self._surfaces()
+        self.misfit = misfit_over(self.means, self.surfaces)
+        self.rows: list[RefineRow] = []
+        self.iterations: list[Iteration] = []
+        self.reach = FIRST_RADIUS if self.alone else FIRST_REACH
+        self.stopped = "budget"
+
+    def run(self) -> None:
+        """Go round until the forces are right, the budget is spent, or the joint fit no longer moves."""
+        point, how = self.coding.point(self.solution.point.coded), "solution"
+        while True:
+            self._visit(point, how)
+            error = self.iterations[-1].max_abs_error_percent
+            if error is not None and error <= self.options.tolerance_percent:
+                self.stopped = "tolerance"
+                return
+            if len(self.rows) + len(self.diameters) > self.options.budget:
+                return
+            last, (point, how) = point, self._next_point(point)
+            if not self.alone and self._settled(point, last):
+                self.stopped = "settled"
+                return
+
+    def _settled(self, point: Array, last: Array) -> bool:
+        return min(float(np.linalg.norm(point - x)) for x in [last, *(t.coded for t in self.trials)]) < _SETTLED
+
+    # ---- simulate and learn
+
+    def _visit(self, point: Array, how: str) -> None:
+        """Simulate one point at every diameter, keep what came of it, and refit the surfaces that learnt."""
+        levels = {**self.solution.parameters, **self.coding.levels(point)}
+        runs = dict(zip(self.diameters, self.simulate(len(self.iterations), levels, self.diameters), strict=True))
+        values = np.array([runs[mean.diameter].response(mean.response) or np.nan for mean in self.means])
+        told = [self._told(point, i, float(value)) for i, value in enumerate(values)]
+        trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
+        errors = [t.error_percent for t in told if t.mean.response == "force" and t.error_percent is not None]
+        self.iterations.append(
+            Iteration(
+                len(self.iterations) + 1,
+                how,
+                levels,
+                self.coding.by_name(point),
+                float(np.linalg.norm(point)),
+                self.reach if self.iterations else None,
+                missed(self.misfit, trial) if whole else None,
+                max(map(abs, errors)) if whole else None,
+                max(errors, key=abs) if whole else None,
+            )
+        )
+        self.rows += [self._row([t for t in told if t.mean.diameter == d], run) for d, run in runs.items()]
+        if whole:
+            self.trials.append(trial)
+            self.surfaces = self._surfaces()
+
+    def _surfaces(self) -> list[Surface]:
+        """Return the surface of every measured mean, fitted to design and trials."""
+        if not self.alone:
+            return joint_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
+        further = [(trial.coded, float(trial.responses[0])) for trial in self.trials]
+        return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
+
+    def _told(self, point: Array, i: int, value: float) -> Told:
+        low, high = map(float, self.surfaces[i].prediction_interval(point)[0])
+        interval = (low, high) if math.isfinite(low) and math.isfinite(high) else None
+        predicted = float(self.surfaces[i].predict(point)[0])
+        return Told(self.means[i], predicted, interval, value if math.isfinite(value) else None)
+
+    def _row(self, told: Sequence[Told], outcome: Outcome) -> RefineRow:
+        """Return what the stage tells of one run: the force, other responses under ``further``."""
+        now = self.iterations[-1]
+        force = next(one for one in told if one.mean.response == "force")
+        return RefineRow(
+            iteration=now.iteration,
+            how=now.how,
+            diameter=None if self.alone else force.mean.diameter,
+            levels=now.levels,
+            place=Place(now.coded, now.coded_radius, now.reach) if self.alone else None,
+            measured=None if self.alone else force.mean.value,
+            predicted=force.predicted,
+            prediction_interval=force.interval,
+            inside_interval=force.inside,
+            error_percent=force.error_percent,
+            outcome=outcome,
+            further=Rows(one.row() for one in told if one.mean.response != "force"),
+        )
+
+    # ---- step
+
+    def _next_point(self, last: Array) -> tuple[Array, str]:
+        """Step on from the best that was simulated; after a failed run, half-way back to it."""
+        if self.iterations[-1].misfit is None:
+            return 0.5 * (last + self._firm_ground()), "back"
+        return self._to_one() if self.alone else self._to_many()
+
+    def _firm_ground(self) -> Array:
+        """Return a point known to simulate: the best trial, or else the design's run nearest to the one target."""
+        if self.trials:
+            return self.best_trial().coded
+        if not self.alone:
+            return np.zeros(len(self.coding.names))
+        runs = [run for run in self.surface.design.runs if run.force is not None]
+        trials = [Trial(self.coding.point(run.coded), run.force or 0.0) for run in runs]
+        return best_of(trials, self.solution.target).coded
+
+    def _to_one(self) -> tuple[Array, str]:
+        trials = [Trial(trial.coded, float(trial.responses[0])) for trial in self.trials]
+        step = next_step(self.surfaces[0], self.solution.target, self.region, trials, self.reach)
+        self.reach = step.radius
+        return step.coded, step.how
+
+    def _to_many(self) -> tuple[Array, str]:
+        best = self.best_trial()
+        if best is not self.trials[-1] or (
+            len(self.trials) > 1 and missed(self.misfit, best) > SHRINK * self._misfit_before()
+        ):
+            self.reach *= SHRINK
+        moved = through(self.misfit, self.surfaces, best)
+        return next_joint_point(moved, self.region, best.coded, self.reach), "surface"
+
+    def _misfit_before(self) -> float:
+        """Return the least misfit of all trials but the last."""
+        return min(missed(self.misfit, trial) for trial in self.trials[:-1])
+
+    def best_trial(self) -> JointTrial:
+        """Return the trial of least misfit, the earliest of equals."""
+        return min(self.trials, key=lambda trial: missed(self.misfit, trial))

@@ -1,0 +1,143 @@
+"""What the closed loop comes to: every iteration, the best of them, and the surfaces that learnt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.doe.regression.fit_statistics import Coefficient
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, inline
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.result import Head, Interval, StageResult
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an iteration was, coded, and within which radius of the best it was sought."""
+
+    coded: dict[str, float]
+    coded_radius: float
+    step_radius: float | None
+
+
+@dataclass(frozen=True)
+class ToldRow:
+    """A response besides the force in one run of a joint fit: measured, as the surface had it, simulated."""
+
+    diameter: float
+    response: str
+    unit: str
+    measured: float
+    predicted: float
+    prediction_interval: Interval | None
+    simulated: float | None
+    inside_interval: bool | None
+    error_percent: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RefineRow:
+    """One run: where it was, what the surface had predicted, what came of it.
+
+    `how` is ``solution`` (of the stage before), ``surface`` (the refitted one), ``bracket`` (between two simulated
+    points) or ``back`` (half-way back from a run that failed). `diameter`, `measured` and `further` are of joint fits.
+    """
+
+    iteration: int
+    how: str
+    diameter: float | None = absent()
+    levels: dict[str, float]
+    place: Place | None = inline(None)
+    measured: float | None = absent()
+    predicted: float
+    prediction_interval: Interval | None
+    inside_interval: bool | None
+    error_percent: float | None
+    outcome: Outcome = inline()
+    further: Rows[ToldRow] = absent(Rows())
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One point of a joint fit, simulated at every diameter; None where not all runs succeeded."""
+
+    iteration: int
+    how: str
+    levels: dict[str, float]
+    coded: dict[str, float]
+    coded_radius: float
+    reach: float | None
+    misfit: float | None
+    max_abs_error_percent: float | None
+    error_percent: float | None
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """The surface with the simulated points in it."""
+
+    coefficients: Rows[Coefficient]
+    r2: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearntOf:
+    """The surface of one measured mean with the simulated points in it, and the variance that weighs it."""
+
+    diameter: float
+    response: str
+    variance: float
+    learnt: Learnt = inline()
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class RefineResult(StageResult):
+    """The refined parameters; `at_diameters`, `stopped`, `iterations` and `surfaces` are of a joint fit."""
+
+    name: ClassVar[str] = "refine"
+
+    head: Head = inline()
+    target: float
+    diameter: float
+    at_diameters: tuple[float, ...] = absent(())
+    tolerance_percent: float
+    budget: int
+    converged: bool
+    stopped: str | None = absent()
+    iteration: int
+    solution: dict[str, float]
+    coded: dict[str, float]
+    coded_radius: float
+    simulated: float | None
+    error_percent: float
+    max_abs_error_percent: float | None = absent()
+    parameters: dict[str, float]
+    iterations: Rows[Iteration] = absent(Rows())
+    rows: Rows[RefineRow]
+    surface: Learnt | None = absent()
+    surfaces: Rows[LearntOf] = absent(Rows())
+    notes: tuple[str, ...] = ()
+
+    def tables(self) -> dict[str, Table]:
+        """Return every run."""
+        at = ("diameter",) if self.at_diameters else ()
+        columns = ("iteration", "how", *at, *self.solution, "predicted", "force", "error_percent", "status", "reason")
+        return {"refine": Table.of(columns, self.rows)}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run."""
+        for number, row in enumerate(self.rows, 1):
+            yield f"refine {number}", row.outcome
+
+    def shortfall(self) -> str | None:
+        """Say how far the loop ended from the target, if it ended before the tolerance was met."""
+        if self.converged:
+            return None
+        return f"refine: {abs(self.error_percent):.2f} % from the target after {len(self.rows)} runs"
+
+    def summary(self) -> str:
+        """Tell how near the loop came."""
+        verdict = "converged" if self.converged else "not converged"
+        return f"{verdict}, {abs(self.error_percent):.2f} % from the target after {len(self.rows)} runs"

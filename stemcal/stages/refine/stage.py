@@ -1,0 +1,131 @@
+"""The refinement as a stage: the closed loop run, and what it comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+
+from stemcal.errors import RunsFailed
+from stemcal.files.rows import Rows
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.answer import Watch, ignore
+from stemcal.runs.stepwise import simulating
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Solver
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.loop import Loop
+from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
+from stemcal.stages.result import Head, head_of, leave, read_fresh
+from stemcal.stages.surface import SurfaceResult
+from stemcal.study.model import Study
+
+__all__ = ["RefineResult", "refine"]
+
+
+def refine(
+    study: Study,
+    folder: StudyFolder,
+    executor: Executor,
+    watch: Watch = ignore,
+    solver: Solver | None = None,
+) -> RefineResult:
+    """Simulate at the solution and correct it until the simulated force is right, at every diameter of a joint fit."""
+    solver = solver or make_solver(study)
+    with folder:
+        simulate = simulating("refine", study, solver, folder, executor, watch, pictured=True)
+        surface = read_fresh(study, solver, folder, SurfaceResult)
+        solution = read_fresh(study, solver, folder, InvertResult)
+        head = head_of(study, solver, folder, "refine")
+        loop = Loop(study, surface, solution, simulate)
+        loop.run()
+        return leave(folder, closed(head, loop))
+
+
+def closed(head: Head, loop: Loop) -> RefineResult:
+    """Return what a loop that has run comes to."""
+    done = [entry for entry in loop.iterations if entry.misfit is not None]
+    if not done:
+        raise RunsFailed(_nothing_succeeded(loop))
+    best = done[-1] if loop.stopped == "tolerance" else min(done, key=lambda entry: _merit(loop, entry))
+    at = {d: row for d, row in zip(loop.diameters * len(loop.iterations), loop.rows, strict=True)
+          if row.iteration == best.iteration}  # fmt: skip
+    ours = at.get(loop.solution.diameter)
+    learnt = [Learnt(Rows(surface.coefficients), surface.r2) for surface in loop.surfaces]
+    many = not loop.alone
+    return RefineResult(
+        head=head,
+        target=loop.solution.target,
+        diameter=loop.solution.diameter,
+        at_diameters=tuple(loop.diameters) if many else (),
+        tolerance_percent=loop.options.tolerance_percent,
+        budget=loop.options.budget,
+        converged=(best.max_abs_error_percent or 0.0) <= loop.options.tolerance_percent,
+        stopped=loop.stopped if many else None,
+        iteration=best.iteration,
+        solution={name: best.levels[name] for name in loop.coding.names},
+        coded=best.coded,
+        coded_radius=best.coded_radius,
+        simulated=ours.outcome.force if ours is not None else None,
+        error_percent=best.error_percent or 0.0,
+        max_abs_error_percent=best.max_abs_error_percent if many else None,
+        parameters=best.levels,
+        iterations=Rows(loop.iterations) if many else Rows(),
+        rows=Rows(loop.rows),
+        surface=None if many else learnt[0],
+        surfaces=Rows(_learnt_of(loop, i, learnt[i]) for i in range(len(learnt))) if many else Rows(),
+        notes=tuple(_notes_of_many(loop, best) if many else _notes_of_one(loop, best)),
+    )
+
+
+def _merit(loop: Loop, entry: Iteration) -> float:
+    """Return what the best iteration has least of: the error of one force, the misfit of many means."""
+    return abs(entry.error_percent or 0.0) if loop.alone else entry.misfit or 0.0
+
+
+def _learnt_of(loop: Loop, i: int, learnt: Learnt) -> LearntOf:
+    mean, variance = loop.means[i], float(loop.misfit.variance[i])
+    return LearntOf(diameter=mean.diameter, response=mean.response, variance=variance, learnt=learnt)
+
+
+def _nothing_succeeded(loop: Loop) -> str:
+    failed = [row.outcome.reason for row in loop.rows if row.outcome.force is None]
+    if loop.alone:
+        return f"refine: none of {len(loop.rows)} runs succeeded ({failed[-1]}); see the log for each reason"
+    reason = failed[0] if failed else "the records tell no travel or work"
+    return f"refine: no iteration of {len(loop.iterations)} succeeded at every diameter ({reason})"
+
+
+def _notes_of_one(loop: Loop, best: Iteration) -> list[str]:
+    first, error, notes = loop.rows[0], abs(best.error_percent or 0.0), []
+    if first.inside_interval is False:
+        notes.append(
+            f"At the surface's solution the simulated force, {first.outcome.force:.4g} N, lies outside the prediction "
+            "interval: the surface misses more there than its residuals show."
+        )
+    if error > loop.options.tolerance_percent:
+        notes.append(
+            f"After {len(loop.rows)} runs the simulated force is still {error:.2f} % from the target; "
+            "the best point is kept. Raise refine.budget, or refine the mesh: the force may jump between points."
+        )
+    if best.iteration > 1:
+        notes.append("The point is the one found by simulation, no longer the one the rule of `invert` names.")
+    return notes
+
+
+def _notes_of_many(loop: Loop, best: Iteration) -> Sequence[str]:
+    first = [row for row in loop.rows if row.iteration == 1 and row.inside_interval is False]
+    notes = []
+    if first:
+        listed = ", ".join(f"{row.diameter:g}" for row in first)
+        notes.append(
+            "At the joint solution of the surfaces the simulated force lies outside the prediction interval at "
+            f"{listed} mm: the surfaces miss more there than their residuals show."
+        )
+    error = f"the largest error of the simulated force is {best.max_abs_error_percent:.2f} %"
+    ends = {
+        "tolerance": f"After {len(loop.rows)} runs {error}, within the tolerance.",
+        "budget": f"After {len(loop.rows)} runs {error}; refine.budget has no further run for every diameter.",
+        "settled": f"After {len(loop.rows)} runs the joint fit no longer moves: {error}, and no parameters near by do "
+        "better. What remains is the model's, or the measured scatter's, not the surfaces'.",
+    }
+    return [*notes, ends[loop.stopped]]

@@ -1,0 +1,169 @@
+"""What every stage's result has: how it begins, how it becomes JSON and comes back, its tables and runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+
+from stemcal import __version__
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.durable import plain
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, from_json, inline, to_json
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.outcome import Outcome
+from stemcal.runs.policy import reason_lines
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.base import stage_called
+from stemcal.stages.lineage import inputs_of, require_fresh, tell_changes
+from stemcal.study.model import Study
+
+if TYPE_CHECKING:
+    from stemcal.solvers.protocol import Solver
+
+R = TypeVar("R", bound="StageResult")
+SCHEMA_VERSION = 1
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Head:
+    """How every stage file begins; `inputs` has a hash of each thing that the stage was made from."""
+
+    schema_version: int
+    stage: str
+    study: str
+    title: str = ""
+    stemcal_version: str = ""
+    inputs: dict[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class CodedScale:
+    """Coded 0 and the length of coded 1 of a factor."""
+
+    center: float
+    half_step: float
+
+    def natural(self, coded: Any) -> Any:
+        """Return numbers or arrays in the factor's unit."""
+        return self.center + self.half_step * coded
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignRun:
+    """One run of a design, numbered from 1: the level of every factor, the varied ones coded, and what came of it."""
+
+    run: int
+    levels: dict[str, float]
+    coded: dict[str, float]
+    block: str | None = absent()
+    weight: float | None = absent()
+    outcome: Outcome = inline()
+
+    @property
+    def force(self) -> float | None:
+        """Maximum force, N."""
+        return self.outcome.force
+
+
+@dataclass(frozen=True)
+class DesignRuns:
+    """The runs of a design, in its order."""
+
+    kind: str
+    runs: Rows[DesignRun]
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The factors that vary."""
+        return tuple(self.runs[0].coded) if self.runs else ()
+
+    def table(self) -> Table:
+        """Return levels and force of every run, as a table solver reads them."""
+        marks = [name for name in ("block", "weight") if self.runs and getattr(self.runs[0], name) is not None]
+        return Table.of(["run", *self.varied, *marks, "force"], self.runs)
+
+
+class StageResult:
+    """The result of a stage: frozen, typed, the same as its file."""
+
+    name: ClassVar[str]
+    head: Head
+    notes: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contents of the stage's file."""
+        content: dict[str, Any] = plain(to_json(self))
+        return content
+
+    @classmethod
+    def from_json(cls, content: object) -> Self:
+        """Return the result that a stage's file holds; raise `UsageError` if it holds something else."""
+        try:
+            return from_json(cls, content)
+        except ValueError as error:
+            raise UsageError(f"{cls.name}.json: {error}; run `stemcal {cls.name} SPEC` again") from None
+
+    def tables(self) -> dict[str, Table]:
+        """Return the tables that the stage leaves as CSV, by file name."""
+        raise NotImplementedError
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run."""
+        yield from ()
+
+    def shortfall(self) -> str | None:
+        """Say what the stage was to reach and did not."""
+        return None
+
+    def summary(self) -> str:
+        """Return the result in a line."""
+        return f"{len(self.notes)} notes"
+
+    def __repr__(self) -> str:
+        return f"{stage_called(self.name).title} of study {self.head.study}: {self.summary()}"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self))}</p>{''.join(table._repr_html_() for table in self.tables().values())}"
+
+
+def head_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> Head:
+    """Return how a stage's file begins; tells what has changed since it was written before."""
+    inputs = inputs_of(study, solver, folder, stage)
+    tell_changes(folder, stage, inputs)
+    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs)
+
+
+def leave(folder: StudyFolder, result: R) -> R:
+    """Write a stage's JSON and tables; returns the result as a reader of the file gets it."""
+    content = result.to_json()
+    result = type(result).from_json(content)
+    for name, table in result.tables().items():
+        folder.write_csv(name, table.columns, table.rows)
+    folder.write_stage(result.name, content)
+    folder.log("stage_done", stage=result.name)
+    return result
+
+
+def read_result(folder: StudyFolder, kind: type[R]) -> R:
+    """Return a stage's result from its file; raise `UsageError` if it is not there or cannot be read."""
+    return kind.from_json(folder.read_stage(kind.name))
+
+
+def read_fresh(study: Study, solver: Solver, folder: StudyFolder, kind: type[R]) -> R:
+    """Return a stage's result; raise `UsageError` if its file, or one before it, is missing or stale."""
+    require_fresh(study, solver, folder, kind.name)
+    return read_result(folder, kind)
+
+
+@contextmanager
+def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Iterator[None]:
+    """Add to a `RunsFailed` which runs failed and why."""
+    try:
+        yield
+    except RunsFailed as error:
+        raise RunsFailed("\n".join([str(error), *reason_lines(requests, answers)])) from None

@@ -1,0 +1,79 @@
+"""The results of a study as far as it has come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from stemcal.errors import UsageError
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.outcome import Outcome
+from stemcal.solvers import make_solver
+from stemcal.stages.climb import ClimbResult
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.lineage import require_fresh
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import R, StageResult, read_result
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.validate import ValidateResult
+from stemcal.study.model import Study
+
+
+@dataclass(frozen=True)
+class Results:
+    """The result of every stage that is done; None of one that is not. `stale` says why others are left out."""
+
+    screen: ScreenResult | None = None
+    climb: ClimbResult | None = None
+    surface: SurfaceResult | None = None
+    inversion: InvertResult | None = None
+    refinement: RefineResult | None = None
+    validation: ValidateResult | None = None
+    stale: tuple[str, ...] = ()
+
+    def done(self) -> Iterator[StageResult]:
+        """Yield the results that are there, in the order of the stages."""
+        everything = (self.screen, self.climb, self.surface, self.inversion, self.refinement, self.validation)
+        yield from (result for result in everything if result is not None)
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run of every stage."""
+        for result in self.done():
+            yield from result.runs()
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The calibrated level of every factor, refined if that was done, in the units of the spec; raise `UsageError`
+        if nothing is calibrated yet.
+        """
+        last = self.refinement or self.inversion
+        if last is None:
+            raise UsageError("nothing is calibrated yet; run `stemcal run SPEC` first")
+        return dict(last.parameters)
+
+
+def fresh_results(study: Study, folder: StudyFolder) -> Results:
+    """Return the results that fit the spec and each other, and why the others are left out."""
+    solver = make_solver(study)
+    reasons: list[str] = []
+
+    def read(kind: type[R]) -> R | None:
+        if not folder.has_stage(kind.name):
+            return None
+        try:
+            require_fresh(study, solver, folder, kind.name)
+            return read_result(folder, kind)
+        except UsageError as error:
+            reasons.append(str(error))
+            return None
+
+    found = (
+        read(ScreenResult),
+        read(ClimbResult),
+        read(SurfaceResult),
+        read(InvertResult),
+        read(RefineResult),
+        read(ValidateResult),
+    )
+    return Results(*found, stale=tuple(dict.fromkeys(reasons)))

@@ -1,0 +1,188 @@
+"""The screening: design rows → forces → effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.doe.screening.analysis import Screening, analyse_screening
+from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import inline
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.answer import Watch, answer_all, forces, ignore
+from stemcal.runs.outcome import Outcome
+from stemcal.runs.policy import censored_remarks
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Solver
+from stemcal.stages.audit.cells import Audited, audit_screening, sentences
+from stemcal.stages.design import runs_of, screening_design
+from stemcal.stages.result import DesignRuns, Head, StageResult, head_of, leave, reasons_given
+from stemcal.study.model import Study
+
+_COLUMNS = ("factor", "symbol", "effect", "contribution_percent", "sum_of_squares", "f", "p", "stars", "lenth_t",
+            "p_holm", "p_bh")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class TestedAgainst:
+    """The scatter that effects are tested against; `mean_square` is None where there is none."""
+
+    source: str
+    sum_of_squares: float
+    df: int
+    mean_square: float | None
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What the effects leave unexplained."""
+
+    sum_of_squares: float
+    df: int
+
+
+@dataclass(frozen=True)
+class LenthMargins:
+    """Pseudo standard error, margin of error, simultaneous margin of error, N."""
+
+    pse: float | None
+    me: float | None
+    sme: float | None
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The size from which an effect counts, N, by which method, and the style of line that marks it."""
+
+    value: float
+    label: str
+    line: str
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ScreenResult(StageResult):
+    """Which factors move the force: effects in the order of the factors, with every test of them."""
+
+    name: ClassVar[str] = "screen"
+
+    head: Head = inline()
+    design: DesignRuns
+    effects: Rows[Effect]
+    error: TestedAgainst | None = None
+    half_normal: Rows[HalfNormalPoint] = Rows()
+    pareto: Pareto | None = None
+    aliases: AliasMatrix | None = None
+    residual: Residual
+    total_sum_of_squares: float
+    significant: tuple[str, ...]
+    lenth: LenthMargins | None = None
+    alpha: float = 0.05
+    runs_used: int
+    runs_failed: int
+    published: Audited | None = None
+    notes: tuple[str, ...] = ()
+
+    def effect(self, factor: str) -> Effect:
+        """Return the effect of a factor."""
+        return next(effect for effect in self.effects if effect.factor == factor)
+
+    def ranked(self) -> list[Effect]:
+        """Return the effects by contribution, the largest first."""
+        return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
+
+    def limits(self) -> list[Limit]:
+        """Return the sizes from which an effect counts, N: Lenth's margins, and t₀·s of the t test.
+
+        The standard error s of an effect is its size over its t.
+        """
+        margins = self.lenth or LenthMargins(None, None, None)
+        found = [(margins.me, "Lenth ME", "--"), (margins.sme, "Lenth SME", ":")]
+        if self.pareto is not None and self.pareto.t_limit:
+            errors = [abs(self.effect(row.factor).effect) / row.t for row in self.pareto.rows if row.t]
+            limit = self.pareto.t_limit * max(errors) if errors else None
+            found.append((limit, f"t test, p = {self.alpha:g}", "-."))
+        return [Limit(value, label, line) for value, label, line in found if value is not None]
+
+    def tables(self) -> dict[str, Table]:
+        """Return effects and runs."""
+        return {"screen": Table.of(_COLUMNS, self.effects), "screen_runs": self.design.table()}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run."""
+        for run in self.design.runs:
+            yield f"screen {run.run}", run.outcome
+
+    def summary(self) -> str:
+        """Name the factors that matter."""
+        return f"{len(self.effects)} factors, significant: {', '.join(self.significant) or 'none'}"
+
+
+def screen(
+    study: Study,
+    folder: StudyFolder,
+    executor: Executor,
+    watch: Watch = ignore,
+    solver: Solver | None = None,
+) -> ScreenResult:
+    """Run the screening design and find the factors that move the force."""
+    solver = solver or make_solver(study)
+    with folder:
+        head = head_of(study, solver, folder, "screen")
+        design = screening_design(study, solver)
+        requests = design.requests(study.targets.calibrate_at)
+        answers = answer_all(requests, solver, folder, executor, watch, study.runs)
+        with reasons_given(requests, answers):
+            found = analyse_screening(
+                design.coded,
+                forces(answers),
+                design.names,
+                [factor.symbol for factor in study.factors],
+                study.screen.alpha,
+                study.screen.error,
+                {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
+            )
+        published = audit_screening(study, found.effects)
+        notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
+        runs = runs_of(design, requests, answers, solver)
+        return leave(folder, _result(head, runs, found, published, (*found.notes, *notes)))
+
+
+def _result(
+    head: Head, runs: DesignRuns, found: Screening, published: Audited | None, notes: tuple[str, ...]
+) -> ScreenResult:
+    error, lenth = found.error, found.lenth
+    return ScreenResult(
+        head=head,
+        design=runs,
+        effects=Rows(found.effects),
+        error=TestedAgainst(error.source, error.sum_of_squares, error.df, error.mean_square),
+        half_normal=Rows(found.half_normal()),
+        pareto=found.pareto(),
+        aliases=found.aliases(),
+        residual=Residual(found.residual_sum_of_squares, found.residual_df),
+        total_sum_of_squares=found.total_sum_of_squares,
+        significant=found.significant,
+        lenth=LenthMargins(lenth.pse, lenth.me, lenth.sme),
+        alpha=found.alpha,
+        runs_used=found.runs_used,
+        runs_failed=found.runs_failed,
+        published=published,
+        notes=notes,
+    )
+
+
+def sign_remarks(study: Study, found: Screening) -> list[str]:
+    """Point out significant effects whose sign is not the one the spec expects."""
+    remarks = []
+    for effect in found.effects:
+        expected = study.factor(effect.factor).expected_sign
+        sign = "+" if effect.effect > 0.0 else "-"
+        if expected is not None and effect.factor in found.significant and sign != expected:
+            remarks.append(
+                f"{effect.factor} has the effect {effect.effect:+.4g} N where the spec expects the "
+                f"sign {expected}: look for an alias or a wrong unit before trusting it."
+            )
+    return remarks

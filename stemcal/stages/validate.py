@@ -1,0 +1,183 @@
+"""The validation: every measured diameter against the calibrated model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, inline
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.outcome import Outcome, outcome_of
+from stemcal.runs.policy import censored_remarks
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.audit.cells import Audited, audit_validation, sentences
+from stemcal.stages.base import stage_called
+from stemcal.stages.invert.certainty import UNITS, measured_of
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import Head, StageResult, head_of, leave, read_fresh
+from stemcal.study.model import Study, Target
+
+_COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
+            "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FurtherRow:
+    """Travel or work of a validation run beside what was measured of it."""
+
+    response: str
+    unit: str
+    measured: float
+    sd: float | None
+    simulated: float
+    error_percent: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValidateRow:
+    """One diameter: measured and simulated force compared, and what came of the run."""
+
+    compared: ValidationRow = inline()
+    status: str = "ok"
+    censored: bool = False
+    reason: str = ""
+    message: str = ""
+    key: str = ""
+    further: Rows[FurtherRow] = absent(Rows())
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ValidateResult(StageResult):
+    """Measured against simulated force over the diameters, and how both grow with it."""
+
+    name: ClassVar[str] = "validate"
+
+    head: Head = inline()
+    parameters: dict[str, float]
+    rows: Rows[ValidateRow]
+    max_abs_error_percent: float | None
+    mean_abs_error_percent: float | None
+    max_abs_error_percent_independent: float | None = None
+    best_scaled_max_error_percent: float | None = None
+    error_slope_percent_per_mm: float | None = None
+    measured_exponent: Exponent | None = None
+    simulated_exponent: Exponent | None = None
+    published: Audited | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def compared(self) -> list[ValidationRow]:
+        """The comparison at each diameter."""
+        return [row.compared for row in self.rows]
+
+    def tables(self) -> dict[str, Table]:
+        """Return the comparison."""
+        return {"validate": Table.of(_COLUMNS, self.rows)}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield the outcome of every run, named by its diameter."""
+        for row in self.rows:
+            told = Outcome(
+                force=row.compared.simulated,
+                status=row.status,
+                censored=row.censored,
+                reason=row.reason,
+                message=row.message,
+                key=row.key,
+            )
+            yield f"{row.compared.diameter:.6g} mm", told
+
+    def summary(self) -> str:
+        """Tell the largest error."""
+        worst = "–" if self.max_abs_error_percent is None else f"{self.max_abs_error_percent:.1f} %"
+        return f"{len(self.rows)} diameters, largest error {worst}"
+
+
+def validate(
+    study: Study,
+    folder: StudyFolder,
+    executor: Executor,
+    watch: Watch = ignore,
+    solver: Solver | None = None,
+) -> ValidateResult:
+    """Simulate every measured diameter with the calibrated parameters."""
+    solver = solver or make_solver(study)
+    with folder:
+        parameters = calibrated_parameters(study, solver, folder)
+        head = head_of(study, solver, folder, "validate")
+        targets = study.targets.forces
+        requests = requests_at(study, parameters)
+        answers = answer_all(requests, solver, folder, executor, watch, study.runs)
+        outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+        found = compare_diameters(
+            [target.diameter for target in targets],
+            [target.force for target in targets],
+            [outcome.force for outcome in outcomes],
+            [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
+            [(target.sd, target.n) for target in targets],
+            study.targets.equivalent_within_percent,
+        )
+        published = audit_validation(study)
+        remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
+        result = ValidateResult(
+            head=head,
+            parameters=parameters,
+            rows=Rows(_row(*parts) for parts in zip(targets, found.rows, outcomes, strict=True)),
+            max_abs_error_percent=found.max_abs_error_percent,
+            mean_abs_error_percent=found.mean_abs_error_percent,
+            max_abs_error_percent_independent=found.max_abs_error_percent_independent,
+            best_scaled_max_error_percent=found.best_scaled_max_error_percent,
+            error_slope_percent_per_mm=found.error_slope_percent_per_mm,
+            measured_exponent=found.measured_exponent,
+            simulated_exponent=found.simulated_exponent,
+            published=published,
+            notes=(*found.notes, *remarks),
+        )
+        return leave(folder, result)
+
+
+def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
+    """Return a request per measured diameter at these levels."""
+    targets = enumerate(study.targets.forces)
+    return [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+
+
+def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
+    """Return the level of every factor at the solution; refined if the spec asks for that."""
+    if stage_called("validate").needs(study) == "refine":
+        return read_fresh(study, solver, folder, RefineResult).parameters
+    return read_fresh(study, solver, folder, InvertResult).parameters
+
+
+def _row(target: Target, compared: ValidationRow, outcome: Outcome) -> ValidateRow:
+    further = [
+        FurtherRow(mean.response, UNITS[mean.response], mean.value, mean.sd, value, error_percent(mean.value, value))
+        for mean in measured_of(target, ["travel", "work"])
+        if (value := outcome.response(mean.response)) is not None
+    ]
+    return ValidateRow(
+        compared=compared,
+        status=outcome.status,
+        censored=outcome.censored,
+        reason=outcome.reason,
+        message=outcome.message,
+        key=outcome.key,
+        further=Rows(further),
+    )
+
+
+def table_remarks(study: Study, solver: Solver) -> list[str]:
+    """Warn that forces from a table belong to the levels the table was made with."""
+    if solver.given_design("validate") is None:
+        return []
+    published = study.published.solution if study.published is not None else {}
+    levels = ", ".join(f"{name} {value:g}" for name, value in published.items())
+    where = f"the published solution ({levels})" if levels else "the levels the table was made with"
+    return [f"The simulated forces are read from a table: they belong to {where}, not to this calibration."]

@@ -1,0 +1,61 @@
+"""Studies whose results have no number where others have one: they are reported, with what there is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from fakes import FakeSolver, make_study
+
+from stemcal import workflow
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.report.figures.gallery import gallery, write_figures
+from stemcal.report.page.render import render
+from stemcal.report.records import read_records
+from stemcal.solvers import SOLVERS
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.results import fresh_results
+from stemcal.study.model import Study
+
+
+@dataclass(frozen=True)
+class LevelSolver(FakeSolver):
+    """Every run gives the same force."""
+
+    def solve(self, request: Request) -> Answer:
+        """Answer 100 N."""
+        return Answer("ok", force=100.0)
+
+
+def reported(study: Study, solver: FakeSolver, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Take a study through all stages, draw every figure and return the page."""
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _: solver)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    results = fresh_results(study, folder)
+    assert not results.stale and len(list(results.done())) == 4
+    assert write_figures(gallery(study, results, read_records(results, folder)), folder.path / "figures")
+    return render(study, folder)
+
+
+def test_two_diameters_have_a_power_law_without_an_interval(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = make_study(tmp_path)
+    targets = study.targets.model_copy(update={"forces": study.targets.forces[:2]})
+    two = study.model_copy(update={"targets": targets})
+    page = reported(two, FakeSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
+    assert "n = 2.00" in page and "n = 2.00 (" not in page
+
+
+def test_a_saturated_surface_has_no_standard_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    extra = "rsm: {design: latin-hypercube, runs: 6, factors: [yield_stress, failure_strain]}\n"
+    page = reported(make_study(tmp_path, extra), FakeSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
+    assert "Ridge of steepest ascent" in page and "its lack of fit cannot be tested" in page
+
+
+def test_equal_forces_leave_nothing_to_explain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = make_study(tmp_path)
+    forces = tuple(target.model_copy(update={"force": 100.0}) for target in study.targets.forces)
+    level = study.model_copy(update={"targets": study.targets.model_copy(update={"forces": forces})})
+    page = reported(level, LevelSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
+    assert "All runs gave the same force" in page

@@ -1,0 +1,162 @@
+"""The Python face: what a notebook finds, and that nothing is printed on the way."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from fakes import ENVIRONMENT
+
+import stemcal
+from stemcal.errors import SpecError, UsageError
+from stemcal.stages.invert.result import PosteriorSummary
+
+ROOT = Path(__file__).parents[1]
+REPLAY = ROOT / "configs" / "paper-replay.yaml"
+AT_SOLUTION = {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.65}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> stemcal.StudyResults:
+    return stemcal.calibrate(stemcal.load_study(REPLAY), out=tmp_path_factory.mktemp("python"), workers=1)
+
+
+def fresh(code: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run code in an interpreter of its own."""
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=120)
+
+
+def test_the_import_loads_nothing_heavy(tmp_path: Path) -> None:
+    code = "import sys, stemcal; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    loaded = fresh(code, tmp_path).stdout.split()
+    assert not {"numpy", "scipy", "numba", "pydantic", "pandas", "matplotlib", "rich", "typer"} & set(loaded)
+    assert {"calibrate", "load_study", "open_results", "simulate", "Study", "StudyResults"} <= set(dir(stemcal))
+
+
+def test_the_lines_of_the_readme_run_in_a_plain_interpreter(tmp_path: Path) -> None:
+    """As a script, without a guard about __main__, from the root of a copy of the project."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    code = text.split("```python\n")[1].split("```")[0]
+    assert len([line for line in code.splitlines() if line]) == 5
+    (tmp_path / "configs").symlink_to(ROOT / "configs", target_is_directory=True)
+    (tmp_path / "five.py").write_text(code, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "five.py"], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert "yield_stress" in done.stdout and (tmp_path / "contour.png").stat().st_size > 5000
+
+
+def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
+    anova = results.surface.anova.to_frame().set_index("source")
+    assert anova.loc["Model", "sum_of_squares"] == pytest.approx(16225.35, abs=0.01)
+    effects = results.screen.effects.to_frame().set_index("factor")
+    assert effects.loc["yield_stress", "effect"] == pytest.approx(79.42, abs=0.01)
+    runs = results.runs.to_frame()
+    assert len(runs) == 12 + 20 + 5 and runs["levels.yield_stress"].notna().all()
+    validated = results.validation.rows.to_frame()
+    assert list(validated["diameter"]) == [7, 8, 9, 10, 11] and "error_percent" in validated
+
+
+def test_predictions(results: stemcal.StudyResults) -> None:
+    """159.07 N at the printed solution; at the calibrated one the target."""
+    found = results.surface.predict(AT_SOLUTION)
+    assert found.force == pytest.approx(159.068, abs=1e-3)
+    low, high = found.prediction_interval or (0.0, 0.0)
+    assert low < found.force < high
+    assert results.surface.predict(results.parameters).force == pytest.approx(159.2)
+
+
+def test_every_figure_of_the_page(results: stemcal.StudyResults) -> None:
+    from matplotlib.figure import Figure
+
+    for plots in (results.screen.plot, results.surface.plot, results.inversion.plot, results.validation.plot):
+        for name in (name for name in dir(plots) if not name.startswith("_") and name != "posterior"):
+            assert isinstance(getattr(plots, name)(), Figure), name
+    assert len(results.figure_names) == 16
+    assert isinstance(results.figure("pareto"), Figure)
+    with pytest.raises(UsageError, match="did you mean ridge"):
+        results.figure("rigde")
+    with pytest.raises(UsageError, match="the surface has no factor 'x'"):
+        results.surface.plot.contour("x")
+
+
+def test_opened_again(results: stemcal.StudyResults) -> None:
+    again = stemcal.open_results(results.folder.path)
+    assert again.parameters == results.parameters and again.study == results.study
+    assert again.surface.anova == results.surface.anova
+
+
+def test_what_is_not_there_says_what_to_do(results: stemcal.StudyResults, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="run `stemcal refine SPEC` first"):
+        _ = results.refinement
+    with pytest.raises(UsageError, match="is not there"):
+        stemcal.open_results(tmp_path / "nowhere")
+    with pytest.raises(UsageError, match="does not tell its spec"):
+        stemcal.open_results(tmp_path)
+    with pytest.raises(UsageError, match="posterior: true"):
+        _ = results.posterior
+    with pytest.raises(UsageError, match="kind table"):
+        stemcal.simulate(results.study)
+
+
+def test_objects_show_themselves(results: stemcal.StudyResults) -> None:
+    for thing in (results, results.screen, results.surface, results.inversion, results.validation):
+        assert len(repr(thing)) < 600 and len(repr(thing).splitlines()) <= 6
+    assert len(repr(results.surface.anova).splitlines()) <= 16
+    assert "<table" in results.surface._repr_html_() and "<table" in results.runs._repr_html_()
+    assert repr(results.study) == "Study paper-replay: 9 factors, 5 measured forces, solver table"
+
+
+def test_a_factor_changed_without_editing_the_spec() -> None:
+    study = stemcal.load_study(REPLAY)
+    wider = study.with_(yield_stress={"high": 22}, screen={"alpha": 0.1})
+    assert wider.factor("yield_stress").high == 22 and wider.screen.alpha == 0.1
+    assert study.factor("yield_stress").high == 20
+    assert wider.with_(density={"low": 900}).factor("yield_stress").high == 22
+    with pytest.raises(SpecError, match="low 10 MPa is above high 2 MPa"):
+        study.with_(yield_stress={"high": 2})
+    with pytest.raises(SpecError, match="unknown key 'yeild_stress'"):
+        study.with_(yeild_stress={"high": 2})
+
+
+def test_a_posterior_becomes_inference_data() -> None:
+    pytest.importorskip("arviz")
+    samples = {"a": (1.0, 1.5, 2.0), "b": (3.0, 5.0, 9.0)}
+    means, pairs = {"a": 1.5, "b": 5.7}, {"a": (1.0, 2.0), "b": (3.0, 9.0)}
+    data = PosteriorSummary(means, means, pairs, ((1.0, 0.0), (0.0, 1.0)), 0.4, 99.0, samples, ()).to_inference_data()
+    assert data.posterior["b"].values.tolist() == [[3.0, 5.0, 9.0]]
+
+
+def test_one_simulation() -> None:
+    study = stemcal.load_study(ROOT / "configs" / "smoke.yaml")
+    found = stemcal.simulate(study, diameter=7, yield_stress=18)
+    assert found.levels["yield_stress"] == 18 and found.diameter == 7.0
+    assert max(found.curve.force) == pytest.approx(found.peak_force)
+    assert found.curve.to_frame().columns.tolist() == ["travel", "force"]
+    with pytest.raises(UsageError, match="did you mean yield_stress"):
+        stemcal.simulate(study, yeild_stress=18)
+
+
+def test_nothing_is_printed(tmp_path: Path) -> None:
+    code = f"import stemcal; r = stemcal.calibrate(stemcal.load_study({str(REPLAY)!r}), out='o'); r.surface.anova"
+    done = fresh(code, tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_import_time(tmp_path: Path) -> None:
+    """The best of five, against the bare interpreter: other programs may slow each down."""
+
+    def best(code: str) -> float:
+        times = []
+        for _ in range(5):
+            began = time.perf_counter()
+            fresh(code, tmp_path)
+            times.append(time.perf_counter() - began)
+        return min(times)
+
+    assert best("import stemcal") - best("pass") < 0.1

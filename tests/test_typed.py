@@ -1,0 +1,91 @@
+"""Results as JSON and back: the same, and what does not fit is named with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from fakes import FakeSolver, make_study
+
+from stemcal import workflow
+from stemcal.errors import UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, from_json, inline, key, to_json
+from stemcal.folder.store import StudyFolder
+from stemcal.stages.base import STAGES, stages_of
+from stemcal.stages.making import kind_of, read
+
+
+@dataclass(frozen=True)
+class Inner:
+    x: float
+    name: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outer:
+    spread: Inner = inline()
+    perhaps: Inner | None = None
+    rows: Rows[Inner]
+    pair: tuple[float, float]
+    few: dict[str, int]
+    maybe: float | None = absent()
+    called: int = key("otherwise")
+
+
+CONTENT: dict[str, Any] = {
+    "x": 1.0, "name": "n", "perhaps": None, "rows": [{"x": 2, "name": ""}], "pair": [1.0, 2.0], "few": {"a": 1},
+    "otherwise": 3,
+}  # fmt: skip
+
+
+def test_there_and_back() -> None:
+    found = from_json(Outer, CONTENT)
+    assert found.spread == Inner(1.0, "n") and found.rows[0].x == 2 and found.pair == (1.0, 2.0) and found.called == 3
+    assert to_json(found) == CONTENT and list(to_json(found)) == list(CONTENT)
+    assert from_json(Outer, {**CONTENT, "maybe": 4.0, "unknown": 1}).maybe == 4.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"rows": [{"x": "2"}]}, r"rows\[0\]\.x should be float, not '2'"),
+        ({"few": {"a": 1.5}}, r"few\.a should be int"),
+        ({"few": [1]}, "few should be dict"),
+        ({"x": True}, "x should be float, not True"),
+        ({"pair": [1.0]}, "argument 2 is shorter|zip"),
+    ],
+)
+def test_what_does_not_fit_is_named(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        from_json(Outer, {**CONTENT, **changes})
+
+
+def test_a_missing_key_is_named() -> None:
+    with pytest.raises(ValueError, match="pair is missing"):
+        from_json(Outer, {name: value for name, value in CONTENT.items() if name != "pair"})
+
+
+def test_rows_and_tables_become_frames() -> None:
+    rows = Rows([Inner(1.0, "a"), Inner(2.0, "b")])
+    assert rows.to_frame()["x"].tolist() == [1.0, 2.0]
+    assert Table.of(["name", "y"], rows).rows == (("a", None), ("b", None))
+    assert repr(Rows()) == "no rows"
+
+
+def test_every_stage_reads_what_it_wrote(tmp_path: Any) -> None:
+    extra = "climb: {}\nrefine: {tolerance_percent: 0.5}\n"
+    study, folder = make_study(tmp_path, extra), StudyFolder(tmp_path / "out")
+    workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
+    assert [stage.name for stage in stages_of(study)] == ["screen", "climb", "rsm", "invert", "refine", "validate"]
+    for stage in stages_of(study):
+        assert read(stage, folder).to_json() == folder.read_stage(stage.name)
+        with pytest.raises(UsageError, match=f"run `stemcal {stage.name} SPEC` again"):
+            kind_of(stage).from_json({"stage": stage.name})
+
+
+def test_the_list_of_stages_names_what_is_there() -> None:
+    for stage in STAGES:
+        assert kind_of(stage).name == stage.name and stage.title and stage.help
