@@ -39,7 +39,7 @@ def export_deck(
     from stemcal.solvers.deck import deck_text
     from stemcal.study.model import EmbeddedSolver
 
-    size = study.solver.element_size if isinstance(study.solver, EmbeddedSolver) else 0.0
+    size = study.solver.element_size.at(chosen) if isinstance(study.solver, EmbeddedSolver) else 0.0
     if chosen < 2 * size:
         raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
 

@@ -108,7 +108,7 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, pe
 # Samples across a spread edge, and lines of them and rows along it to each length a: more change the force by less than
 # 0.1 % (docs/model-choices.md).
 _ACROSS = 24
-_LINES = 16
+_LINES = 8
 _ROWS = 8
 
 
@@ -149,7 +149,7 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
         image=image,
         sources=sources,
         found=np.full((len(along), len(across)), -1, dtype=np.int32),
-        place=np.zeros((len(along), len(across), 4)),
+        place=np.zeros((len(along), len(across), 6)),
         count=np.zeros(len(rows), dtype=np.int32),
         nodes=np.zeros((len(rows), most), dtype=np.int32),
         shape=np.zeros((len(rows), most, 3)),

@@ -143,29 +143,44 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         raise TypeError(f"the study's solver is of kind {solver.kind}, not embedded")
     blade, contact = study.blade, study.contact
     return ShearTest(
-        material=Material(**study.parameters(levels), rate_law=solver.rate_law, failure_length=solver.failure_length),
+        material=Material(
+            **study.parameters(levels),
+            rate_law=solver.rate_law,
+            failure_length=solver.failure_length,
+            internal_length=study.material.internal_length.at(diameter),
+        ),
         stem=Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
-        blade=Blade(blade.thickness, blade.width, blade.edge_angle, blade.edge_radius, blade.bevel),
+        blade=Blade(
+            blade.thickness,
+            blade.width,
+            blade.edge_angle,
+            blade.edge_radius,
+            blade.bevel,
+            edge_spread=blade.edge_spread.at(diameter),
+        ),
         supports=Supports(study.supports.clearance, study.supports.fillet_radius),
         loading=Loading(study.loading.speed, study.loading.duration, study.loading.gap),
         contact=Contact(
             contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
         ),
-        discretisation=_discretisation(solver),
+        discretisation=_discretisation(solver, diameter),
     )
 
 
-def _discretisation(solver: EmbeddedSolver) -> Discretisation:
+def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
     return Discretisation(
-        element_size=solver.element_size,
+        element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
         symmetry=solver.symmetry,
         edge_over=solver.edge_over,
         element=solver.element,
         hourglass=Hourglass(solver.hourglass.form, solver.hourglass.coefficient),
-        integration=Integration(solver.mass_scaling, solver.time_step_safety, solver.outputs, solver.threads),
+        integration=Integration(
+            solver.mass_scaling, solver.time_step_safety, solver.outputs, solver.threads, solver.time_step
+        ),
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
+        coarsening_around=solver.coarsening_around,
         stop_after_peak=solver.stop_after_peak,
     )
 
@@ -183,7 +198,8 @@ def _seconds(test: ShearTest) -> float:
     mesh = cutting.stem_mesh(test.stem, how)
     smallest = float(np.cbrt(mesh.volumes().min()))
     speed = np.sqrt(material.p_wave_modulus / (how.integration.mass_scaling * material.density))
-    steps = test.loading.duration * speed / (how.integration.safety * smallest)
+    step = max(how.integration.safety * smallest / speed, how.integration.time_step or 0.0)
+    steps = test.loading.duration / step
     return float(steps * len(mesh.hexes) / _RATE)
 
 

@@ -47,6 +47,10 @@ class Quantity:
         return core_schema.with_info_before_validator_function(self.read, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> dict[str, Any]:
+        return self.json_schema()
+
+    def json_schema(self) -> dict[str, Any]:
+        """Return the JSON schema of the text in YAML."""
         names = "|".join(_spellings(name) for name in units.units_of(self.dimension))
         example = f"1 {units.INTERNAL[self.dimension]}"
         return {"type": "string", "pattern": f"^{_NUMBER} *({names})$", "examples": [example]}

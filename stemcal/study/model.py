@@ -15,6 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from stemcal.study import units
 from stemcal.study.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
+from stemcal.study.lengths import Length, StemLength, StemLengthOrZero
 from stemcal.study.outside import CommandSolver, LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
 
@@ -96,7 +97,10 @@ class Specimen(_Frozen):
 
 
 class Blade(_Frozen):
-    """The rigid blade; `edge_angle` is the angle between its two edge faces."""
+    """The rigid blade; `edge_angle` is the angle between its two edge faces.
+
+    `edge_spread` is the length to either side of the edge over which the embedded solver spreads its force.
+    """
 
     length: Size = 90.0
     width: Size = 28.0
@@ -104,6 +108,7 @@ class Blade(_Frozen):
     edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
     bevel: Literal["both", "one"] = "both"
     edge_radius: SizeOrZero = 0.1
+    edge_spread: StemLengthOrZero = Length(divisor=8.0)
 
 
 class Supports(_Frozen):
@@ -136,7 +141,10 @@ PrintedText = Annotated[str, StringConstraints(strict=True, min_length=1, max_le
 
 
 class Material(_Frozen):
-    """Fixed values of the material parameters that are no factors, in internal units."""
+    """Fixed values of the material parameters that are no factors, in internal units.
+
+    `internal_length` is the length over which the embedded solver averages the strain that decides failure.
+    """
 
     density: Annotated[float, Quantity("density")] | None = None
     elastic_modulus: Stress | None = None
@@ -147,6 +155,7 @@ class Material(_Frozen):
     strain_rate_c: Annotated[float, Quantity("rate")] | None = None
     strain_rate_p: Number | None = None
     failure_strain: Number | None = None
+    internal_length: StemLengthOrZero = Length(divisor=5.0)
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have a value."""
@@ -157,7 +166,7 @@ class Hourglass(_Frozen):
     """Hourglass control of the one-point elements."""
 
     form: Literal["stiffness", "viscous"] = "stiffness"
-    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.01
+    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.003
 
 
 class EmbeddedSolver(_Frozen):
@@ -166,16 +175,18 @@ class EmbeddedSolver(_Frozen):
     kind: Literal["embedded"] = "embedded"
     rate_law: Literal["paper", "cowper_symonds"] = "paper"
     symmetry: Literal["none", "half", "quarter"] = "quarter"
-    element_size: Size = 1.0
+    element_size: StemLength = Length(divisor=16.0)
     elements_through_wall: Annotated[Whole, Field(ge=1, le=50)] | None = None
-    edge_over: Literal["elements", "nodes"] = "elements"
+    edge_over: Literal["elements", "nodes"] = "nodes"
     element: Literal["one_point", "full"] = "one_point"
     hourglass: Hourglass = Hourglass()
     mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
+    time_step: Time | None = 4e-5
     time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.9
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
     filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
-    coarsening: Annotated[Number, Field(ge=1, le=10)] = 1.0
+    coarsening: Annotated[Number, Field(ge=1, le=10)] = 5.0
+    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 3.0
     phases: Annotated[Whole, Field(ge=1, le=100)] = 1
     perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
     stop_after_peak: Annotated[bool, Field(strict=True)] = False

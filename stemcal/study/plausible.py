@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from stemcal.study import units
 from stemcal.study.draft import Finding
-from stemcal.study.model import Study
+from stemcal.study.lengths import Length
+from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.strict_yaml import NodePath
 
@@ -21,6 +22,8 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("blade", "thickness"): (0.1, 50, "mm"),
     ("blade", "edge_angle"): (5, 120, "deg"),
     ("blade", "edge_radius"): (1e-3, 2, "mm"),
+    ("blade", "edge_spread"): (0.05, 10, "mm"),
+    ("material", "internal_length"): (0.05, 20, "mm"),
     ("supports", "clearance"): (0.1, 500, "mm"),
     ("supports", "fillet_radius"): (0.01, 50, "mm"),
     ("loading", "speed"): (0.01, 1e5, "mm/s"),
@@ -36,14 +39,36 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    return [*_sizes(study), *_targets(study), *_materials(study), *_factors(study), *_agreement(study)]
+    return [*_sizes(study), *_mesh(study), *_targets(study), *_materials(study), *_factors(study), *_agreement(study)]
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
     for path, (low, high, unit) in _RANGES.items():
         value = getattr(getattr(study, path[0]), path[1], None)
+        if isinstance(value, Length):
+            value = value.at(study.specimen.outer_diameter)
         if value:  # none, or none of it, is no slip
             yield from _doubt(path, value, low, high, unit)
+
+
+def _mesh(study: Study) -> Iterator[Finding]:
+    """Elements of more than half a length cannot resolve it, and without the lengths the force is the mesh's."""
+    solver = study.solver
+    if not isinstance(solver, EmbeddedSolver):
+        return
+    lengths = {("blade", "edge_spread"): study.blade.edge_spread, ("material", "internal_length"): study.material.internal_length}
+    diameters = sorted({study.targets.calibrate_at, *(target.diameter for target in study.targets.forces)})
+    for path, length in lengths.items():
+        least = min(diameters, key=length.at)
+        if length.at(least) == 0.0:
+            message = "without this length the force belongs to the mesh: finer elements give another one"
+            yield Finding(path, message, "write d/8 for blade.edge_spread, d/5 for material.internal_length")
+            continue
+        coarse = [d for d in diameters if solver.element_size.at(d) > 0.5 * length.at(d) * (1.0 + 1e-9)]
+        if coarse:
+            message = f"elements of {solver.element_size} are more than half of {'.'.join(path)} ({length}) at {coarse[0]:g} mm"
+            remedy = f"take at most {0.5 * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
+            yield Finding(("solver", "element_size"), message, remedy)
 
 
 def _targets(study: Study) -> Iterator[Finding]:

@@ -91,8 +91,8 @@ def elements_fit_stem(draft: Draft) -> Iterator[Finding]:
     if draft.embedded is None or not draft.diameters:
         return
     thinnest = min(draft.diameters.values())
-    if draft.embedded.element_size > thinnest / 2:
-        message = f"elements of {draft.embedded.element_size:g} mm are too large for a {thinnest:g} mm stem"
+    if draft.embedded.element_size.at(thinnest) > thinnest / 2:
+        message = f"elements of {draft.embedded.element_size} are too large for a {thinnest:g} mm stem"
         yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
 
 

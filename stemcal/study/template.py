@@ -93,7 +93,8 @@ specimen:
   length: 50 mm
 
 # The rigid blade. edge_angle lies between the two edge faces.
-# bevel: both | one (ground on one side only).
+# bevel: both | one (ground on one side only). edge_spread: the length to either side over which the edge's force
+# is spread, a part of the diameter (d/8) or a length (1 mm). It belongs to the calibrated failure strain.
 blade:
   length: 90 mm
   width: 28 mm
@@ -101,11 +102,15 @@ blade:
   edge_angle: 37.5 deg
   bevel: both
   edge_radius: 0.1 mm
+  edge_spread: d/8
 
 # Parameters that are not to be calibrated leave `factors` and get a fixed value here:
-# material:
-#   density: 1100 kg/m3
-#   poisson_ratio: 0.3
+# internal_length is the length over which the strain that decides failure is averaged. It, edge_spread and
+# element_size belong to the calibrated failure strain; elements should be at most half as long as either.
+material:
+  # density: 1100 kg/m3
+  # poisson_ratio: 0.3
+  internal_length: d/5
 
 # Two rigid supports; clearance is the gap between them, with the blade in its middle.
 supports:
@@ -132,20 +137,22 @@ contact:
 #   cowper_symonds  1 + (rate / C)^(1/P)    the usual law
 # symmetry: none | half | quarter (the model's mirror planes; quarter needs bevel: both).
 # mass_scaling allows larger time steps; `stemcal simulate` shows whether kinetic energy stays small.
-# Further: element: one_point | full (the slow reference), phases: n (mean over n places of the mesh), perturb: seed
-# (a random place), coarsening: 3 (longer elements away from the cut), failure_length: 1 mm (failure strain follows the
-# element length), stop_after_peak: true, threads: n (for one large model).
+# Further: elements_through_wall: n (else as many as make them no longer than element_size), element: one_point | full
+# (the slow reference), phases: n (mean over n places of the mesh), perturb: seed (a random place), stop_after_peak:
+# true, threads: n (for one large model).
 solver:
   kind: embedded
   rate_law: paper
   symmetry: quarter
-  element_size: 1 mm
-  elements_through_wall: 3         # the same for every diameter
-  edge_over: elements              # the edge comes down over the middle of a row of elements | nodes
+  element_size: d/16               # of the stem's diameter d, or a length such as 0.5 mm
+  edge_over: nodes                 # the edge comes down on a row of nodes | over the middle of a row of elements
+  coarsening: 5                    # length of the elements at the ends of the stem over those under the edge
+  coarsening_around: 3             # width of the elements at the bottom of the section over those under the edge
   hourglass:
     form: stiffness                # stiffness | viscous
-    coefficient: 0.01
+    coefficient: 0.003
   mass_scaling: 1e4
+  time_step: 40 us                 # elements too small for it are given mass; leave it out to have none given
   time_step_safety: 0.9
   outputs: 500                     # points of the force history
   filter_window: 10 ms             # low-pass filter of the force; 0 s = none

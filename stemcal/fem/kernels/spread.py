@@ -40,8 +40,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 # The rows are solved until no force changes by more than this share of the largest, or so often.
-_CLOSE = 1.0e-6
-_SWEEPS = 200
+_CLOSE = 1.0e-4
+_SWEEPS = 50
 # What stands above the edge already (a surface that a failed element has laid bare) is brought down by at most this
 # share of it in a step, and at most so many times as fast as the edge itself moves.
 _BROUGHT_BACK = 0.1
@@ -69,7 +69,7 @@ class SpreadEdge(NamedTuple):
     image: Array  # (R, M) −1 for images, 1 for others
     sources: Ints  # (N,) the node that feels a force on each: itself, or for a ghost the node that it mirrors
     found: Ints  # (L, Q) face under each sample, −1 none, changes
-    place: Array  # (L, Q, 4) where in the face, ξ and η, its height, how much higher the true surface is, changes
+    place: Array  # (L, Q, 6) ξ and η in the face, its height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
     count: Ints  # (R,) nodes of each row, changes
     nodes: Ints  # (R, K), changes
     shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
@@ -99,7 +99,7 @@ def take_hold(
                 if line >= 0 and edge.found[line, q] >= 0:
                     weight = edge.bell[j, m] * edge.weight[q] / total
                     edge.crown[j] += weight * edge.place[line, q, 3]
-                    add_sample(edge, j, edge.place[line, q], edge.image[j, m], faces[edge.found[line, q]], weight, x)
+                    add_sample(edge, j, edge.place[line, q], edge.image[j, m], faces[edge.found[line, q]], weight)
     work_out_compliance(edge, free, inverse_mass)
 
 
@@ -130,6 +130,7 @@ def find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array, 
                     edge.found[l, q] = m
                     edge.place[l, q, 0], edge.place[l, q, 1], edge.place[l, q, 2] = xi, eta, height
                     edge.place[l, q, 3] = crowns[m] * max(1.0 - round_about * round_about, 0.0) / n[2]
+                    edge.place[l, q, 4], edge.place[l, q, 5] = n[0] / n[2], n[1] / n[2]
 
 
 @inlined
@@ -147,13 +148,8 @@ def mean_height(edge: Floats, j: int) -> Floats:
 
 
 @kernel
-def add_sample(edge: Floats, j: int, place: Array, image: float, face: Any, weight: float, x: Array) -> None:
+def add_sample(edge: Floats, j: int, place: Array, image: float, face: Any, weight: float) -> None:
     """Add a sample, of a weight in its row's sum of one, to the nodes of the face that it meets."""
-    a, b, c, d = face[0], face[1], face[2], face[3]
-    fx = face_modes(x[a, 0], x[b, 0], x[c, 0], x[d, 0])
-    fy = face_modes(x[a, 1], x[b, 1], x[c, 1], x[d, 1])
-    fz = face_modes(x[a, 2], x[b, 2], x[c, 2], x[d, 2])
-    n = face_normal(fx, fy, fz, place[0], place[1])
     shape = shape_functions(place[0], place[1])
     for corner in range(4):
         source = edge.sources[face[corner]]
@@ -164,8 +160,8 @@ def add_sample(edge: Floats, j: int, place: Array, image: float, face: Any, weig
         edge.shape[j, k, 0] += 0.0 if edge.mirrored else share
         edge.shape[j, k, 1] += image * share
         edge.shape[j, k, 2] += share
-        edge.normal[j, k, 0] += (share if source == face[corner] else -share) * n[0] / n[2]
-        edge.normal[j, k, 1] += share * n[1] / n[2]
+        edge.normal[j, k, 0] += (share if source == face[corner] else -share) * place[4]
+        edge.normal[j, k, 1] += share * place[5]
         edge.normal[j, k, 2] += share
 
 

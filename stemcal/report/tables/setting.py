@@ -19,11 +19,8 @@ def setting_sheets(study: Study) -> list[Sheet]:
     """Return the factors, what stood still beside them, and what was measured."""
     sheets = [_factors(study), _measured(study)]
     if study.solver.kind == "embedded":
-        sheets.append(
-            Sheet(
-                "The virtual shear test", ("Part", "Value"), _parts(study) + _solver(study.solver), texts=2, long=True
-            )
-        )
+        parts = _parts(study) + _solver(study, study.solver)
+        sheets.append(Sheet("The virtual shear test", ("Part", "Value"), parts, texts=2, long=True))
     if study.material.given():
         sheets.append(Sheet("Material held", ("Parameter", "Value"), _material(study), texts=2, long=True))
     return sheets
@@ -63,10 +60,12 @@ def _parts(study: Study) -> Rows:
     )
 
 
-def _solver(solver: EmbeddedSolver) -> Rows:
+def _solver(study: Study, solver: EmbeddedSolver) -> Rows:
     whole = {"none": "whole stem", "half": "half, mirrored", "quarter": "quarter, mirrored"}
     return (
-        ("Model", f"{whole[solver.symmetry]}; elements of {short(solver.element_size)} mm"),
+        ("Model", f"{whole[solver.symmetry]}; elements of {solver.element_size}"),
+        ("Edge spread", f"{study.blade.edge_spread}"),
+        ("Internal length", f"{study.material.internal_length}"),
         ("Strain-rate law", solver.rate_law.replace("_", "–").replace("paper", "as printed in the paper")),
         ("Mass scaling", f"{short(solver.mass_scaling)} times"),
     )

@@ -76,10 +76,15 @@ def _parts(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float)
     stem = Stem(diameter, study.specimen.diameter_ratio, study.specimen.length)
     b = study.blade
     blade = Blade(b.thickness, b.width, b.edge_angle, b.edge_radius, b.bevel)
-    size = solver.element_size
+    size = solver.element_size.at(diameter) if isinstance(solver, EmbeddedSolver) else solver.element_size
     how = Discretisation(size, solver.elements_through_wall, symmetry="none")
     if isinstance(solver, EmbeddedSolver):
-        how = replace(how, edge_over=solver.edge_over, coarsening=solver.coarsening)
+        how = replace(
+            how,
+            edge_over=solver.edge_over,
+            coarsening=solver.coarsening,
+            coarsening_around=solver.coarsening_around,
+        )
     supports = Supports(study.supports.clearance, study.supports.fillet_radius)
     lowest = 0.5 * diameter + study.loading.gap
     return _Parts(stem_mesh(stem, how), blade_mesh(blade, b.length, lowest, size), supports_mesh(supports, stem, size))
