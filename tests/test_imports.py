@@ -40,8 +40,9 @@ PLACES = {
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
     "emcee": ("stemcal.doe",),
+    "openpyxl": ("stemcal.measured",),
 }
-INSIDE_FUNCTIONS = ("statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee")
+INSIDE_FUNCTIONS = ("statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee", "openpyxl")
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts)
