@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 
 FLOORS = {
     "stemcal.errors": 0,
+    "stemcal.patience": 0,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,
     "stemcal.doe": 3,

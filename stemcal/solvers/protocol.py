@@ -50,9 +50,10 @@ class Solver(Protocol):
 
     Notes
     -----
-    A solver may offer three things more: ``cost_estimate(request) -> float``, the seconds a run takes on one
-    core, for plans; ``inline = True`` if an answer takes less time than starting a worker process; and
-    ``placed(path) -> Solver``, itself with a folder of the study for the files of its runs.
+    A solver may offer four things more: ``cost_estimate(request) -> float``, the seconds a run takes on one
+    core, for plans; ``inline = True`` if an answer takes less time than starting a worker process;
+    ``placed(path) -> Solver``, itself with a folder of the study for the files of its runs; and ``get_ready()``,
+    what every process does before its first run, which does not count against the run's time limit.
     """
 
     def prepare(self) -> None:

@@ -39,6 +39,23 @@ def compute(solver: Solver, request: Request) -> Computed:
     return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
 
 
+@dataclass(frozen=True)
+class Run:
+    """One run for a worker: called, it is computed."""
+
+    solver: Solver
+    request: Request
+
+    def get_ready(self) -> None:
+        """Do what the solver needs in this process before its first run; the clock of the run starts after it."""
+        if hasattr(self.solver, "get_ready"):
+            self.solver.get_ready()
+
+    def __call__(self) -> Computed:
+        """Answer the request."""
+        return compute(self.solver, self.request)
+
+
 def sound(answer: Answer) -> Answer:
     """Return the answer, or a failed one in its place if its force is no number.
 
@@ -96,7 +113,7 @@ class Batch:
                 yield key, future.result()
 
     def _submit(self, key: str) -> None:
-        future = self.executor.submit(compute, self.solver, self.requests[key])
+        future = self.executor.submit(Run(self.solver, self.requests[key]))
         self._pending[future] = key
         self._begun[key] += 1
         future.add_done_callback(self._done.put)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.fem.kernels.compile import cache_folder
+from stemcal.fem.kernels.cache import cache_folder
 from stemcal.fem.warm import sweep, warm
 
 WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
