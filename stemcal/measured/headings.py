@@ -25,6 +25,7 @@ OTHERS = (
     *("mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
 )
 KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *SECONDS, *OTHERS))
+_IN_ANY_CASE = frozenset(unit.casefold() for unit in KNOWN)
 _NUMBERS = ("1", "-")  # units on a line of their own; at the end of a name, as in `Kraft 1`, a number
 
 _LETTER = r"A-Za-zµμ%°А-Яа-я牛顿千毫厘微米秒分公斤力克초분뉴턴"
@@ -36,10 +37,10 @@ _LONGEST = 200  # characters; a longer name ends in no unit
 def bare_unit(cell: str) -> str | None:
     """Return the unit of a cell that holds nothing else: ``N``, ``[mm]``, ``(s)``; an empty cell has none.
 
-    >>> bare_unit("[mm]"), bare_unit("N"), bare_unit(""), bare_unit("Force (N)"), bare_unit("Weg")
-    ('mm', 'N', '', None, None)
+    >>> bare_unit("[mm]"), bare_unit("N"), bare_unit(""), bare_unit("Sec"), bare_unit("Force (N)"), bare_unit("Weg")
+    ('mm', 'N', '', 'Sec', None, None)
     """
-    if not cell or cell in KNOWN:
+    if not cell or cell.casefold() in _IN_ANY_CASE:
         return cell
     match = re.fullmatch(rf"[\[(]\s*({_UNIT})?\s*[\])]", _narrow(cell)) if len(cell) <= _LONGEST else None
     return (match[1] or "") if match else None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from typing import NamedTuple
 
 from stemcal.measured.headings import names_and_units
@@ -84,6 +85,29 @@ def like_data(lines: Sequence[Line], width: int, decimal: str) -> int:
     return sum(
         len(line.cells) == width and all(as_number(cell, decimal) is not None for cell in line.cells) for line in lines
     )
+
+
+def broken_line(lines: Sequence[Line], run: Run, decimal: str) -> int | None:
+    """Return the line that cuts a table in two: of another number of cells, with like rows on both sides of it.
+
+    A line of words alone, as between two cycles of a test, cuts nothing.
+    """
+    if run.width < 2:
+        return None
+    for step, edge in ((1, run.end), (-1, run.begin - 1)):
+        filled = (i for i in _outwards(lines, edge, step) if lines[i].cells)
+        places = list(islice(filled, 2))
+        if len(places) == 2 and like_data([lines[places[1]]], run.width, decimal):
+            odd = lines[places[0]]
+            numbers = any(as_number(cell, decimal) is not None for cell in odd.cells)
+            open_quote = odd.text.count('"') % 2 == 1
+            if not odd.remark and (numbers or open_quote or len(odd.cells) > run.width):
+                return places[0]
+    return None
+
+
+def _outwards(lines: Sequence[Line], edge: int, step: int) -> range:
+    return range(edge, len(lines)) if step > 0 else range(edge, -1, -1)
 
 
 class Heading(NamedTuple):

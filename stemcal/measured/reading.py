@@ -13,7 +13,7 @@ from pathlib import Path
 from stemcal.errors import UsageError
 from stemcal.measured import workbook
 from stemcal.measured.decoding import decoded
-from stemcal.measured.lines import Line, data_rows, data_run, heading_of, like_data, split
+from stemcal.measured.lines import Line, broken_line, data_rows, data_run, heading_of, like_data, split
 from stemcal.measured.numerals import as_number, shown
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
@@ -171,6 +171,12 @@ def _refuse_long(texts: Sequence[str], path: Path) -> None:
 def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Table:
     decimal = form.decimal or "."
     run = data_run(lines, decimal, ragged)
+    broken = broken_line(lines, run, decimal)
+    if broken is not None:
+        cells = len(lines[broken].cells)
+        raise UsageError(
+            f"{source}: line {broken + 1} has {cells} cells, those around it {run.width}; mend or delete it"
+        )
     heading = heading_of(lines, run, decimal)
     return Table(
         source=source,

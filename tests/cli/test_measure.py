@@ -375,6 +375,19 @@ def test_a_cell_that_is_no_number_of_this_world(tmp_path: Path, cell: str) -> No
     assert len(refused(path, verb="diameters")) < 300
 
 
+@pytest.mark.parametrize("line", ["0.45;1;2;3", '";77', ";;;;", "a;b;c;1"])
+def test_a_line_that_cuts_the_table_in_two(tmp_path: Path, line: str) -> None:
+    """Half a curve has another maximum: the line is named."""
+    rows = lines("{d};{f}\n").splitlines()
+    write(tmp_path / "8mm.csv", "\n".join(["Weg;Kraft", *rows[:4], line, *rows[4:], ""]))
+    assert "line 6 has" in refused(tmp_path)
+
+
+def test_cycles_with_words_between_are_said(tmp_path: Path) -> None:
+    write(tmp_path / "8mm.csv", "Weg;Kraft\n" + lines("{d};{f}\n") + "Cycle 2\n" + "0.1;7\n0.2;8\n")
+    assert "2 more rows of numbers lie apart" in shear(tmp_path)["notes"]
+
+
 @pytest.mark.parametrize("unit", ["N", "kN", "kgf"])
 @pytest.mark.parametrize("value", ["1e300", "1e308", "1.7e308", "1e15"])
 def test_forces_beyond_all_machines(tmp_path: Path, unit: str, value: str) -> None:

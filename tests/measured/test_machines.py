@@ -48,6 +48,10 @@ MACHINES = {
     "two channels of force": ("Time s,Force kN,Force N,Extension mm\n" + rows("{t},0,{f},{d}\n"), "utf-8"),
     "Spanish": ("Tiempo (s);Desplazamiento (mm);Fuerza (N)\n" + rows("{t};{d};{f}\n", swap=True), "utf-8"),
     "French, decanewtons": ("Déplacement (mm);Force (daN)\n" + rows("{d};{f}\n", swap=True, per=10.0), "latin-1"),
+    "units in capitals": (
+        "MTS793|MPT|ENU|1|2\r\n\r\nAxial Displacement\tAxial Force\tTime\r\nMM\tKN\tSec\r\n"
+        + rows("{d:.6f}\t{f:.7f}\t{t:.4f}\r\n", per=1000.0), "utf-8",
+    ),
     "columns by spaces": ("  displacement   force\n" + rows("  {d:9.4f}  {f:12.4f}\n"), "utf-8"),
     "micrometres": (f"Position ({MICROMETRES}),Force(N)\n" + "".join(f"{1000 * d},{f}\n" for d, f in CURVE), "utf-8"),
     "results below": ("Displacement/mm,Force/N\n" + rows("{d},{f}\n") + "Max force,1234.5\nMean,800\n", "utf-8"),
