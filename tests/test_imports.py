@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 
 FLOORS = {
     "stemcal.errors": 0,
+    "stemcal.outputs": 1,
     "stemcal.patience": 0,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,

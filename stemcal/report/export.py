@@ -7,6 +7,7 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from stemcal.outputs import make_folder
 from stemcal.report.latex import document
 from stemcal.report.paper import PaperTable, is_numeric
 from stemcal.report.word import write_word
@@ -17,7 +18,7 @@ Tables = Sequence[PaperTable]
 
 def export_tables(tables: Tables, kind: str, folder: Path) -> list[Path]:
     """Write tables into a folder in one of the `FORMATS`; returns the files."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     return FORMATS[kind](tables, folder)
 
 

@@ -9,6 +9,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stemcal.outputs import make_folder
 from stemcal.report import figures
 from stemcal.report.certainty import corner, profiles
 from stemcal.report.diagnostics import diagnostics, growth, ridge
@@ -61,7 +62,7 @@ def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
     """Write every figure as SVG and PNG into a folder; returns the files."""
     from stemcal.report.style import save_both
 
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name)]
 
 

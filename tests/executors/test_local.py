@@ -203,7 +203,7 @@ def test_a_worker_that_is_never_ready_is_no_time_out_of_the_run(monkeypatch: pyt
 @LINUX
 def test_time_while_the_worker_is_stopped_does_not_count() -> None:
     with LocalExecutor(1, time_limit=1.5) as executor:
-        pid = executor.submit(os.getpid).result()
+        pid = executor.submit(whoami).result()
         running = executor.submit(whoami, 0.5)
         time.sleep(0.2)
         os.kill(pid, signal.SIGSTOP)

@@ -21,7 +21,7 @@ POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX rights")
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The configured folder of this user, with a compiled kernel in a folder of its own."""
     monkeypatch.setenv("STEMCAL_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.delenv(cache.SPARE, raising=False)
+    monkeypatch.setenv(cache.SPARE, "")  # restored afterwards, whatever is put there
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr("atexit.register", lambda *_: None)
     found = cache.cache_folder()
