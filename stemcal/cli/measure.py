@@ -68,9 +68,7 @@ def diameters(
 
 @app.command()
 def shear(
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Force-displacement files of one or more specimens.")
-    ],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Force-displacement files, or one of them.")],
     pattern: Annotated[
         str | None,
         typer.Option(metavar="GLOB", help="Which files.", show_default="*.csv, .txt, .dat, .tsv, .asc, .tra, .xls(x)"),

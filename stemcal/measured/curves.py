@@ -162,6 +162,8 @@ def _curves_of(table: Table, how: CurveOptions, several: bool) -> list[Curve]:
 
 def _curve(table: Table, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> Curve:
     """Return the curve of one specimen."""
+    for column in (channels.across, channels.up):
+        _refuse_words(table, column)
     rows, remarks = usable(table, channels.across, channels.up)
     if len(rows.rows) < 5:
         raise UsageError(f"{table.source}: {len(rows.rows)} points are no curve; is this the file of one specimen?")
@@ -183,6 +185,12 @@ def _curve(table: Table, channels: Channels, how: CurveOptions, diameter: float 
         remarks=tuple(remarks),
         label=label,
     )
+
+
+def _refuse_words(table: Table, column: int) -> None:
+    if all(table.number(row, column) is None for row in range(len(table.rows))):
+        held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
+        raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
 
 
 def _travel(table: Table, channels: Channels, how: CurveOptions, remarks: list[str]) -> Array:

@@ -154,7 +154,7 @@ def measure_shear(
     diameters = sorted({s.grade for s in counted})
     grades = tuple(_grade(d, [s for s in counted if s.grade == d], alpha) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
-    notes = (*_not_there(listed, files, specimens), *_equal_curves(specimens))
+    notes = (*_not_there(listed, files, specimens), *_equal_names(files), *_equal_curves(specimens))
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
 
@@ -171,6 +171,16 @@ def _without_suffix(name: str) -> str:
     return f"{Path(file).stem}{mark}{label}"
 
 
+def _equal_names(files: Sequence[Path]) -> Iterator[str]:
+    """Yield a remark on files that differ in their ends only: an export beside the workbook, perhaps."""
+    alike: dict[Path, list[str]] = {}
+    for path in files:
+        alike.setdefault(path.with_suffix(""), []).append(path.name)
+    for names in alike.values():
+        if len(names) > 1:
+            yield f"{' and '.join(names)} have one name: one specimen twice? narrow with --pattern"
+
+
 def _equal_curves(specimens: Sequence[Specimen]) -> Iterator[str]:
     """Yield a remark on specimens whose curves are the same to the last digit."""
     alike: dict[bytes, list[str]] = {}
@@ -183,9 +193,11 @@ def _equal_curves(specimens: Sequence[Specimen]) -> Iterator[str]:
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
-    """Return the machine's files in a folder and those below it, sorted by name, 7mm before 10mm."""
+    """Return the machine's files in a folder and those below it, sorted by name, 7mm before 10mm; a file itself."""
+    if folder.is_file():
+        return [folder]
     if not folder.is_dir():
-        raise UsageError(f"{folder} is no folder; give the one that holds a file per specimen")
+        raise UsageError(f"{folder} is not there; give the folder that holds the machine's files, or one of them")
     try:
         found = list(folder.rglob(pattern if pattern is not None else "*"))
     except (ValueError, NotImplementedError):
