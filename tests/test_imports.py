@@ -15,6 +15,8 @@ FLOORS = {
     "stemcal.errors": 0,
     "stemcal.words": 0,
     "stemcal.files": 1,
+    "stemcal.outputs": 1,
+    "stemcal.patience": 0,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,
     "stemcal.doe": 3,
@@ -48,6 +50,7 @@ PLACES = {
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
     "emcee": ("stemcal.doe",),
+    "openpyxl": ("stemcal.measured",),
 }
 INSIDE_FUNCTIONS = ("arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee")
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")

@@ -312,7 +312,7 @@ class InterruptedExecutor(InlineExecutor):
     """Ctrl-C comes while the fifth run is submitted."""
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        if args[1].row == 4:
+        if fn.request.row == 4:
             raise KeyboardInterrupt
         return super().submit(fn, *args, **kwargs)
 

@@ -24,13 +24,14 @@ def demo(folder: Folder = Path("stemcal-demo"), workers: Workers = None, quiet: 
     from stemcal.cli.console import note
     from stemcal.cli.run import run
     from stemcal.errors import UsageError
+    from stemcal.outputs import write_output
 
     text = files("stemcal.cli").joinpath("demo.yaml").read_text(encoding="utf-8")
     spec = folder / "demo.yaml"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not spec.exists():
-            spec.write_text(text, encoding="utf-8", newline="\n")
+            write_output(spec, text)
     except OSError as error:
         raise UsageError(f"{folder}: {error.strerror}; choose another folder") from None
     run(spec, out=folder / "results", workers=workers, quiet=quiet)

@@ -13,7 +13,7 @@ from stemcal.cli.options import AsJson
 if TYPE_CHECKING:
     from rich.table import Table
 
-EXTRAS = {"docx": "docx", "dask": "distributed", "view": "pyvista", "docs": "sphinx"}
+EXTRAS = {"docx": "docx", "excel": "openpyxl", "dask": "distributed", "view": "pyvista", "docs": "sphinx"}
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
 
 
@@ -93,13 +93,11 @@ def _machine() -> Iterator[Finding]:
 
 
 def _cache() -> Iterator[Finding]:
-    import tempfile
+    from stemcal.fem.kernels.cache import own_folder, unusable
 
-    from stemcal.fem.kernels.compile import CACHE
-
-    lasting = tempfile.gettempdir() not in str(CACHE)
-    hint = "" if lasting else "; a temporary folder: kernels may be compiled anew each time (STEMCAL_CACHE_DIR)"
-    yield Finding("cache", f"{CACHE}{hint}", True if lasting else None)
+    folder, reason = own_folder(), unusable(own_folder())
+    hint = f"not used, {reason}: each command compiles the kernels anew; set STEMCAL_CACHE_DIR to a folder of your own"
+    yield Finding("cache", hint if reason else str(folder), None if reason else True)
 
 
 def _fonts() -> Iterator[Finding]:

@@ -36,6 +36,7 @@ def export_deck(
     if not out.absolute().parent.is_dir():
         raise UsageError(f"{out}: the folder {out.parent} does not exist")
 
+    from stemcal.outputs import write_output
     from stemcal.solvers.deck import deck_text
     from stemcal.study.model import EmbeddedSolver
 
@@ -44,7 +45,7 @@ def export_deck(
         raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
 
     text = deck_text(study, levels, chosen)
-    out.write_text(text, encoding="utf-8", newline="\n")
+    write_output(out, text)
     if isinstance(study.solver, EmbeddedSolver) and study.solver.rate_law == "paper":
         warn("LS-DYNA scales the yield stress by 1 + (rate/C)^(1/P), not by 1 + (rate/C)^P as this study does")
     if not quiet:

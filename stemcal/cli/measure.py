@@ -32,6 +32,7 @@ Separator = Annotated[
     str | None, typer.Option(metavar="tab|semicolon|comma|space", help="Between columns.", show_default="found out")
 ]
 Decimal = Annotated[str | None, typer.Option(metavar="point|comma", help="Decimal mark.", show_default="found out")]
+SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Which of a workbook.")]
 
 
 @app.command()
@@ -41,9 +42,11 @@ def diameters(
         str | None, typer.Option(metavar="MM,MM,...", help="Diameters of the grades.", show_default="proposed")
     ] = None,
     step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
+    diameter_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
     encoding: Encoding = None,
     separator: Separator = None,
     decimal: Decimal = None,
+    sheet: SheetName = None,
     out: Folder = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -56,7 +59,8 @@ def diameters(
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
 
-    found = measure_diameters(file, _form(encoding, separator, decimal), _numbers(grades), step)
+    form = _form(encoding, separator, decimal, sheet)
+    found = measure_diameters(file, form, _numbers(grades), step, diameter_column)
     data = {"schema_version": 1, "stage": "measure-diameters", **found.as_dict()}
     if out:
         _leave_files(out, data, {"diameters": figures.diameter_histogram(data)}, "stems")
@@ -65,9 +69,10 @@ def diameters(
 
 @app.command()
 def shear(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="One force-displacement file per specimen.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Force-displacement files, or one of them.")],
     pattern: Annotated[
-        str | None, typer.Option(metavar="GLOB", help="Which files.", show_default="*.csv, *.txt, *.dat, *.tsv, *.asc")
+        str | None,
+        typer.Option(metavar="GLOB", help="Which files.", show_default="*.csv, .txt, .dat, .tsv, .asc, .tra, .xls(x)"),
     ] = None,
     index: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table with columns file, diameter and perhaps grade.")
@@ -86,15 +91,21 @@ def shear(
     travel_and_work: Annotated[
         bool, typer.Option("--travel-and-work", help="Targets for travel to the maximum and work done by then, too.")
     ] = False,
-    force_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER", show_default="by name")] = None,
-    displacement_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER", show_default="by name")] = None,
+    force_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
+    displacement_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
+    time_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
+    speed: Annotated[
+        str | None, typer.Option(metavar="20mm/min", help="Of the blade, where files hold time and force alone.")
+    ] = None,
     force_unit: Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")] = None,
     displacement_unit: Annotated[
         str | None, typer.Option(metavar="mm|cm|...", show_default="the header's, else mm")
     ] = None,
+    time_unit: Annotated[str | None, typer.Option(metavar="s|ms|min", show_default="the header's, else s")] = None,
     encoding: Encoding = None,
     separator: Separator = None,
     decimal: Decimal = None,
+    sheet: SheetName = None,
     out: Folder = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -105,11 +116,21 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear --calibrate-at 8[/bold]
     """
-    from stemcal.measured.curves import CurveOptions
+    from stemcal.measured.curves import CurveOptions, speed_of
     from stemcal.measured.targets import targets_section
 
-    form = _form(encoding, separator, decimal)
-    how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
+    how = CurveOptions(
+        form=_form(encoding, separator, decimal, sheet),
+        force_column=force_column,
+        displacement_column=displacement_column,
+        time_column=time_column,
+        force_unit=force_unit,
+        displacement_unit=displacement_unit,
+        time_unit=time_unit,
+        speed=speed_of(speed) if speed is not None else None,
+        preload=preload,
+    )
+    how.check()
     tests = _tests(folder, pattern, index, how, exclude or [], alpha)
     section = targets_section(tests, calibrate_at, travel_and_work)
     _finish_shear(tests, section, spec, out, as_json, quiet)
@@ -163,10 +184,10 @@ def replace_targets(spec: Path, section: str) -> None:
     write_durably(spec, text)
 
 
-def _form(encoding: str | None, separator: str | None, decimal: str | None) -> Form:
+def _form(encoding: str | None, separator: str | None, decimal: str | None, sheet: str | None) -> Form:
     from stemcal.measured.reading import Form
 
-    return Form(encoding, separator, decimal)
+    return Form(encoding, separator, decimal, sheet)
 
 
 def _numbers(text: str | None) -> list[float]:

@@ -79,6 +79,7 @@ def draw_all(study: Study, folder: StudyFolder) -> Path:
     """Write the figures of a report unless they are there for the same stages; returns their folder."""
     from stemcal import __version__
     from stemcal.files.durable import digest
+    from stemcal.outputs import write_output
     from stemcal.report.figures.gallery import write_figures
 
     where = folder.path / "figures"
@@ -87,5 +88,5 @@ def draw_all(study: Study, folder: StudyFolder) -> Path:
     made_for = digest([__version__, str(study.targets), stages])
     if not mark.is_file() or mark.read_text("utf-8") != made_for:
         write_figures([found for found in plots_of(study, folder) if not found.on_request], where)
-        mark.write_text(made_for, encoding="utf-8")
+        write_output(mark, made_for)
     return where

@@ -38,14 +38,14 @@ def requestable(study: Study, folder: StudyFolder) -> dict[str, Details]:
 
 def write_requested(study: Study, folder: StudyFolder, name: str, suffix: str) -> Path:
     """Write the picture called `name`; the bare word means the calibration diameter. Returns the file."""
+    from stemcal.outputs import make_folder
     from stemcal.report.numbers import short
 
     known = requestable(study, folder)
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name in NEEDS else name
     if wanted not in known:
         raise UsageError(f"no figure {wanted!r}; {_known(known)}")
-    figures = folder.path / "figures"
-    figures.mkdir(exist_ok=True)
+    figures = make_folder(folder.path / "figures")
     if wanted.startswith("view"):
         return _view(known[wanted], figures / f"{wanted}.png")
     return _animation(known[wanted], figures / f"{wanted}.{suffix}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -187,12 +188,15 @@ def _suggestion(name: str, known: list[str]) -> str:
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> None:
     """Refuse before the long computation what would fail after it."""
     from stemcal.errors import UsageError
+    from stemcal.outputs import refuse_link
 
     if study.solver.kind != "embedded":
         raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
+        if path:
+            refuse_link(path)
     if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
@@ -205,11 +209,14 @@ def summary(result: CuttingResult) -> dict[str, Any]:
 
 def write_history(result: CuttingResult, path: Path) -> None:
     """Write the history, a column per quantity (s, mm, N, mJ)."""
+    from stemcal.outputs import write_output
+
     columns = [getattr(result.history, name) for name in HISTORY]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(HISTORY)
-        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(HISTORY)
+    writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+    write_output(path, text.getvalue())
 
 
 def _write_figure(result: CuttingResult, path: Path) -> None:

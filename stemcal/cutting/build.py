@@ -55,7 +55,7 @@ def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
 
 
 def _widths(radius: float, how: Discretisation) -> Array:
-    """Return how wide the elements around half the stem are in proportion, from the bottom to the top under the edge."""
+    """Return how wide the elements around half the stem are, from the bottom to the top under the edge."""
     mean = 0.5 * (1.0 + how.coarsening_around) * how.element_size
     return np.linspace(how.coarsening_around, 1.0, max(2, round(pi * radius / mean)))
 

@@ -126,6 +126,9 @@ def _processes() -> LocalExecutor:
 def _started_processes() -> LocalExecutor:
     from distributed import get_worker
 
+    from stemcal.fem.kernels.cache import cache_folder
+
+    cache_folder()  # where the user's cannot be used, one temporary folder serves all processes of this worker
     threads = getattr(get_worker().state, "nthreads", None) or available_cores()
     return LocalExecutor(min(int(threads), _MOST_PROCESSES))
 

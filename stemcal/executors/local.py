@@ -2,7 +2,8 @@
 
 `ProcessPoolExecutor` gives up every pending run when one worker dies. Here a dead worker costs the run it was
 at, nothing else: its future gets `WorkerDied`, the next run a new process. A run that takes longer than its time
-limit, counted from its own start, is ended with all that it has started, and its future gets `RunTimedOut`.
+limit, counted from its own start, is ended with all that it has started, and its future gets `RunTimedOut`. What a
+worker loads or compiles before does not count, nor does time while this process or the worker is stopped.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ from types import TracebackType
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from stemcal.executors.failures import RunTimedOut, WorkerDied
-from stemcal.executors.family import end_family
+from stemcal.executors.family import end_family, is_stopped
 from stemcal.executors.worker import serve
+from stemcal.patience import within
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -33,7 +35,7 @@ T = TypeVar("T")
 __all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
 
 PATIENCE_S = 2.0  # between asking a worker to end and ending it
-LOADING_S = 60.0  # to import what a call needs; the limit of the call itself comes after
+LOADING_S = 3600.0  # to import what a call needs and to compile; the limit of the call itself comes after
 _starting = threading.Lock()
 
 
@@ -219,12 +221,19 @@ class _Worker:
             self.pipe.send_bytes(blob)
         except OSError:
             raise self._gone() from None
-        self._receive(None if limit is None else limit + LOADING_S)  # it has begun
+        self._begun()
         result, error = pickle.loads(self._receive(limit))
         return result, error
 
+    def _begun(self) -> None:
+        """Wait until the call has begun; a worker that never gets so far is no fault of the call."""
+        try:
+            self._receive(LOADING_S)
+        except RunTimedOut:
+            raise _Gone(f"it was not ready within {LOADING_S:g} s") from None
+
     def _receive(self, limit: float | None = None) -> bytes:
-        if not wait([self.pipe, self.process.sentinel], limit):
+        if not within(limit, self._is_heard, self._is_stopped):
             self.end()
             raise RunTimedOut(limit or 0.0)
         try:
@@ -233,6 +242,13 @@ class _Worker:
         except (EOFError, OSError):
             pass
         raise self._gone()
+
+    def _is_heard(self, seconds: float | None) -> bool:
+        """Wait for word of the process, or its end."""
+        return bool(wait([self.pipe, self.process.sentinel], seconds))
+
+    def _is_stopped(self) -> bool:
+        return self.process.pid is not None and is_stopped(self.process.pid)
 
     def _gone(self) -> _Gone:
         """See a process off that has closed its end, and say how it ended."""

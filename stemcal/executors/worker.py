@@ -46,9 +46,14 @@ def serve(pipe: Connection) -> None:
 
 
 def _take(blob: bytes, pipe: Connection) -> None:
-    """Say `BEGUN` once the call and what it needs is loaded; answer the pickled (result, None) or (None, exception)."""
+    """Say `BEGUN` once the call and what it needs is loaded; answer the pickled (result, None) or (None, exception).
+
+    A function with an attribute ``get_ready`` is made ready first: its time limit counts from `BEGUN` on.
+    """
     try:
         function, args, kwargs = pickle.loads(blob)
+        if hasattr(function, "get_ready"):
+            function.get_ready()
         problem = None
     except Exception as error:
         problem = error

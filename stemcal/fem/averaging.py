@@ -14,7 +14,9 @@ from stemcal.fem.mesh import Mesh
 Array = NDArray[np.float64]
 
 
-def exchange(mesh: Mesh, neighbours: NDArray[np.int32], shares: Array, failure_strain: float, length: float) -> Exchange:
+def exchange(
+    mesh: Mesh, neighbours: NDArray[np.int32], shares: Array, failure_strain: float, length: float
+) -> Exchange:
     """Return the exchange that averages over an internal length; length 0 makes failure local.
 
     Parameters

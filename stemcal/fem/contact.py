@@ -150,7 +150,7 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
         sources=sources,
         found=np.full((len(along), len(across)), -1, dtype=np.int32),
         place=np.zeros((len(along), len(across), 6)),
-        count=np.zeros(len(rows), dtype=np.int32),
+        sizes=np.zeros(len(rows), dtype=np.int32),
         nodes=np.zeros((len(rows), most), dtype=np.int32),
         shape=np.zeros((len(rows), most, 3)),
         normal=np.zeros((len(rows), most, 3)),

@@ -10,6 +10,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.outputs import write_output
+
 Array = NDArray[np.generic]
 
 _VTK_HEXAHEDRON = 12
@@ -64,7 +66,7 @@ def write_pvd(path: Path, frames: Sequence[tuple[float, str]]) -> None:
 
 def _write(path: Path, kind: str, content: str) -> None:
     opening = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
-    path.write_text(f'<?xml version="1.0"?>\n{opening}\n{content}\n</VTKFile>\n', encoding="utf-8", newline="\n")
+    write_output(path, f'<?xml version="1.0"?>\n{opening}\n{content}\n</VTKFile>\n')
 
 
 def _data_array(name: str, values: Array) -> str:

@@ -2,35 +2,86 @@
 
 from __future__ import annotations
 
+import functools
+import logging
+import os
+import platform
 import shutil
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import llvmlite.binding
+from filelock import FileLock
+
 from stemcal.fem.contact import Tool
+from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 
+logger = logging.getLogger(__name__)
+
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
+_TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
 
-def warm() -> None:
-    """Compile every kernel of a simulation, or load it from the cache.
+@functools.cache
+def warm(threads: int = 1) -> None:
+    """Compile every kernel of a simulation, or load it from the cache; once in a process.
 
-    A damaged cache entry makes numba raise all kinds of exceptions, so any failure empties the cache and tries once
-    more; the second failure is real.
+    Of several processes with one cache, the first compiles and the others wait for it. A damaged cache entry makes
+    numba raise all kinds of exceptions, so any failure empties the cache and tries once more; the second failure is
+    real.
     """
-    try:
-        _smallest_simulation()
-    except Exception:
-        shutil.rmtree(CACHE, ignore_errors=True)
-        CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _smallest_simulation()
+    _tell_of_spare()
+    with _one_at_a_time(threads):
+        try:
+            _smallest_simulation(threads)
+        except Exception:
+            shutil.rmtree(CACHE, ignore_errors=True)
+            CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _smallest_simulation(threads)
     sweep(CACHE)
+
+
+def _tell_of_spare() -> None:
+    """Warn, once in a command, that nothing compiled will be kept."""
+    if str(CACHE) != os.environ.get(SPARE) or os.environ.get(_TOLD):
+        return
+    os.environ[_TOLD] = "1"
+    logger.warning(
+        "%s: the cache of compiled kernels is not used; this command compiles them anew, which takes minutes, into a "
+        "temporary folder; set STEMCAL_CACHE_DIR to a folder of your own",
+        unusable(own_folder()) or own_folder(),
+    )
+
+
+@contextmanager
+def _one_at_a_time(threads: int) -> Iterator[None]:
+    """Hold the others off while kernels are compiled; not once they are there, lest starting be slow."""
+    mark = CACHE / f"complete-{_machine()}-{threads}"
+    if mark.exists():
+        yield
+        return
+    lock = FileLock(CACHE / ".compiling")
+    with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
+        lock.acquire()
+    try:
+        yield
+        with suppress(OSError):
+            mark.touch()
+    finally:
+        lock.release()
+
+
+def _machine() -> str:
+    """Return what compiled code is bound to beside its sources: the processor and Python."""
+    return f"{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
 
 
 def sweep(cache: Path) -> None:
@@ -42,13 +93,13 @@ def sweep(cache: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-def _smallest_simulation() -> None:
+def _smallest_simulation(threads: int) -> None:
     """Press a tool with an edge into one element for a few steps."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     model = Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
-        integration=Integration(outputs=1),
+        integration=Integration(outputs=1, threads=threads),
     )
     simulate(model, 1.0e-6)

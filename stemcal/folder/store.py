@@ -26,6 +26,7 @@ from filelock import FileLock, Timeout
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import as_json, digest, remove_leftovers, write_durably
 from stemcal.files.typed import absent, from_json, to_json
+from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
 
@@ -96,6 +97,7 @@ class StudyFolder:
     def lock(self) -> None:
         """Take the folder for this process; raise `FolderLocked` if another one has it."""
         _make_folder(self.runs)
+        refuse_link(self.path / ".lock")
         try:
             self._lock.acquire()
         except Timeout:
@@ -122,8 +124,8 @@ class StudyFolder:
         self._sign()
 
     def _sign(self) -> None:
-        with suppress(OSError):
-            self._holder_file.write_text(as_json(to_json(self._holds)), encoding="utf-8")
+        with suppress(OSError, StemcalError):
+            write_output(self._holder_file, as_json(to_json(self._holds)))
 
     def holder(self) -> Holder | None:
         """Return what the process that works here tells of itself, None if there is none."""
@@ -187,9 +189,8 @@ class StudyFolder:
 
     def _set_aside(self, path: Path) -> None:
         logger.warning("%s is damaged; set aside, the run is done again", path)
-        with suppress(OSError):
-            damaged = self.runs / "damaged"
-            damaged.mkdir(exist_ok=True)
+        with suppress(OSError, StemcalError):
+            damaged = make_folder(self.runs / "damaged")
             stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
             path.replace(damaged / f"{path.stem}-{stamp}.json")
             self.log("record_damaged", key=path.stem)
@@ -247,9 +248,9 @@ class StudyFolder:
         """Append one line to ``log.jsonl``; a log that cannot be written stops nothing."""
         line = json.dumps({"time": now(), "event": event, **facts}, ensure_ascii=False, default=str)
         try:
-            with (self.path / "log.jsonl").open("a", encoding="utf-8", newline="\n") as file:
-                file.write(line + "\n")
-        except OSError as error:
+            with open_output(self.path / "log.jsonl", append=True) as file:
+                file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
+        except (OSError, StemcalError) as error:
             logger.warning("log.jsonl: %s", error)
 
 
@@ -275,7 +276,7 @@ def now() -> str:
 
 def _make_folder(runs: Path) -> None:
     try:
-        runs.mkdir(parents=True, exist_ok=True)
+        make_folder(runs)
     except OSError as error:
         raise StemcalError(f"{error.filename or runs}: {error.strerror}; choose another place with --out") from error
 

@@ -10,14 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import FORCE, TRAVEL, find_column, matching, scale_of
-from stemcal.measured.headings import MILLIMETRES, NEWTONS
-from stemcal.measured.numerals import is_missing
-from stemcal.measured.reading import Form, Table, read_table
+from stemcal.measured.channels import Channels, Choice, channels_of
+from stemcal.measured.columns import scale_of
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
+from stemcal.measured.numerals import as_number, is_missing, shown
+from stemcal.measured.reading import Form, Table, read_tables
 
 Array = NDArray[np.float64]
 PRELOAD = 5.0  # N
 RISE = 0.2  # share of the maximum that settling never reaches
+STRONGEST = 1.0e7  # N; no testing machine is stronger
+LONGEST = 1.0e5  # mm; none has a longer way
+FASTEST = 1.0e6  # mm/s
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,10 @@ class CurveOptions:
 
     Parameters
     ----------
+    force_column, displacement_column, time_column : str, optional
+        Name or number of a column; several, for specimens side by side, between commas.
+    speed : float, optional
+        Of the blade, mm/s: displacement is then time multiplied by it.
     preload : float
         Force in N below which the blade only settles; the curve begins where it is last reached before the rise.
     """
@@ -33,9 +41,43 @@ class CurveOptions:
     form: Form = field(default_factory=Form)
     force_column: str | None = None
     displacement_column: str | None = None
+    time_column: str | None = None
     force_unit: str | None = None
     displacement_unit: str | None = None
+    time_unit: str | None = None
+    speed: float | None = None
     preload: float = PRELOAD
+
+    def choice(self) -> Choice:
+        """Return the columns that are named."""
+        return Choice(self.force_column, self.displacement_column, self.time_column, self.speed is not None)
+
+    def check(self) -> None:
+        """Raise `UsageError` if an option has no sense, or two contradict each other."""
+        self.choice().check()
+        if not 0.0 <= self.preload < STRONGEST:
+            raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
+
+
+def speed_of(text: str) -> float:
+    """Return a speed in mm/s.
+
+    >>> speed_of("600 mm/min"), speed_of("0.5m/s")
+    (10.0, 500.0)
+
+    Raises
+    ------
+    UsageError
+        If it is no number with a unit, or none above zero.
+    """
+    match = re.fullmatch(r"\s*([0-9.eE+-]{1,24})\s*([a-zµμ]{1,4})\s*/\s*([a-z]{1,3})\s*", text)
+    value = as_number(match[1]) if match else None
+    if match is None or value is None or match[2] not in MILLIMETRES or match[3] not in SECONDS:
+        raise UsageError(f"--speed {shown(text)[1:-1]}: give a number and its unit, as in 20mm/min or 0.5m/s")
+    speed = value * MILLIMETRES[match[2]] / SECONDS[match[3]]
+    if not 0.0 < speed <= FASTEST:
+        raise UsageError(f"--speed {shown(text)[1:-1]}: no blade moves at {speed:g} mm/s")
+    return speed
 
 
 @dataclass(frozen=True)
@@ -49,6 +91,8 @@ class Curve:
     diameter: float | None
     synthetic: bool
     remarks: tuple[str, ...] = ()
+    label: str = ""  # of one among several specimens in a file
+    of_file: tuple[str, ...] = ()  # remarks on the file as a whole, with its first curve
 
     @property
     def max_force(self) -> float:
@@ -69,14 +113,62 @@ class Curve:
 
 
 def read_curve(path: Path, how: CurveOptions = CurveOptions()) -> Curve:
+    """Return the curve of the one specimen in a file."""
+    curves = read_curves(path, how)
+    if len(curves) > 1:
+        raise UsageError(f"{path}: {len(curves)} specimens in one file; name the columns of the one that counts")
+    return curves[0]
+
+
+def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[Curve]:
+    """Return the curves of all specimens in a file, be it side by side or on sheets of their own."""
+    how.check()
+    tables, skipped = _tables_of_curves(path, how)
+    curves = [curve for table in tables for curve in _curves_of(table, how, several=len(tables) > 1)]
+    return [replace(curves[0], of_file=(*curves[0].of_file, *skipped)), *curves[1:]]
+
+
+def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[Table], list[str]]:
+    """Return the sheets with curves, and a remark on each other one; of a text its only table."""
+    tables = read_tables(path, how.form)
+    if len(tables) == 1:
+        return tables, []
+    found, skipped, first = [], [], None
+    for table in tables:
+        try:
+            channels_of(table, how.choice())
+            found.append(table)
+        except UsageError as error:
+            first = first or error
+            skipped.append(f"sheet {shown(table.sheet)} holds no curve and is not read")
+    if not found and first is not None:
+        raise first
+    return found, skipped
+
+
+def _curves_of(table: Table, how: CurveOptions, several: bool) -> list[Curve]:
+    """Return the curves of one table; `several` tells that others stand in the same file."""
+    channels, said = channels_of(table, how.choice())
+    if len(channels) > 1:
+        said.insert(0, f"{len(channels)} specimens side by side")
+    diameters = stated_diameters(table, len(channels))
+    sheet = table.sheet if several else ""
+    curves = [
+        _curve(table, one, how, diameter, " ".join(filter(None, (sheet, one.label))))
+        for one, diameter in zip(channels, diameters, strict=True)
+    ]
+    return [replace(curves[0], of_file=tuple(said)), *curves[1:]]
+
+
+def _curve(table: Table, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> Curve:
     """Return the curve of one specimen."""
-    table = read_table(path, how.form)
-    across, up = _columns(table, how)
-    table, remarks = usable(table, across, up)
-    force = np.array(table.numbers(up)) * scale_of(table, up, NEWTONS, "N", how.force_unit)
-    travel = np.array(table.numbers(across)) * scale_of(table, across, MILLIMETRES, "mm", how.displacement_unit)
-    if len(force) < 5:
-        raise UsageError(f"{path}: {len(force)} points are no curve; is this the file of one specimen?")
+    for column in (channels.across, channels.up):
+        _refuse_words(table, column)
+    rows, remarks = usable(table, channels.across, channels.up)
+    if len(rows.rows) < 5:
+        raise UsageError(f"{table.source}: {len(rows.rows)} points are no curve; is this the file of one specimen?")
+    force = _scaled(rows, channels.up, scale_of(table, channels.up, NEWTONS, "N", how.force_unit), "force", STRONGEST)
+    travel = _travel(rows, channels, how, remarks)
     if -force.min() > force.max():
         force = -force
         remarks.append("force counted positive in pressing")
@@ -84,24 +176,43 @@ def read_curve(path: Path, how: CurveOptions = CurveOptions()) -> Curve:
     if int(np.argmax(force)) == len(force) - 1:
         remarks.append("the force is largest at the last point: the test may have ended before the maximum")
     return Curve(
-        source=str(path),
+        source=table.source,
         travel=np.abs(travel[begin:] - travel[begin]),
         force=force[begin:],
         trimmed=begin,
-        diameter=stated_diameter(table),
+        diameter=diameter,
         synthetic=table.synthetic,
         remarks=tuple(remarks),
+        label=label,
     )
 
 
-def _columns(table: Table, how: CurveOptions) -> tuple[int, int]:
-    """Return the columns of displacement and force; two without names are taken in that order."""
-    unnamed = not matching(table, FORCE + TRAVEL) and table.columns[0] == "column 1" and len(table.columns) == 2
-    across, up = ("1", "2") if unnamed else (None, None)
-    return (
-        find_column(table, TRAVEL, "displacement", how.displacement_column or across, MILLIMETRES),
-        find_column(table, FORCE, "force", how.force_column or up, NEWTONS),
-    )
+def _refuse_words(table: Table, column: int) -> None:
+    if all(table.number(row, column) is None for row in range(len(table.rows))):
+        held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
+        raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
+
+
+def _travel(table: Table, channels: Channels, how: CurveOptions, remarks: list[str]) -> Array:
+    """Return the displacement, mm; from time where that is all there is."""
+    column = channels.across
+    if not channels.timed or how.speed is None:
+        scale = scale_of(table, column, MILLIMETRES, "mm", how.displacement_unit)
+        return _scaled(table, column, scale, "displacement", LONGEST)
+    remarks.append(f"displacement is time {shown(table.columns[column])} times {how.speed:g} mm/s")
+    return _scaled(table, column, how.speed * scale_of(table, column, SECONDS, "s", how.time_unit), "time", LONGEST)
+
+
+def _scaled(table: Table, column: int, scale: float, what: str, most: float) -> Array:
+    """Return a column times `scale`; raise `UsageError` if it then exceeds what any machine has."""
+    values = np.array(table.numbers(column))
+    largest = float(np.abs(values).max())
+    if largest > most / scale:
+        raise UsageError(
+            f"{table.source}: {shown(table.columns[column])} reaches {largest:.3g}, as no testing machine does; "
+            f"mend the file or give its unit with --{what}-unit"
+        )
+    return values * scale
 
 
 def usable(table: Table, *columns: int) -> tuple[Table, list[str]]:
@@ -137,13 +248,25 @@ def contact_begins(force: Array, preload: float) -> int:
     return int(below[-1]) if len(below) else 0
 
 
-_STATED = re.compile(r"(?:diameter|durchmesser|直径)[^0-9]{0,20}?(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE)
+_STATED = re.compile(r"(?:diameter|durchmesser|диаметр|çap|直径|직경)", re.IGNORECASE)
+_MEASURE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE)
+_AFTER = 20  # characters between the word and the number
 
 
-def stated_diameter(table: Table) -> float | None:
-    """Return the diameter in mm that the lines above the data state, None if they do not."""
+def stated_diameters(table: Table, count: int) -> list[float | None]:
+    """Return the diameters in mm of `count` specimens that a line above the data states, None where it does not.
+
+    Of several specimens a line states either each, in their order, or one for all.
+    """
     for line in table.preamble:
-        match = _STATED.search(line)
-        if match:
-            return float(match[1].replace(",", ".")) * (10.0 if match[2] == "cm" else 1.0)
-    return None
+        found = _STATED.search(line)
+        if found is None:
+            continue
+        numbers = list(_MEASURE.finditer(line[found.end() : found.end() + _AFTER * (1 + count)]))
+        if not numbers or numbers[0].start() > _AFTER:
+            continue
+        values = [float(m[1].replace(",", ".")) * (10.0 if m[2] == "cm" else 1.0) for m in numbers]
+        if len(values) == count:
+            return list(values)
+        return [values[0] if count == 1 or len(values) == 1 else None] * count
+    return [None] * count

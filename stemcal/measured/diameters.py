@@ -5,21 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import DIAMETER, LABEL, is_called, matching, scale_of
+from stemcal.measured.columns import columns_of, given_column, matching, scale_of
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.normality import LEAST, NormalityTest, anderson_darling, shapiro_wilk
-from stemcal.measured.numerals import is_missing
+from stemcal.measured.numerals import is_missing, shown
 from stemcal.measured.reading import Form, Table, read_table
 from stemcal.measured.samples import Summary, summarise
+from stemcal.measured.vocabulary import DIAMETER, LABEL, is_called
 
 SHARE = 0.95  # of the stems that proposed grades must hold
 WIDEST = 1000.0  # mm; no stem is thicker
+MOST_GRADES = 100
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,9 @@ class Diameters:
         }
 
 
-def measure_diameters(path: Path, form: Form = Form(), grades: Sequence[float] = (), step: float = 1.0) -> Diameters:
+def measure_diameters(
+    path: Path, form: Form = Form(), grades: Sequence[float] = (), step: float = 1.0, column: str | None = None
+) -> Diameters:
     """Read a file of diameters and describe them.
 
     Parameters
@@ -70,11 +75,12 @@ def measure_diameters(path: Path, form: Form = Form(), grades: Sequence[float] =
         Diameters of the grades, mm; proposed if none are given.
     step : float
         Width of a grade, mm.
+    column : str, optional
+        Name or number of the column of diameters, by its name if None; several between commas.
     """
-    if not 0.0 < step < WIDEST:
-        raise UsageError(f"--step {step:g}: the width of a grade must be above 0 mm")
+    _check_grades(grades, step)
     table = read_table(path, form)
-    stems = stems_of(table)
+    stems = stems_of(table, column)
     values = [sum(readings) / len(readings) for readings in stems.values()]
     if len(values) < 3 or max(values) == min(values):
         raise UsageError(f"{path}: {len(values)} stems that differ; a distribution needs three or more")
@@ -92,10 +98,25 @@ def measure_diameters(path: Path, form: Form = Form(), grades: Sequence[float] =
     )
 
 
-def stems_of(table: Table) -> dict[str, list[float]]:
+def _check_grades(grades: Sequence[float], step: float) -> None:
+    """Raise `UsageError` for grades that are no diameters, too many, or overlap."""
+    if not 0.0 < step < WIDEST:
+        raise UsageError(f"--step {step:g}: the width of a grade must be above 0 mm and below {WIDEST:g} mm")
+    for grade in grades:
+        if not 0.0 < grade < WIDEST:
+            raise UsageError(f"--grades: {grade:g} mm is no diameter of a stem; give it in mm")
+    if len(grades) > MOST_GRADES:
+        raise UsageError(f"--grades: {len(grades)} grades; a study takes {MOST_GRADES} at most")
+    for low, high in pairwise(sorted(grades)):
+        if high - low < step * (1.0 - 1e-9):
+            raise UsageError(f"--grades: {low:g} and {high:g} mm overlap at a width of {step:g} mm; see --step")
+
+
+def stems_of(table: Table, given: str | None = None) -> dict[str, list[float]]:
     """Return the readings (mm) of every stem: those of its row, and of all rows that carry its label."""
     label = _label_column(table)
-    columns = [index for index in _reading_columns(table) if index != label]
+    columns = _given_columns(table, given) if given else [i for i in _reading_columns(table, label) if i != label]
+    label = None if label in columns else label
     stems: dict[str, list[float]] = {}
     for row, cells in enumerate(table.rows):
         name = cells[label] if label is not None else str(row + 1)
@@ -103,21 +124,25 @@ def stems_of(table: Table) -> dict[str, list[float]]:
             value = table.number(row, column)
             if value is None:
                 if not is_missing(cells[column]):
-                    raise UsageError(f"{table.source}: stem {name}: {cells[column]!r} is no number")
+                    raise UsageError(f"{table.source}: stem {shown(name)[1:-1]}: {shown(cells[column])} is no number")
                 continue
-            stems.setdefault(name, []).append(_checked(value * scale_of(table, column, MILLIMETRES, "mm"), name, table))
+            place = f"{table.source}: stem {shown(name)[1:-1]}"
+            millimetres = value * scale_of(table, column, MILLIMETRES, "mm")
+            stems.setdefault(name, []).append(checked_diameter(millimetres, place))
     return stems
 
 
-def _checked(value: float, name: str, table: Table) -> float:
+def checked_diameter(value: float, place: str) -> float:
+    """Return a diameter (mm) that a stem may have; raise `UsageError` for another, naming the place."""
     if not 0.0 < value < WIDEST:
-        raise UsageError(f"{table.source}: stem {name}: {value:g} mm is no diameter; mend the file or give its unit")
+        raise UsageError(f"{place}: {value:g} mm is no diameter; mend it or give its unit")
     return value
 
 
 def _label_column(table: Table) -> int | None:
     """Return the column that names the stems: by its name, or because it counts them or holds words."""
-    named = [index for index, name in enumerate(table.columns) if is_called(name, LABEL)]
+    names = table.columns if table.headed else ()
+    named = [index for index, name in enumerate(names) if is_called(name, LABEL)]
     if named:
         return named[0]
     first = [table.number(row, 0) for row in range(len(table.rows))]
@@ -126,14 +151,29 @@ def _label_column(table: Table) -> int | None:
     return 0 if len(table.columns) > 1 and (counts or words) else None
 
 
-def _reading_columns(table: Table) -> list[int]:
-    named = matching(table, DIAMETER)
+def _given_columns(table: Table, given: str) -> list[int]:
+    """Return the columns of one name, or of several between commas."""
+    if given in table.columns:
+        return [table.columns.index(given)]
+    return [given_column(table, part.strip(), "diameters") for part in given.split(",")]
+
+
+def _reading_columns(table: Table, label: int | None) -> list[int]:
+    """Return the columns called diameters, or the only one of numbers beside the labels if none has a heading."""
+    named = matching(table, DIAMETER, MILLIMETRES)
     if named:
         return named
-    numeric = [i for i in range(len(table.columns)) if any(table.number(row, i) for row in range(len(table.rows)))]
-    if not numeric:
-        raise UsageError(f"{table.source}: no column of diameters; call it diameter")
-    return numeric
+    numeric = [
+        i
+        for i in range(len(table.columns))
+        if i != label and any(table.number(row, i) is not None for row in range(len(table.rows)))
+    ]
+    if len(numeric) == 1 and not table.headed:
+        return numeric
+    raise UsageError(
+        f"{table.source}: which column holds diameters? there are {columns_of(table)}; call it diameter, "
+        "or name it with --diameter-column"
+    )
 
 
 def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
@@ -147,6 +187,8 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     spans = [(numbers[i + needed - 1] - numbers[i], numbers[i]) for i in range(len(numbers) - needed + 1)]
     centre = float(np.mean(numbers))
     width, first = min(spans, key=lambda span: (span[0], abs(span[1] + span[0] / 2 - centre)))
+    if width >= MOST_GRADES:
+        raise UsageError(f"--step {step:g}: {width + 1} grades would be needed; take a wider one")
     return [(first + offset) * step for offset in range(width + 1)]
 
 

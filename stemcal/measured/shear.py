@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import DIAMETER, FILE, GRADE, find_column, matching
-from stemcal.measured.curves import Curve, CurveOptions, read_curve
+from stemcal.measured.columns import find_column, matching, scale_of
+from stemcal.measured.curves import Curve, CurveOptions, read_curves
+from stemcal.measured.diameters import checked_diameter
+from stemcal.measured.headings import MILLIMETRES
+from stemcal.measured.numerals import shown
 from stemcal.measured.outliers import Grubbs, grubbs
 from stemcal.measured.reading import Form, read_table
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.scaling import PowerLaw, fit_power_law
+from stemcal.measured.vocabulary import DIAMETER, FILE, GRADE
 
-_SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc")
+SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
+_MOST_NAMES = 10  # of specimens in one remark
 
 
 @dataclass(frozen=True)
@@ -67,12 +73,13 @@ class GradeForces:
 
 @dataclass(frozen=True)
 class ShearTests:
-    """A whole campaign."""
+    """A whole campaign; `notes` are on what belongs to no specimen."""
 
     specimens: tuple[Specimen, ...]
     grades: tuple[GradeForces, ...]
     law: PowerLaw | None
     synthetic: bool
+    notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return all as JSON values."""
@@ -95,9 +102,22 @@ class ShearTests:
         said += [f"{s.name} is left out, as told by --exclude" for s in self.specimens if s.excluded]
         files: dict[str, list[str]] = {}
         for specimen in self.specimens:
+            for remark in specimen.curve.of_file:
+                files.setdefault(remark, []).append(specimen.name.partition("#")[0])
             for remark in specimen.curve.remarks:
                 files.setdefault(remark, []).append(specimen.name)
-        return said + [f"{', '.join(names)}: {remark}" for remark, names in files.items()]
+        said += [f"{_listed(names)}: {remark}" for remark, names in files.items()]
+        return [*said, *self.notes]
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names between commas, of many the first.
+
+    >>> _listed(["a", "b"]), _listed([str(i) for i in range(12)])
+    ('a, b', '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 2 more')
+    """
+    more = len(names) - _MOST_NAMES
+    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def measure_shear(
@@ -118,11 +138,15 @@ def measure_shear(
     alpha : float
         Significance level of the test for outliers.
     """
-    specimens = tuple(_specimen(path, how, index or {}, exclude) for path in files)
+    if not 0.0 < alpha < 1.0:
+        raise UsageError(f"--alpha {alpha:g}: the level of a test lies between 0 and 1")
+    listed = index or {}
+    repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
+    specimens = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed, exclude))
     unknown = set(exclude) - {s.name for s in specimens}
     if unknown:
         raise UsageError(
-            f"--exclude {min(unknown)}: no such specimen; there are {', '.join(s.name for s in specimens)}"
+            f"--exclude {shown(min(unknown))}: no such specimen; there are {_listed([s.name for s in specimens])}"
         )
     counted = [s for s in specimens if not s.excluded]
     if not counted:
@@ -130,60 +154,128 @@ def measure_shear(
     diameters = sorted({s.grade for s in counted})
     grades = tuple(_grade(d, [s for s in counted if s.grade == d], alpha) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
-    return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens))
+    notes = (*_not_there(listed, files, specimens), *_equal_names(files), *_equal_curves(specimens))
+    return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
+
+
+def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[Specimen]) -> list[str]:
+    """Return a remark on what the index names and nobody has brought."""
+    there = {path.name for path in files} | {path.stem for path in files} | {s.name for s in specimens}
+    missing = [name for name in index if name not in there and _without_suffix(name) not in there]
+    return [f"the index names {_listed(missing)}, which {'are' if missing[1:] else 'is'} not there"] if missing else []
+
+
+def _without_suffix(name: str) -> str:
+    """Return the name of a specimen in a file as the index may have it: ``a.csv#1`` is ``a#1``."""
+    file, mark, label = name.partition("#")
+    return f"{Path(file).stem}{mark}{label}"
+
+
+def _equal_names(files: Sequence[Path]) -> Iterator[str]:
+    """Yield a remark on files that differ in their ends only: an export beside the workbook, perhaps."""
+    alike: dict[Path, list[str]] = {}
+    for path in files:
+        alike.setdefault(path.with_suffix(""), []).append(path.name)
+    for names in alike.values():
+        if len(names) > 1:
+            yield f"{' and '.join(names)} have one name: one specimen twice? narrow with --pattern"
+
+
+def _equal_curves(specimens: Sequence[Specimen]) -> Iterator[str]:
+    """Yield a remark on specimens whose curves are the same to the last digit."""
+    alike: dict[bytes, list[str]] = {}
+    for specimen in specimens:
+        if not specimen.excluded:
+            alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
+    for names in alike.values():
+        if len(names) > 1:
+            yield f"{' and '.join(names[:_MOST_NAMES])} hold the same curve; leave one out with --exclude or --pattern"
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
-    """Return the machine's files in a folder and those below it, sorted by name, 7mm before 10mm."""
+    """Return the machine's files in a folder and those below it, sorted by name, 7mm before 10mm; a file itself."""
+    if folder.is_file():
+        return [folder]
     if not folder.is_dir():
-        raise UsageError(f"{folder} is no folder; give the one that holds a file per specimen")
-    found = folder.rglob(pattern) if pattern else (p for p in folder.rglob("*") if p.suffix.lower() in _SUFFIXES)
-    files = sorted(
-        (path for path in found if path.is_file() and path.stem.lower() not in ("index", "specimens")), key=_by_number
-    )
+        raise UsageError(f"{folder} is not there; give the folder that holds the machine's files, or one of them")
+    try:
+        found = list(folder.rglob(pattern if pattern is not None else "*"))
+    except (ValueError, NotImplementedError):
+        raise UsageError(f"--pattern {shown(pattern or '')}: give one of names in the folder, as in '*.csv'") from None
+    files = sorted((path for path in found if _is_specimens(path, pattern)), key=_by_number)
     if not files:
-        books = sum(path.suffix.lower() in (".xls", ".xlsx", ".ods") for path in folder.rglob("*"))
-        remedy = f"; save its {books} workbooks as CSV" if books else "; name others with --pattern"
-        raise UsageError(f"{folder}: no files {pattern or ', '.join('*' + s for s in _SUFFIXES)} in it{remedy}")
+        raise UsageError(
+            f"{folder}: no files {pattern or ', '.join('*' + s for s in SUFFIXES)} in it; name others with --pattern"
+        )
     return files
+
+
+def _is_specimens(path: Path, pattern: str | None) -> bool:
+    """Tell whether a file is one of a machine: neither an index, nor what Excel and others leave beside open files."""
+    wanted = pattern is not None or path.suffix.lower() in SUFFIXES
+    aside = path.stem.lower() in ("index", "specimens") or path.name.startswith(("~$", ".", "._"))
+    return wanted and not aside and path.is_file()
 
 
 def _by_number(path: Path) -> list[tuple[bool, float, str]]:
     """Return a key that sorts numbers within names by their value."""
-    return [(part.isdigit(), float(part) if part.isdigit() else 0.0, part) for part in re.split(r"(\d+)", str(path))]
+    parts = re.split(r"([0-9]+)", str(path))
+    return [(place % 2 == 1, float(part) if place % 2 else 0.0, part) for place, part in enumerate(parts)]
 
 
 def read_index(path: Path, form: Form = Form()) -> dict[str, tuple[float, float | None]]:
     """Return diameter and grade of each file from a table with the columns file, diameter and perhaps grade."""
     table = read_table(path, form)
-    name = find_column(table, FILE, "file")
-    diameter, grade = find_column(table, DIAMETER, "diameter"), matching(table, GRADE)
+    name = find_column(table, FILE, "the names of files", "call it file")
+    diameter = find_column(table, DIAMETER, "the diameters", "call it diameter", known=MILLIMETRES)
+    scale, grade = scale_of(table, diameter, MILLIMETRES, "mm"), matching(table, GRADE)
     found = {}
     for row, cells in enumerate(table.rows):
-        value = table.number(row, diameter)
+        value, place = table.number(row, diameter), f"{path}: {shown(cells[name])}"
         if value is None:
-            raise UsageError(f"{path}: {cells[name]}: {cells[diameter]!r} is no diameter")
-        found[Path(cells[name]).name] = (value, table.number(row, grade[0]) if grade else None)
+            raise UsageError(f"{place}: {shown(cells[diameter])} is no diameter")
+        nominal = table.number(row, grade[0]) if grade else None
+        known = checked_diameter(value * scale, place)
+        found[Path(cells[name]).name] = (known, None if nominal is None else checked_diameter(nominal, place))
     return found
 
 
-def _specimen(
-    path: Path, how: CurveOptions, index: Mapping[str, tuple[float, float | None]], exclude: Collection[str]
-) -> Specimen:
+def _specimens(
+    path: Path,
+    repeated: bool,
+    how: CurveOptions,
+    index: Mapping[str, tuple[float, float | None]],
+    exclude: Collection[str],
+) -> list[Specimen]:
+    """Return the specimens of one file; `repeated` tells that another file has the same name but for its end."""
     try:
-        curve = read_curve(path, how)
+        curves = read_curves(path, how)
     except UsageError as error:
-        raise UsageError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
-    listed, grade = index.get(path.name, index.get(path.stem, (None, None)))
-    named = named_grade(path)
-    diameter = listed or curve.diameter or named
+        raise UsageError(
+            str(error) if str(path) in str(error) or "--" in str(error)[:2] else f"{path}: {error}"
+        ) from None
+    base = path.name if repeated else path.stem
+    return [_specimen(path, f"{base}#{c.label}" if c.label else base, c, index, exclude) for c in curves]
+
+
+def _specimen(
+    path: Path, name: str, curve: Curve, index: Mapping[str, tuple[float, float | None]], exclude: Collection[str]
+) -> Specimen:
+    """Return one specimen with its diameter and grade."""
+    entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
+    listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
+    named = named_grade(Path(curve.label)) if curve.label else None
+    named = named if named is not None else named_grade(path)
+    diameter = next((value for value in (listed, curve.diameter, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
             f"{path}: its diameter is unknown; put it into the name (7mm-1.csv), into a line above the data "
             "(Diameter: 7.02 mm) or into an index file (--index)"
         )
-    nominal = grade or named or float(round(diameter))
-    return Specimen(path.stem, nominal, diameter, curve, path.stem in exclude)
+    checked_diameter(diameter, f"{path}: specimen {shown(name)}")
+    nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
+    checked_diameter(nominal, f"{path}: specimen {shown(name)}: grade")
+    return Specimen(name, nominal, diameter, curve, name in exclude)
 
 
 def named_grade(path: Path) -> float | None:
@@ -193,7 +285,7 @@ def named_grade(path: Path) -> float | None:
     (10.0, 7.5, None)
     """
     for text in (path.stem, path.parent.name):
-        match = re.search(r"(\d+(?:[.,]\d+)?)[ _]?mm", text, re.IGNORECASE)
+        match = re.search(r"(?<!\d)(\d{1,9}(?:[.,]\d{1,9})?)[ _]?mm", text, re.IGNORECASE)
         if match:
             return float(match[1].replace(",", "."))
     return None

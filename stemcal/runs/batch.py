@@ -16,7 +16,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.folder.store import now, provenance
 from stemcal.runs.policy import ACCIDENTS, TIMEOUT
-from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.protocol import Answer, Readied, Request, Solver
 
 logger = logging.getLogger(__name__)
 
@@ -37,6 +37,23 @@ def compute(solver: Solver, request: Request) -> Computed:
     answer = sound(solver.solve(request))
     wall = time.perf_counter() - clock
     return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run for a worker: called, it is computed."""
+
+    solver: Solver
+    request: Request
+
+    def get_ready(self) -> None:
+        """Do what the solver needs in this process before its first run; the clock of the run starts after it."""
+        if isinstance(self.solver, Readied):
+            self.solver.get_ready()
+
+    def __call__(self) -> Computed:
+        """Answer the request."""
+        return compute(self.solver, self.request)
 
 
 def sound(answer: Answer) -> Answer:
@@ -96,7 +113,7 @@ class Batch:
                 yield key, future.result()
 
     def _submit(self, key: str) -> None:
-        future = self.executor.submit(compute, self.solver, self.requests[key])
+        future = self.executor.submit(Run(self.solver, self.requests[key]))
         self._pending[future] = key
         self._begun[key] += 1
         future.add_done_callback(self._done.put)

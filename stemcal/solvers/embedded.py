@@ -52,7 +52,12 @@ class Embedded:
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from the cache, before workers do."""
-        warm()
+        self.get_ready()
+
+    def get_ready(self) -> None:
+        """Load the kernels into this process, or compile them where no cache has them."""
+        solver = self.study.solver
+        warm(solver.threads if isinstance(solver, EmbeddedSolver) else 1)
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""

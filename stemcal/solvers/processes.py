@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+from stemcal.patience import within
+
 __all__ = ["Ended", "run_program"]
 
 GRACE_S = 2.0  # between asking a group to end and killing it
@@ -68,11 +70,15 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
 
 def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
     """Wait for the program; return whether it ran past its limit."""
+    return not within(time_limit, lambda seconds: _has_ended(process, seconds))
+
+
+def _has_ended(process: subprocess.Popen[bytes], seconds: float | None) -> bool:
     try:
-        process.wait(time_limit)
+        process.wait(seconds)
     except subprocess.TimeoutExpired:
-        return True
-    return False
+        return False
+    return True
 
 
 def _end_group(process: subprocess.Popen[bytes]) -> None:

@@ -52,7 +52,7 @@ class Answer:
 class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
-    A solver that can do more says so by its type: `Estimating`, `Placed`, `Immediate`.
+    A solver that can do more says so by its type: `Estimating`, `Placed`, `Readied`, `Immediate`.
     """
 
     def prepare(self) -> None:
@@ -82,6 +82,14 @@ class Placed(Protocol):
 
     def placed(self, folder: Path) -> Solver:
         """Itself with a folder of the study."""
+
+
+@runtime_checkable
+class Readied(Protocol):
+    """A solver whose every process does something before its first run, which counts against no time limit."""
+
+    def get_ready(self) -> None:
+        """Make this process ready."""
 
 
 class Immediate:

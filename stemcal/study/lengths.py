@@ -54,9 +54,7 @@ def _reader(millimetres: Quantity) -> BeforeValidator:
 
 def _schema(millimetres: Quantity) -> WithJsonSchema:
     pattern = str(millimetres.json_schema()["pattern"])
-    return WithJsonSchema(
-        {"type": "string", "pattern": f"{pattern}|^{_SHARE_IN_SCHEMA}$", "examples": ["1 mm", "d/8"]}
-    )
+    return WithJsonSchema({"type": "string", "pattern": f"{pattern}|^{_SHARE_IN_SCHEMA}$", "examples": ["1 mm", "d/8"]})
 
 
 _ABOVE_ZERO, _FROM_ZERO = Quantity("length", above=0), Quantity("length", at_least=0)

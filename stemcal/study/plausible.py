@@ -56,7 +56,10 @@ def _mesh(study: Study) -> Iterator[Finding]:
     solver = study.solver
     if not isinstance(solver, EmbeddedSolver):
         return
-    lengths = {("blade", "edge_spread"): study.blade.edge_spread, ("material", "internal_length"): study.material.internal_length}
+    lengths = {
+        ("blade", "edge_spread"): study.blade.edge_spread,
+        ("material", "internal_length"): study.material.internal_length,
+    }
     diameters = sorted({study.targets.calibrate_at, *(target.diameter for target in study.targets.forces)})
     for path, length in lengths.items():
         least = min(diameters, key=length.at)
@@ -66,7 +69,8 @@ def _mesh(study: Study) -> Iterator[Finding]:
             continue
         coarse = [d for d in diameters if solver.element_size.at(d) > 0.5 * length.at(d) * (1.0 + 1e-9)]
         if coarse:
-            message = f"elements of {solver.element_size} are more than half of {'.'.join(path)} ({length}) at {coarse[0]:g} mm"
+            whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
+            message = f"elements of {solver.element_size} are more than half of {whole}"
             remedy = f"take at most {0.5 * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from fakes import ENVIRONMENT, FakeSolver, lines, make_study
+from test_local import Prepared
 
 from stemcal import workflow
 from stemcal.errors import UsageError
@@ -131,6 +132,11 @@ def test_exceptions_and_time_limits_come_back(executor: DaskExecutor) -> None:
     with pytest.raises(RunTimedOut, match="3 s"):
         late.result(timeout=30)
     assert time.monotonic() - begun < 8.0
+
+
+def test_a_cold_worker_gets_ready_before_the_clock_starts(executor: DaskExecutor) -> None:
+    """Compiling on a worker that has no kernels yet takes longer than many a limit, here of 3 s."""
+    assert executor.submit(Prepared(4.0, 0.1)).result(timeout=60) == "done"
 
 
 def test_cancelled_calls_are_not_run(executor: DaskExecutor, tmp_path: Path) -> None:

@@ -168,6 +168,88 @@ def test_the_clock_of_a_run_starts_with_the_run() -> None:
         assert len({future.result() for future in [executor.submit(whoami, 0.4) for _ in range(6)]}) == 1
 
 
+class Prepared:
+    """A run that needs something loaded into its process first."""
+
+    def __init__(self, loading: float, computing: float) -> None:
+        self.loading, self.computing = loading, computing
+
+    def get_ready(self) -> None:
+        if self.loading < 0.0:
+            os._exit(3)
+        time.sleep(self.loading)
+
+    def __call__(self) -> str:
+        time.sleep(self.computing)
+        return "done"
+
+
+def test_what_a_run_needs_loaded_does_not_count() -> None:
+    """A cold cache on a cluster's worker: compiling takes minutes, the limit is one of the simulation."""
+    with LocalExecutor(1, time_limit=1.0) as executor:
+        assert executor.submit(Prepared(1.5, 0.1)).result() == "done"
+        with pytest.raises(RunTimedOut, match="1 s"):
+            executor.submit(Prepared(0.1, 9.0)).result()
+        with pytest.raises(WorkerDied, match="exit code 3"):
+            executor.submit(Prepared(-1.0, 0.1)).result()
+
+
+def test_a_worker_that_is_never_ready_is_no_time_out_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.executors.local.LOADING_S", 0.5)
+    with LocalExecutor(1, time_limit=60.0) as executor, pytest.raises(WorkerDied, match=r"not ready within 0\.5 s"):
+        executor.submit(Prepared(30.0, 0.1)).result()
+
+
+@LINUX
+def test_time_while_the_worker_is_stopped_does_not_count() -> None:
+    with LocalExecutor(1, time_limit=1.5) as executor:
+        pid = executor.submit(whoami).result()
+        running = executor.submit(whoami, 0.5)
+        time.sleep(0.2)
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(3.0)
+        assert not running.done()
+        os.kill(pid, signal.SIGCONT)
+        assert running.result() == pid
+
+
+STOPPED = """
+import sys, time
+sys.path.insert(0, sys.argv[1])
+from test_local import compute_with_gil, whoami
+from stemcal.executors.local import LocalExecutor
+if __name__ == "__main__":
+    with LocalExecutor(1, time_limit=2.0) as executor:
+        executor.submit(whoami).result()
+        busy = executor.submit(whoami, 1.0)
+        print("busy", flush=True)
+        print("done" if busy.result() else "", flush=True)
+"""
+
+
+@POSIX
+def test_time_while_the_whole_command_is_stopped_does_not_count(tmp_path: Path) -> None:
+    """Ctrl-Z stops the command and its workers; `fg` lets them go on."""
+    script = tmp_path / "study.py"
+    script.write_text(STOPPED, encoding="utf-8")
+    study = subprocess.Popen(
+        [sys.executable, str(script), str(Path(__file__).parent)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+        start_new_session=True,
+    )
+    assert study.stdout is not None
+    assert study.stdout.readline() == "busy\n"
+    time.sleep(0.3)
+    os.killpg(study.pid, signal.SIGSTOP)
+    time.sleep(4.0)
+    os.killpg(study.pid, signal.SIGCONT)
+    out, errors = study.communicate(timeout=20)
+    assert (study.returncode, out) == (0, "done\n"), errors
+
+
 def test_a_limit_for_one_call() -> None:
     with LocalExecutor(1) as executor:
         assert isinstance(executor.submit_pickled(pickle.dumps((whoami, (9.0,), {})), 0.3).exception(), RunTimedOut)

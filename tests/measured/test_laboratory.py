@@ -155,12 +155,6 @@ def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     assert (target.work, target.work_sd, target.n) == (11.0, 0.7071, 2)
 
 
-def test_a_folder_of_workbooks_says_what_to_do(tmp_path: Path) -> None:
-    (tmp_path / "7mm-1.xlsx").write_bytes(b"PK")
-    with pytest.raises(UsageError, match=r"no files \*\.csv, .*; save its 1 workbooks as CSV"):
-        find_files(tmp_path)
-
-
 def test_files_are_sorted_by_number() -> None:
     names = [path.stem for path in find_files(DATA / "measured-shear")]
     assert (names[0], names[6], names[-1]) == ("7mm-1", "8mm-1", "11mm-6")

@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import FORCE, find_column
+from stemcal.measured.columns import matching
 from stemcal.measured.curves import CurveOptions, read_curve
 from stemcal.measured.headings import NEWTONS
 from stemcal.measured.reading import read_table
+from stemcal.measured.vocabulary import FORCE
 
 CURVE = [(0.0, 0.0), (0.1, 1.2), (0.2, 4.8), (0.3, 12.5), (0.4, 60.0), (0.5, 1234.5), (0.6, 900.0), (0.7, 300.25)]
 MICROMETRES = "\u00b5m"
@@ -47,6 +48,10 @@ MACHINES = {
     "two channels of force": ("Time s,Force kN,Force N,Extension mm\n" + rows("{t},0,{f},{d}\n"), "utf-8"),
     "Spanish": ("Tiempo (s);Desplazamiento (mm);Fuerza (N)\n" + rows("{t};{d};{f}\n", swap=True), "utf-8"),
     "French, decanewtons": ("Déplacement (mm);Force (daN)\n" + rows("{d};{f}\n", swap=True, per=10.0), "latin-1"),
+    "units in capitals": (
+        "MTS793|MPT|ENU|1|2\r\n\r\nAxial Displacement\tAxial Force\tTime\r\nMM\tKN\tSec\r\n"
+        + rows("{d:.6f}\t{f:.7f}\t{t:.4f}\r\n", per=1000.0), "utf-8",
+    ),
     "columns by spaces": ("  displacement   force\n" + rows("  {d:9.4f}  {f:12.4f}\n"), "utf-8"),
     "micrometres": (f"Position ({MICROMETRES}),Force(N)\n" + "".join(f"{1000 * d},{f}\n" for d, f in CURVE), "utf-8"),
     "results below": ("Displacement/mm,Force/N\n" + rows("{d},{f}\n") + "Max force,1234.5\nMean,800\n", "utf-8"),
@@ -84,10 +89,10 @@ def test_a_word_among_the_numbers_is_no_gap(tmp_path: Path) -> None:
 
 def test_a_unit_that_is_known_goes_before(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("应力(MPa),位移(mm),力(kN)\n1,2,3\n4,5,6\n", encoding="utf-8")
+    path.write_text("应力(MPa),位移(mm),力(kN),力(%)\n1,2,3,4\n4,5,6,7\n", encoding="utf-8")
     table = read_table(path)
-    assert find_column(table, FORCE, "force") == 0
-    assert find_column(table, FORCE, "force", known=NEWTONS) == 2
+    assert matching(table, FORCE) == [2, 3]  # 应力 is stress, though it holds the word for force
+    assert matching(table, FORCE, NEWTONS) == [2]
 
 
 def test_two_lines_of_words_are_no_line_of_units(tmp_path: Path) -> None:

@@ -1,49 +1,18 @@
-"""How the kernels are compiled, and where numba keeps what it has compiled.
-
-The cache is a private folder per user (`STEMCAL_CACHE_DIR` moves it) and per state of the kernels' sources: numba by
-itself looks only at the file of the function that it caches, and would go on using a loop whose inlined parts have
-changed. Where the folder cannot be written, as on a read-only home, a temporary one serves; where an entry is
-damaged, `stemcal.fem.warm` empties it.
-"""
+"""How the kernels are compiled; `cache` tells where numba keeps them."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numba
-import platformdirs
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
+from stemcal.fem.kernels.cache import cache_folder
+
 Function = Callable[..., Any]
-
-
-def _sources() -> str:
-    """Return a short hash of the sources of all kernels."""
-    digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:12]
-
-
-def cache_folder() -> Path:
-    """Return a folder of our own that can be written: the configured one, the user's cache, or a temporary one."""
-    configured = os.environ.get("STEMCAL_CACHE_DIR")
-    root = Path(configured) if configured else Path(platformdirs.user_cache_dir("stemcal", appauthor=False))
-    folder = root / f"kernels-{_sources()}-numba-{numba.__version__}"
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="stemcal-kernels-"))
-
 
 CACHE = cache_folder()
 _config: Any = numba.config

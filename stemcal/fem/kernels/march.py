@@ -16,7 +16,6 @@ from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
-
 from stemcal.fem.kernels.nodes import add_chunks, kick_and_drift, mirror_ghosts
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
@@ -125,7 +124,13 @@ def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: F
 
 @kernel
 def look_for_contact(
-    body: Floats, topology: Floats, tools: Floats, edge: Floats, spread: Floats, candidates: Floats, clock: Floats,
+    body: Floats,
+    topology: Floats,
+    tools: Floats,
+    edge: Floats,
+    spread: Floats,
+    candidates: Floats,
+    clock: Floats,
     settings: Floats,
 ) -> None:
     """List anew what may meet a tool."""
@@ -144,7 +149,13 @@ def mean_step(clock: Floats) -> float:
 
 @kernel
 def add_contact_forces(
-    body: Floats, tools: Floats, edge: Floats, spread: Floats, candidates: Floats, clock: Floats, friction: Floats,
+    body: Floats,
+    tools: Floats,
+    edge: Floats,
+    spread: Floats,
+    candidates: Floats,
+    clock: Floats,
+    friction: Floats,
     settings: Floats,
 ) -> None:
     """Push nodes and faces out of the tools."""
@@ -241,9 +252,7 @@ def march(
         if outcome != REACHED:
             return outcome
         failed = add_forces_inside(body, topology, clock, material)
-        meet_tools(
-            failed, body, topology, tools, edge, spread, candidates, exchange, clock, ledger, friction, settings
-        )
+        meet_tools(failed, body, topology, tools, edge, spread, candidates, exchange, clock, ledger, friction, settings)
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, 0, len(ledger.node_sums))
         outcome = finish_step(body, tools, clock, ledger)
         if outcome != REACHED:

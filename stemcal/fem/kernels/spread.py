@@ -69,8 +69,8 @@ class SpreadEdge(NamedTuple):
     image: Array  # (R, M) −1 for images, 1 for others
     sources: Ints  # (N,) the node that feels a force on each: itself, or for a ghost the node that it mirrors
     found: Ints  # (L, Q) face under each sample, −1 none, changes
-    place: Array  # (L, Q, 6) ξ and η in the face, its height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
-    count: Ints  # (R,) nodes of each row, changes
+    place: Array  # (L, Q, 6) ξ, η, height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
+    sizes: Ints  # (R,) nodes of each row, changes
     nodes: Ints  # (R, K), changes
     shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
     normal: Array  # (R, K, 3) Σ w N n/n_z, likewise
@@ -89,7 +89,7 @@ def take_hold(
     """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force."""
     find_surface(edge, faces, crowns, count, x, tip)
     for j in range(edge.lines.shape[0]):
-        edge.count[j], edge.crown[j] = 0, 0.0
+        edge.sizes[j], edge.crown[j] = 0, 0.0
         total, height = mean_height(edge, j)
         if height < tip - _NEAR * edge.spread:
             continue  # nothing comes so far before the next look
@@ -168,13 +168,13 @@ def add_sample(edge: Floats, j: int, place: Array, image: float, face: Any, weig
 @inlined
 def place_of(edge: Floats, j: int, node: int) -> int:
     """Return where a row keeps a node, taking it in if it is new; −1 if the row is full."""
-    for k in range(edge.count[j]):
+    for k in range(edge.sizes[j]):
         if edge.nodes[j, k] == node:
             return k
-    k = edge.count[j]
+    k = edge.sizes[j]
     if k == edge.nodes.shape[1]:
         return -1
-    edge.count[j] = k + 1
+    edge.sizes[j] = k + 1
     edge.nodes[j, k] = node
     edge.shape[j, k, :] = 0.0
     edge.normal[j, k, :] = 0.0
@@ -185,21 +185,21 @@ def place_of(edge: Floats, j: int, node: int) -> int:
 def work_out_compliance(edge: Floats, free: Array, inverse_mass: Array) -> None:
     """Set the rate by which a force of one row speeds up the mean height of another, and each row's own in slip."""
     answer = edge.velocity
-    for j in range(edge.count.shape[0]):
+    for j in range(edge.sizes.shape[0]):
         edge.give[j] = 0.0
-        for k in range(edge.count[j]):
+        for k in range(edge.sizes[j]):
             n = edge.nodes[j, k]
             edge.give[j] += edge.shape[j, k, 2] ** 2 * inverse_mass[n]
             for i in range(3):
                 answer[n, i] = edge.normal[j, k, i] * inverse_mass[n] * free[n, i]
-        for other in range(edge.count.shape[0]):
+        for other in range(edge.sizes.shape[0]):
             total = 0.0
-            for k in range(edge.count[other]):
+            for k in range(edge.sizes[other]):
                 n = edge.nodes[other, k]
                 for i in range(3):
                     total += edge.normal[other, k, i] * answer[n, i]
             edge.compliance[other, j] = total
-        for k in range(edge.count[j]):
+        for k in range(edge.sizes[j]):
             answer[edge.nodes[j, k], :] = 0.0
 
 
@@ -208,20 +208,20 @@ def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt:
     """Add to `body.push` the forces that keep the surface under the rows from rising above the edge."""
     speed, tip = tools.speed[edge.tool], tools.height[edge.tool]
     foresee(edge, body, kick)
-    for j in range(edge.count.shape[0]):
+    for j in range(edge.sizes.shape[0]):
         edge.excess[j] = 0.0
-        if edge.count[j] == 0:
+        if edge.sizes[j] == 0:
             edge.force[j, :] = 0.0
         else:
             turn(edge, body, j, edge.force[j], kick)
-    for j in range(edge.count.shape[0]):
-        edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.count[j] > 0 else 0.0
+    for j in range(edge.sizes.shape[0]):
+        edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
     solve_rows(edge, kick)
-    for j in range(edge.count.shape[0]):
-        if edge.count[j] > 0:
+    for j in range(edge.sizes.shape[0]):
+        if edge.sizes[j] > 0:
             rub(edge, body, j, speed, kick, friction)
-    for j in range(edge.count.shape[0]):
-        for k in range(edge.count[j]):
+    for j in range(edge.sizes.shape[0]):
+        for k in range(edge.sizes[j]):
             n = edge.nodes[j, k]
             for i in range(3):
                 force = edge.normal[j, k, i] * edge.force[j, 0] - edge.shape[j, k, i] * edge.force[j, 1 + i]
@@ -232,8 +232,8 @@ def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt:
 @inlined
 def foresee(edge: Floats, body: Floats, kick: float) -> None:
     """Set the velocities that the nodes of all rows would have after the kick without the edge."""
-    for j in range(edge.count.shape[0]):
-        for k in range(edge.count[j]):
+    for j in range(edge.sizes.shape[0]):
+        for k in range(edge.sizes[j]):
             n = edge.nodes[j, k]
             for i in range(3):
                 force = body.f[n, i] + body.push[n, i]
@@ -244,7 +244,7 @@ def foresee(edge: Floats, body: Floats, kick: float) -> None:
 @inlined
 def turn(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
     """Change the velocities of a row's nodes by a force (λ, friction): λ pushes down, against the normal."""
-    for k in range(edge.count[j]):
+    for k in range(edge.sizes[j]):
         n = edge.nodes[j, k]
         gain = kick * body.inverse_mass[n]
         for i in range(3):
@@ -256,7 +256,7 @@ def turn(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None
 def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
     """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s."""
     height, rate = edge.crown[j], -speed
-    for k in range(edge.count[j]):
+    for k in range(edge.sizes[j]):
         n = edge.nodes[j, k]
         height += edge.shape[j, k, 2] * body.x[n, 2]
         for i in range(3):
@@ -268,11 +268,11 @@ def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float
 @inlined
 def solve_rows(edge: Floats, kick: float) -> None:
     """Change the λ of all rows until none rises faster than allowed and none pulls."""
-    rows = edge.count.shape[0]
+    rows = edge.sizes.shape[0]
     for _ in range(_SWEEPS):
         largest, change = 0.0, 0.0
         for j in range(rows):
-            if edge.count[j] == 0:
+            if edge.sizes[j] == 0:
                 continue
             old = edge.force[j, 0]
             new = max(0.0, old + edge.excess[j] / (kick * edge.compliance[j, j]))
@@ -290,7 +290,7 @@ def rub(edge: Floats, body: Floats, j: int, speed: float, kick: float, friction:
     """Give a row the friction that stops its mean slip, or as much as Coulomb's law allows."""
     slip = (0.0, 0.0, -speed)
     nx, ny = 0.0, 0.0
-    for k in range(edge.count[j]):
+    for k in range(edge.sizes[j]):
         n, shape = edge.nodes[j, k], edge.shape[j, k]
         u = edge.velocity[n]
         slip = (slip[0] + shape[0] * u[0], slip[1] + shape[1] * u[1], slip[2] + shape[2] * u[2])
@@ -305,7 +305,12 @@ def rub(edge: Floats, body: Floats, j: int, speed: float, kick: float, friction:
     total = sqrt(held[0] * held[0] + held[1] * held[1] + held[2] * held[2])
     limit = friction_limit(edge.force[j, 0] * size, sqrt(slip[0] ** 2 + slip[1] ** 2 + slip[2] ** 2), friction)
     shrink = limit / total if total > limit else 1.0
-    step = (0.0, shrink * held[0] - edge.force[j, 1], shrink * held[1] - edge.force[j, 2], shrink * held[2] - edge.force[j, 3])
+    step = (
+        0.0,
+        shrink * held[0] - edge.force[j, 1],
+        shrink * held[1] - edge.force[j, 2],
+        shrink * held[2] - edge.force[j, 3],
+    )
     turn(edge, body, j, step, kick)
     for i in range(1, 4):
         edge.force[j, i] += step[i]

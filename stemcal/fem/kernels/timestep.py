@@ -46,7 +46,9 @@ def stiffness_bound(bx: Floats, by: Floats, bz: Floats, volume: float, lame: flo
 
 
 @inlined
-def frequency(hexes: Any, e: int, x: Array, state: Array, mass: Array, lame: float, shear: float, memory: float) -> Floats:
+def frequency(
+    hexes: Any, e: int, x: Array, state: Array, mass: Array, lame: float, shear: float, memory: float
+) -> Floats:
     """Return a bound of ω² of the fastest mode of a free element, 1/s², and its volume.
 
     ω² ≤ 8 V k / m for its uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have ω² = k/m.
@@ -81,7 +83,8 @@ def stable_step(
 ) -> Floats:
     """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
 
-    No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with step 0.
+    No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
+    step 0.
     """
     fastest, slowest, smallest = 0.0, -1, 1.0
     for e in range(hexes.shape[0]):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
+from stemcal.outputs import open_output
 from stemcal.report.export.paper import PaperTable, is_numeric
 
 WIDTH = 16.0  # cm between the margins of an A4 page
@@ -33,7 +34,8 @@ def write_word(tables: Sequence[PaperTable], path: Path) -> None:
     document.core_properties.title = "Tables of a stemcal study"
     for table in tables:
         _add(document, table)
-    document.save(str(path))
+    with open_output(path) as file:
+        document.save(file)
 
 
 def _add(document: Any, table: PaperTable) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stemcal.files.durable import write_durably
+from stemcal.outputs import make_folder
 from stemcal.report.export.docx import write_word
 from stemcal.report.export.latex import document
 from stemcal.report.export.paper import PaperTable, is_numeric
@@ -17,7 +18,7 @@ Tables = Sequence[PaperTable]
 
 def export_tables(tables: Tables, kind: str, folder: Path) -> list[Path]:
     """Write tables into a folder in one of the `FORMATS`; returns the files."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     return FORMATS[kind](tables, folder)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
+from stemcal.outputs import refuse_link
 from stemcal.report.figures.fracture import colour_bar, draw_faces, section_faces, side_faces, strain_scale
 from stemcal.report.figures.style import BLUE, INK, ORANGE, new_figure, styled
 from stemcal.report.numbers import fixed
@@ -36,6 +37,7 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+    refuse_link(path)
     writer = _writer(path)
     figure = new_figure(width=6.4, height=5.0)
     FigureCanvasAgg(figure)

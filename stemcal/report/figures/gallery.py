@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stemcal.cutting.shape import Shape
+from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.curves import energies, force_travel
@@ -65,7 +66,7 @@ def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
 
 def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
     """Write every figure as SVG and PNG into a folder; returns the files."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name)]
 
 

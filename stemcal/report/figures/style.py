@@ -14,6 +14,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stemcal.outputs import open_output
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -120,8 +122,8 @@ def _shown_figure() -> Any:
 def save(figure: Figure, path: Path) -> None:
     """Write a figure for use outside the page, on white; the suffix says the format."""
     kind = path.suffix.lower().removeprefix(".")
-    with styled():
-        figure.savefig(path, format=kind, dpi=200, facecolor="white", metadata=_anonymous(kind))
+    with styled(), open_output(path) as file:
+        figure.savefig(file, format=kind, dpi=200, facecolor="white", metadata=_anonymous(kind))
 
 
 def save_both(figure: Figure, path: Path) -> list[Path]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stemcal.outputs import write_output
 from stemcal.report.figures.fracture import EDGE, PLASTIC, colour_bar, exposed_faces, strain_scale
 from stemcal.report.figures.style import FAINT, new_figure, save, styled
 
@@ -99,7 +100,7 @@ def _by_pyvista(scene: Scene, path: Path) -> str | None:
                  eye=[1.5 * reach, -3.6 * reach, 1.9 * reach], centre=[0.0, 0.0, 0.0])  # fmt: skip
         trouble = _run([sys.executable, "-m", "stemcal.report.figures.offscreen", str(faces), str(picture)])
         if trouble is None and picture.is_file():
-            path.write_bytes(picture.read_bytes())
+            write_output(path, picture.read_bytes())
             return None
     return trouble or "pyvista left no picture"
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.files.durable import digest
+from stemcal.outputs import make_folder
 
 __all__ = ["OUTPUT", "discard", "run_folder"]
 
@@ -20,9 +21,9 @@ def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
     """Make an empty folder: below `place`, named by the run's key, or among the temporary files."""
     if place is None:
         return Path(tempfile.mkdtemp(prefix="stemcal-run-"))
-    folder = place / digest(dict(identity))[:_KEY_LENGTH]
+    folder = make_folder(place) / digest(dict(identity))[:_KEY_LENGTH]
     shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    folder.mkdir()
     return folder
 
 

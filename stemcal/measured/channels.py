@@ -1,0 +1,189 @@
+"""Which columns of a table are one specimen's displacement and force: named, by their headings, or not at all.
+
+Several specimens may stand side by side (力, 位移, 力, 位移, …) or share one displacement. What a heading does not
+tell is asked for, never guessed; where a choice had to be made, it is said.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stemcal.errors import UsageError
+from stemcal.measured.columns import columns_of, given_column, matching
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
+from stemcal.measured.numerals import shown
+from stemcal.measured.reading import Table
+from stemcal.measured.vocabulary import FORCE, TIME, TRAVEL, plain
+
+NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
+_LABEL = 40  # characters of a label that are kept
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The columns that the user names, and whether the speed of the blade is known; lists are separated by commas."""
+
+    force: str | None = None
+    displacement: str | None = None
+    time: str | None = None
+    speed_known: bool = False
+
+    def check(self) -> None:
+        """Raise `UsageError` if the options contradict each other."""
+        if self.time is not None and self.displacement is not None:
+            raise UsageError("--time-column and --displacement-column exclude each other; give one of them")
+        if self.time is not None and not self.speed_known:
+            raise UsageError("--time-column needs --speed, the speed of the blade, as in --speed '20 mm/min'")
+        if self.displacement is not None and self.speed_known:
+            raise UsageError("--speed and --displacement-column exclude each other; give one of them")
+
+
+@dataclass(frozen=True)
+class Channels:
+    """The columns of one specimen: displacement or time, and force; its label, empty if it stands alone."""
+
+    across: int
+    up: int
+    timed: bool
+    label: str = ""
+
+
+def channels_of(table: Table, choice: Choice) -> tuple[list[Channels], list[str]]:
+    """Return the channels of every specimen in a table, and what must be said about the choice.
+
+    Raises
+    ------
+    UsageError
+        If columns have no headings, or these do not tell which belong together.
+    """
+    choice.check()
+    if not table.headed and (choice.force is None or (choice.displacement is None and choice.time is None)):
+        raise UsageError(f"{table.source}: the columns have no headings: {columns_of(table)}; {NAME_THEM}")
+    remarks: list[str] = []
+    ups = _forces(table, choice)
+    acrosses, timed = _acrosses(table, choice, remarks)
+    pairs = _paired(table, acrosses, ups, choice, remarks)
+    if any(across == up for across, up in pairs):
+        raise UsageError(f"{table.source}: force and displacement are the same column; {NAME_THEM}")
+    labels = _labels(table, pairs) if len(pairs) > 1 else [""]
+    return [Channels(a, u, timed, label) for (a, u), label in zip(pairs, labels, strict=True)], remarks
+
+
+def _forces(table: Table, choice: Choice) -> list[int]:
+    if choice.force is not None:
+        return _given(table, choice.force, "force")
+    found = matching(table, FORCE, NEWTONS)
+    if not found:
+        raise UsageError(f"{table.source}: no column for force among {columns_of(table)}; name it with --force-column")
+    return found
+
+
+def _acrosses(table: Table, choice: Choice, remarks: list[str]) -> tuple[list[int], bool]:
+    """Return the columns of displacement; those of time if there are none, and whether it is time."""
+    if choice.displacement is not None:
+        return _given(table, choice.displacement, "displacement"), False
+    if choice.time is not None:
+        return _given(table, choice.time, "time"), True
+    found, times = matching(table, TRAVEL, MILLIMETRES), matching(table, TIME, SECONDS)
+    if found:
+        if choice.speed_known:
+            remarks.append("the file has a displacement, --speed is not used")
+        return found, False
+    if times and choice.speed_known:
+        return times, True
+    where = f"{table.source}: no column for displacement among {columns_of(table)}"
+    if times:
+        raise UsageError(f"{where}; give the speed of the blade, as in --speed '20 mm/min', or --displacement-column")
+    raise UsageError(f"{where}; name it with --displacement-column")
+
+
+def _given(table: Table, given: str, what: str) -> list[int]:
+    """Return the columns of one name, or of several numbers or names between commas."""
+    if given in table.columns or "," not in given:
+        return [given_column(table, given, what)]
+    return [given_column(table, part.strip(), what) for part in given.split(",")]
+
+
+def _paired(
+    table: Table, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, remarks: list[str]
+) -> list[tuple[int, int]]:
+    """Return displacement (or time) and force of every specimen."""
+    named = (choice.displacement or choice.time) is not None
+    if choice.force is not None and named:
+        return _as_given(table, acrosses, ups)
+    across_alike, up_alike = _are_alike(table, acrosses), _are_alike(table, ups)
+    if len(acrosses) == len(ups) > 1:
+        if across_alike and up_alike and _alternate(acrosses, ups):
+            return list(zip(acrosses, ups, strict=True))
+        raise _unclear(table)
+    if len(ups) > 1 and up_alike:
+        if len(acrosses) > 1:
+            raise _unclear(table)
+        remarks.append(
+            f"{len(ups)} specimens share the displacement {_name(table, acrosses[0])}; if they are channels of one, "
+            "name the one that counts with --force-column"
+        )
+        return [(acrosses[0], up) for up in ups]
+    for what, columns in (("force", ups), ("displacement", acrosses)):
+        if len(columns) > 1:
+            others = ", ".join(_name(table, column) for column in columns[1:4])
+            remarks.append(f"{what} from {_name(table, columns[0])}, not {others}; --{what}-column takes another")
+    return [(acrosses[0], ups[0])]
+
+
+def _as_given(table: Table, acrosses: Sequence[int], ups: Sequence[int]) -> list[tuple[int, int]]:
+    """Pair columns in the order in which they were given; one displacement may serve all forces."""
+    if len(acrosses) == 1:
+        acrosses = [acrosses[0]] * len(ups)
+    if len(acrosses) != len(ups):
+        raise UsageError(
+            f"{table.source}: {len(ups)} columns of force and {len(acrosses)} of displacement were named; "
+            "name as many of each, or one displacement for all"
+        )
+    return list(zip(acrosses, ups, strict=True))
+
+
+def _unclear(table: Table) -> UsageError:
+    return UsageError(
+        f"{table.source}: the headings {columns_of(table)} do not tell whether these are several specimens or several "
+        f"channels of one; {NAME_THEM}, several as in --force-column 2,4 --displacement-column 1,3"
+    )
+
+
+def _name(table: Table, column: int) -> str:
+    return shown(table.columns[column])
+
+
+def _are_alike(table: Table, columns: Sequence[int]) -> bool:
+    """Tell whether names differ in numbers or single letters at most, and units not at all."""
+    roots = {tuple(filter(_is_word, re.split(r"[\W\d_]+", plain(table.columns[i])))) for i in columns}
+    return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
+
+
+def _is_word(part: str) -> bool:
+    return len(part) > 1 or not part.isascii()
+
+
+def _alternate(acrosses: Sequence[int], ups: Sequence[int]) -> bool:
+    """Tell whether displacement and force take turns from left to right, or all of one kind come before the other."""
+    kinds = "".join("a" if column in set(acrosses) else "u" for column in sorted((*acrosses, *ups)))
+    count = len(acrosses)
+    return kinds in ("au" * count, "ua" * count, "a" * count + "u" * count, "u" * count + "a" * count)
+
+
+def _labels(table: Table, pairs: Sequence[tuple[int, int]]) -> list[str]:
+    """Return a name for every specimen: what stands over its columns, else its number."""
+    found, end = [], -1
+    for pair in pairs:
+        places = [i for i in range(end + 1, min(pair) + 1) if i < len(table.labels) and table.labels[i]]
+        found.append(_printable(table.labels[places[-1]]) if places else "")
+        end = max(pair)
+    if all(found) and len(set(found)) == len(found):
+        return found
+    return [str(number) for number in range(1, len(pairs) + 1)]
+
+
+def _printable(text: str) -> str:
+    return "".join(letter for letter in text if letter.isprintable())[:_LABEL]

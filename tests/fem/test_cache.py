@@ -1,0 +1,168 @@
+"""The folder of compiled kernels: what lies there is executed, so it must be ours; else a temporary one serves."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+from fakes import ENVIRONMENT
+
+from stemcal.fem.kernels import cache
+
+POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX rights")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The configured folder of this user, with a compiled kernel in a folder of its own."""
+    monkeypatch.setenv("STEMCAL_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv(cache.SPARE, "")  # restored afterwards, whatever is put there
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr("atexit.register", lambda *_: None)
+    found = cache.cache_folder()
+    (found / "kernels_1").mkdir()
+    (found / "kernels_1" / "march.nbc").write_bytes(b"code")
+    return found
+
+
+def test_the_folder_is_this_users_alone(folder: Path) -> None:
+    assert folder == cache.own_folder() == cache.cache_folder()
+    assert os.name == "nt" or folder.stat().st_mode & 0o777 == 0o700
+
+
+def is_not_used(folder: Path, word: str) -> None:
+    """Not used, but left as it is; a folder beside, for this process, is used in its place."""
+    assert word in cache.unusable(folder)
+    before = sorted(folder.rglob("*"))
+    spare = cache.cache_folder()
+    assert spare != folder and spare.stat().st_mode & 0o777 == 0o700 and list(spare.iterdir()) == []
+    assert sorted(folder.rglob("*")) == before
+    assert cache.cache_folder() == spare == Path(os.environ[cache.SPARE])
+
+
+@POSIX
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702, 0o722, 0o1777])
+def test_a_folder_that_others_may_write_is_not_used(folder: Path, mode: int) -> None:
+    folder.chmod(mode)
+    is_not_used(folder, "may be written by others")
+
+
+@POSIX
+@pytest.mark.parametrize("inside", ["kernels_1", "kernels_1/march.nbc"])
+def test_nor_one_that_holds_what_others_may_write(folder: Path, inside: str) -> None:
+    folder.chmod(0o755)
+    (folder / inside).chmod(0o777)
+    is_not_used(folder, f"{inside} may be written by others")
+
+
+@POSIX
+def test_behind_a_closed_door_rights_do_not_matter(folder: Path) -> None:
+    """With the usual mask of some systems numba's own files are writable by a group."""
+    (folder / "kernels_1").chmod(0o775)
+    assert cache.cache_folder() == folder
+
+
+@POSIX
+def test_a_folder_that_others_can_see_into_is_closed(folder: Path) -> None:
+    folder.chmod(0o755)
+    assert cache.cache_folder() == folder
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+@POSIX
+def test_a_folder_of_someone_else_is_not_used(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    me = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: me + 1)
+    assert "belongs to someone else" in cache.unusable(folder)
+
+
+@POSIX
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="root gives files away")
+@pytest.mark.parametrize("inside", [".", "kernels_1", "kernels_1/march.nbc"])
+def test_root_uses_no_folder_of_a_user(folder: Path, inside: str) -> None:
+    os.chown(folder / inside, 12345, 12345)
+    is_not_used(folder, "belongs to someone else")
+
+
+@POSIX
+@pytest.mark.parametrize("inside", ["kernels_1/more.nbc", "."])
+def test_no_link_is_followed(folder: Path, inside: str, tmp_path: Path) -> None:
+    if inside == ".":
+        folder.rename(tmp_path / "elsewhere")
+        folder.symlink_to(tmp_path / "elsewhere")
+    else:
+        (folder / inside).symlink_to(tmp_path / "cache")
+    assert "is a link" in cache.unusable(folder)
+
+
+@POSIX
+def test_a_place_where_everyone_may_put_folders(folder: Path) -> None:
+    folder.parent.chmod(0o777)
+    is_not_used(folder, "may be written by everyone")
+    folder.parent.chmod(0o1777)  # as /tmp is: one's own cannot be exchanged
+    assert cache.unusable(folder) == ""
+
+
+# ---- the temporary folder of a command
+
+COMMAND = """
+import os, sys
+from pathlib import Path
+from stemcal.executors.local import LocalExecutor
+from test_cache import of_worker
+import stemcal.fem.warm as warm
+if __name__ == "__main__":
+    warm._smallest_simulation = lambda threads: None
+    warm.warm(); warm.warm.cache_clear(); warm.warm()
+    with LocalExecutor(2) as executor:
+        found = {executor.submit(of_worker, 0.2).result() for _ in range(3)} | {str(warm.CACHE)}
+    print(*found, sep="\\n")
+    if sys.argv[1:] == ["fails"]:
+        raise SystemExit(3)
+"""
+
+
+def of_worker(seconds: float) -> str:
+    from stemcal.fem.kernels.compile import CACHE
+
+    time.sleep(seconds)
+    return str(CACHE)
+
+
+@pytest.mark.parametrize("ending", ["ends", "fails"])
+def test_one_temporary_folder_for_a_command_and_its_workers(tmp_path: Path, ending: str) -> None:
+    """Told of once, and gone at the end."""
+    occupied = tmp_path / "a-file"
+    occupied.write_text("", encoding="utf-8")
+    script = tmp_path / "command.py"
+    script.write_text(COMMAND, encoding="utf-8")
+    paths = os.pathsep.join([str(Path(__file__).parent), str(ENVIRONMENT["PYTHONPATH"])])
+    environment = {**ENVIRONMENT, "PYTHONPATH": paths, "STEMCAL_CACHE_DIR": str(occupied), "TMPDIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, str(script), ending], env=environment, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == (3 if ending == "fails" else 0), done.stderr
+    (found,) = done.stdout.split()
+    assert Path(found).parent == tmp_path and Path(found).name.startswith("stemcal-kernels-")
+    assert not list(tmp_path.glob("stemcal-kernels-*"))
+    assert done.stderr.count("STEMCAL_CACHE_DIR") == 1 and len(done.stderr.splitlines()) == 1
+
+
+@POSIX
+def test_what_killed_commands_have_left_is_removed(folder: Path, tmp_path: Path) -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    days_ago = time.time() - 3 * 86400
+    cases = {"left": (gone.pid, days_ago), "new": (gone.pid, time.time()), "used": (os.getpid(), days_ago)}
+    for name, (pid, when) in cases.items():
+        (tmp_path / f"stemcal-kernels-{pid}-{name}").mkdir(mode=0o700)
+        os.utime(tmp_path / f"stemcal-kernels-{pid}-{name}", (when, when))
+    folder.chmod(0o777)
+    cache.cache_folder()
+    names = {path.name.rpartition("-")[2] for path in tmp_path.glob("stemcal-kernels-*")}
+    assert "left" not in names and {"new", "used"} < names
