@@ -33,8 +33,8 @@ def exchange(
         return Exchange(np.zeros((0, 6)), 0, failure_strain, np.zeros(0), np.zeros(0))
     rate = _conductances(mesh, neighbours, shares) / (shares * mesh.volumes())[:, None]
     time = 0.25 * length**2
-    # a pass may hand over no more than an element has: then means of positive strains stay positive
-    passes = max(1, ceil(time * float(rate.sum(axis=1).max())))
+    # a pass hands over at most half of what an element has: with all of it, neighbours would only change places
+    passes = max(1, ceil(2.0 * time * float(rate.sum(axis=1).max())))
     return Exchange(rate * time / passes, passes, failure_strain, np.zeros(elements), np.zeros(elements))
 
 

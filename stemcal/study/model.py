@@ -155,7 +155,7 @@ class Material(_Frozen):
     strain_rate_c: Annotated[float, Quantity("rate")] | None = None
     strain_rate_p: Number | None = None
     failure_strain: Number | None = None
-    internal_length: StemLengthOrZero = Length(divisor=5.0)
+    internal_length: StemLengthOrZero = Length(divisor=4.5)
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have a value."""

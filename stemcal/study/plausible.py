@@ -65,7 +65,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
         least = min(diameters, key=length.at)
         if length.at(least) == 0.0:
             message = "without this length the force belongs to the mesh: finer elements give another one"
-            yield Finding(path, message, "write d/8 for blade.edge_spread, d/5 for material.internal_length")
+            yield Finding(path, message, "write d/8 for blade.edge_spread, d/4.5 for material.internal_length")
             continue
         coarse = [d for d in diameters if solver.element_size.at(d) > 0.5 * length.at(d) * (1.0 + 1e-9)]
         if coarse:

@@ -110,7 +110,7 @@ blade:
 material:
   # density: 1100 kg/m3
   # poisson_ratio: 0.3
-  internal_length: d/5
+  internal_length: d/4.5
 
 # Two rigid supports; clearance is the gap between them, with the blade in its middle.
 supports:

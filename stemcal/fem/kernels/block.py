@@ -30,11 +30,12 @@ ALIVE = 27
 RATE_FACTOR = 28
 YIELD_RATE = 29
 VOLUME = 30
+VISCOUS_PRESSURE = 31
 # Rows that stay as they were at the start.
-HOURGLASS_STIFFNESS = 31
-VISCOUS_LENGTH = 32
-FAILURE_STRAIN = 33
-STATE_ROWS = 34
+HOURGLASS_STIFFNESS = 32
+VISCOUS_LENGTH = 33
+FAILURE_STRAIN = 34
+STATE_ROWS = 35
 
 # Rows of the scratch: corner coordinates, velocities and forces (x, y, z by eight).
 COORDINATES = 0

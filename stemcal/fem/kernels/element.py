@@ -24,6 +24,7 @@ from stemcal.fem.kernels.block import (
     STRESS,
     VELOCITIES,
     VISCOUS_LENGTH,
+    VISCOUS_PRESSURE,
     VOLUME,
     YIELD_RATE,
     add,
@@ -150,7 +151,8 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
     alive = load(state, ALIVE, lane) if strain < load(state, FAILURE_STRAIN, lane) else 0.0
     pressure = bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
-    work = 0.5 * (double_dot(old, de) + double_dot(stress, de)) - pressure * (de[0] + de[1] + de[2])
+    mean_pressure = 0.5 * (load(state, VISCOUS_PRESSURE, lane) + pressure)
+    work = 0.5 * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
     Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, dt, material)
@@ -169,6 +171,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     store(state, ALIVE, lane, alive)
     store(state, YIELD_RATE, lane, equivalent_rate(de, dt) if q > static_yield else 0.0)
     store(state, VOLUME, lane, volume)
+    store(state, VISCOUS_PRESSURE, lane, pressure)
 
 
 @kernel

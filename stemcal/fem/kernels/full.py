@@ -19,6 +19,7 @@ from stemcal.fem.kernels.block import (
     LANES,
     PLASTIC_STRAIN,
     VISCOUS_LENGTH,
+    VISCOUS_PRESSURE,
     VOLUME,
 )
 from stemcal.fem.kernels.compile import inlined, kernel
@@ -187,7 +188,9 @@ def add_full_internal_forces(
         if strain / weights >= state[block, FAILURE_STRAIN, lane]:
             state[block, ALIVE, lane] = 0.0
             continue
-        state[block, INTERNAL_ENERGY, lane] += energy - q * volume * (de[0] + de[1] + de[2])
+        mean_q = 0.5 * (state[block, VISCOUS_PRESSURE, lane] + q)
+        state[block, VISCOUS_PRESSURE, lane] = q
+        state[block, INTERNAL_ENERGY, lane] += energy - mean_q * volume * (de[0] + de[1] + de[2])
         for m in range(6):
             fu[m + 1] += pressure * bx[m]
             fv[m + 1] += pressure * by[m]

@@ -1,0 +1,121 @@
+"""The internal length of failure: plastic strain averaged as a substance spreads, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stemcal.cutting import Discretisation, ShearTest, Stem, build
+from stemcal.fem.averaging import exchange
+from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, STATE_ROWS
+from stemcal.fem.kernels.erosion import fail_by_mean_strain, spread_strains
+from stemcal.fem.kernels.search import Topology
+from stemcal.fem.material import Material
+from stemcal.fem.mesh import Mesh, brick
+from stemcal.fem.state import element_shares
+
+Array = NDArray[np.float64]
+
+
+def states(strain: Array) -> Array:
+    """Return the elements' state rows with a plastic strain in each, all alive."""
+    state = np.zeros((-(-len(strain) // LANES), STATE_ROWS, LANES))
+    padded = np.zeros(state.shape[0] * LANES)
+    padded[: len(strain)] = strain
+    state[:, PLASTIC_STRAIN] = padded.reshape(-1, LANES)
+    state[:, ALIVE] = 1.0
+    return state
+
+
+def averaged(mesh: Mesh, strain: Array, length: float, topology: Topology | None = None) -> Array:
+    topology = mesh.topology() if topology is None else topology
+    spread = exchange(mesh, topology.neighbours, np.ones(len(strain)), 1.0, length)
+    spread_strains(spread, topology, states(strain))
+    return spread.mean.copy()
+
+
+def test_strain_of_one_slice_spreads_as_a_bell() -> None:
+    """In a long bar the mean of a unit slice is h exp(−x²/ℓ²)/(√π ℓ)."""
+    h, length = 0.1, 1.0
+    mesh = brick((10.1, 1.0, 1.0), (101, 1, 1))
+    strain = np.zeros(101)
+    strain[50] = 1.0
+    x = (np.arange(101) - 50) * h
+    expected = h * np.exp(-((x / length) ** 2)) / (np.sqrt(np.pi) * length)
+    assert averaged(mesh, strain, length) == pytest.approx(expected, abs=0.006 * expected.max())
+
+
+def test_strain_of_one_element_spreads_as_a_ball() -> None:
+    """Around a single element it is V exp(−r²/ℓ²)/(√π ℓ)³, alike in all directions."""
+    counts, size = (21, 21, 21), 5.25
+    mesh = brick((size, size, size), counts)
+    centres = mesh.nodes[mesh.hexes].mean(axis=1)
+    middle = int(np.argmin(np.linalg.norm(centres - 0.5 * size, axis=1)))
+    strain = np.zeros(len(mesh.hexes))
+    strain[middle] = 1.0
+    r = np.linalg.norm(centres - centres[middle], axis=1)
+    expected = 0.25**3 * np.exp(-(r**2)) / np.pi**1.5
+    assert averaged(mesh, strain, 1.0) == pytest.approx(expected, abs=0.03 * expected.max())
+
+
+def test_the_whole_is_kept_and_a_uniform_strain_stays() -> None:
+    """Σ V ε̄ = Σ V ε on a graded ring, whose elements differ in size by a factor of ten and more."""
+    how = Discretisation(element_size=0.8, symmetry="half", coarsening=4.0, coarsening_around=3.0, edge_over="nodes")
+    mesh = build(ShearTest(Material(1e-9, 1000.0, 0.3), discretisation=how)).mesh
+    volumes = mesh.volumes()
+    assert volumes.max() > 10.0 * volumes.min()
+    strain = np.random.default_rng(1).random(len(volumes))
+    assert np.sum(volumes * averaged(mesh, strain, 1.5)) == pytest.approx(np.sum(volumes * strain), rel=1e-12)
+    assert averaged(mesh, np.ones(len(volumes)), 1.5) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_mirror_plane_is_as_good_as_the_other_half() -> None:
+    """A field symmetric about both planes has the same means in the quarter model, cut elements included."""
+    means = {}
+    for symmetry in ("none", "quarter"):
+        how = Discretisation(element_size=1.0, symmetry=symmetry, edge_over="elements")  # type: ignore[arg-type]
+        model = build(ShearTest(Material(1e-9, 1000.0, 0.3), stem=Stem(length=11.0), discretisation=how))
+        centres = model.mesh.nodes[model.mesh.hexes].mean(axis=1)
+        strain = np.exp(-(centres[:, 0] ** 2)) * (4.0 + centres[:, 2])
+        topology = model.mesh.topology()
+        spread = exchange(model.mesh, topology.neighbours, element_shares(model), 1.0, 1.5)
+        spread_strains(spread, topology, states(strain))
+        places = np.round(np.abs(centres) * np.array([1.0, 1.0, 0.0]) + centres * np.array([0.0, 0.0, 1.0]), 6) + 0.0
+        means[symmetry] = {tuple(p): m for p, m in zip(places, spread.mean, strict=True)}
+    assert len(means["quarter"]) == len(means["none"]) > 100
+    for place, mean in means["quarter"].items():
+        assert mean == pytest.approx(means["none"][place], rel=1e-12)
+
+
+def test_nothing_passes_a_cut() -> None:
+    """Once a slice has failed the strain on one side of it is not seen from the other."""
+    mesh = brick((9.0, 1.0, 1.0), (9, 1, 1))
+    topology = mesh.topology()
+    topology.standing[4] = False
+    strain = np.zeros(9)
+    strain[:4] = 1.0
+    mean = averaged(mesh, strain, 3.0, topology)
+    assert mean[:4] == pytest.approx(1.0)
+    assert np.all(mean[5:] == 0.0)
+
+
+def test_elements_fail_by_their_mean_strain_alone() -> None:
+    """One strained slice of many does not fail at a strain far above the limit, a wide field does just at it."""
+    mesh = brick((40.0, 1.0, 1.0), (40, 1, 1))
+    topology = mesh.topology()
+    spread = exchange(mesh, topology.neighbours, np.ones(40), 0.05, 4.0)
+    single, wide = np.zeros(40), np.full(40, 0.05)
+    single[20] = 0.3  # mean 0.3/(4√π) = 0.0423
+    assert not fail_by_mean_strain(spread, topology, states(single))
+    assert fail_by_mean_strain(spread, topology, states(wide))
+
+
+def test_no_length_leaves_each_element_to_itself() -> None:
+    assert (
+        exchange(brick((1.0, 1.0, 1.0), (1, 1, 1)), np.full((1, 6), -1, dtype=np.int32), np.ones(1), 0.1, 0.0).passes
+        == 0
+    )
+    assert Material(1e-9, 1000.0, 0.3, failure_strain=0.1).failure_strains(np.ones(1))[0] == 0.1
+    nonlocal_ = Material(1e-9, 1000.0, 0.3, failure_strain=0.1, internal_length=1.0)
+    assert nonlocal_.failure_strains(np.ones(1))[0] == np.inf

@@ -1,0 +1,119 @@
+"""A spread edge on an elastic block, held against a static solution that shares no code with the solver."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import spsolve
+
+from stemcal.fem.contact import Contact, Tool
+from stemcal.fem.history import History
+from stemcal.fem.material import Material
+from stemcal.fem.mesh import Mesh, brick
+from stemcal.fem.model import Integration, Model
+from stemcal.fem.stepper import simulate
+
+Array = NDArray[np.float64]
+
+E, NU = 1000.0, 0.3
+WIDE, HIGH, LONG = 12.0, 6.0, 2.0
+SPREAD = 1.0
+WEDGE = ((0.0, 0.1), (1.0, 4.0), (-1.0, 4.0))
+
+
+def bell(s: Array) -> Array:
+    return np.maximum(1.0 - (s / SPREAD) ** 2, 0.0) ** 2
+
+
+@cache
+def static_compliance(h: float = 0.1) -> float:
+    """Return mean indentation under the bell per force per length of edge, mm/(N/mm), in plane strain.
+
+    Four-node quadrilaterals on a block held at its foot, loaded by the bell's consistent nodal forces.
+    """
+    nx, nz = round(WIDE / h), round(HIGH / h)
+    number = np.arange((nx + 1) * (nz + 1)).reshape(nx + 1, nz + 1)
+    c = E / ((1 + NU) * (1 - 2 * NU)) * np.array([[1 - NU, NU, 0], [NU, 1 - NU, 0], [0, 0, (1 - 2 * NU) / 2]])
+    signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    ke = np.zeros((8, 8))
+    for xi, eta in signs / np.sqrt(3.0):
+        gradient = np.array([[sx * (1 + sz * eta), sz * (1 + sx * xi)] for sx, sz in signs]) / 4 * 2 / h
+        b = np.zeros((3, 8))
+        b[0, ::2], b[1, 1::2], b[2, ::2], b[2, 1::2] = gradient[:, 0], gradient[:, 1], gradient[:, 1], gradient[:, 0]
+        ke += b.T @ c @ b * h * h / 4
+    corners = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    freedoms = np.stack([2 * corners, 2 * corners + 1], axis=-1).reshape(-1, 8)
+    rows, columns = np.repeat(freedoms, 8, axis=1).ravel(), np.tile(freedoms, (1, 8)).ravel()
+    k = coo_matrix((np.tile(ke.ravel(), len(corners)), (rows, columns))).tocsr()
+    s = (np.arange(2000) + 0.5) / 1000.0 * SPREAD - SPREAD
+    weight = bell(s) / bell(s).sum()
+    place = (s + WIDE / 2) / h
+    left = np.floor(place).astype(int)
+    load = np.zeros(2 * number.size)
+    np.add.at(load, 2 * number[left, -1] + 1, weight * (1 - (place - left)))
+    np.add.at(load, 2 * number[left + 1, -1] + 1, weight * (place - left))
+    free = np.setdiff1d(np.arange(2 * number.size), np.concatenate([2 * number[:, 0], 2 * number[:, 0] + 1]))
+    u = np.zeros_like(load)
+    u[free] = spsolve(k[free][:, free].tocsc(), load[free])
+    return float(load @ u)
+
+
+def block(h: float, shift: float = 0.0) -> Mesh:
+    """Return a block about x = 0 with its top at z = 0, its nodes shifted along x by a share of an element."""
+    mesh = brick((WIDE, LONG, HIGH), (round(WIDE / h), round(LONG / h), round(HIGH / h)))
+    inner = (mesh.nodes[:, 0] > 1e-9) & (mesh.nodes[:, 0] < WIDE - 1e-9)
+    return mesh.moved(mesh.nodes - np.array([WIDE / 2, 0.0, HIGH]) + np.outer(inner * shift * h, [1.0, 0.0, 0.0]))
+
+
+@cache
+def pressed(h: float, shift: float = 0.0, mass_scaling: float = 1.0e4) -> History:
+    """Press the edge 0.02 mm into the block, plane strain, slowly."""
+    mesh = block(h, shift)
+    held = np.zeros(mesh.nodes.shape, dtype=bool)
+    held[:, 1] = True
+    held[mesh.nodes[:, 2] < -HIGH + 1e-9] = True
+    tool = Tool(WEDGE, 0.1, height=0.0, speed=-0.2, edge=0.0, spread=SPREAD)
+    how = Integration(mass_scaling=mass_scaling, outputs=100)
+    return simulate(Model(mesh, Material(1e-9, E, NU), (tool,), Contact(), integration=how, held=held), 0.1)
+
+
+def stiffness(history: History) -> float:
+    """Return force over travel per length of edge over the second half of the way, N/mm²."""
+    half = len(history.time) // 2
+    return float(np.polyfit(-history.height[half:, 0], history.force[half:, 0, 2], 1)[0]) / LONG
+
+
+@pytest.mark.parametrize(("h", "tolerance"), [(0.5, 0.03), (0.25, 0.015)])
+def test_slope_of_the_static_solution(h: float, tolerance: float) -> None:
+    """Nothing but the block gives way: the slope is that of the block under the bell, closer with finer elements."""
+    assert stiffness(pressed(h)) == pytest.approx(1.0 / static_compliance(), rel=tolerance)
+
+
+def test_slope_whatever_the_place_of_the_mesh() -> None:
+    """Over nodes, over elements and between, and with a hundredth of the mass."""
+    over_nodes = stiffness(pressed(0.5))
+    for shift in (0.25, 0.5):
+        assert stiffness(pressed(0.5, shift)) == pytest.approx(over_nodes, rel=0.01)
+    assert stiffness(pressed(0.5, 0.0, 1.0e2)) == pytest.approx(over_nodes, rel=0.005)
+
+
+def test_the_surface_stays_under_the_edge() -> None:
+    """The mean height under the bell is the edge's: its own stiffness has no share in the travel."""
+    history, mesh = pressed(0.5), block(0.5)
+    top = np.abs(mesh.nodes[:, 2]) < 1e-9
+    x, sunk = mesh.nodes[top, 0], history.x[top, 2]
+    line = np.unique(x)
+    depth = np.array([sunk[np.isclose(x, value)].mean() for value in line])
+    s = (np.arange(200) + 0.5) / 100.0 * SPREAD - SPREAD
+    mean = np.sum(bell(s) * np.interp(s, line, depth)) / bell(s).sum()
+    assert mean == pytest.approx(history.height[-1, 0], abs=2e-5)
+
+
+def test_work_and_energy_balance() -> None:
+    history = pressed(0.5)
+    assert history.external[-1] == pytest.approx(history.internal[-1] + history.hourglass[-1], rel=0.03)
+    assert history.drift_percent() < 0.5
