@@ -127,6 +127,7 @@ class OnePoint:
     alive: bool = True
     internal_energy: float = 0.0
     hourglass_energy: float = 0.0
+    viscous_pressure: float = 0.0  # of the last step
 
 
 def one_point_forces(element: OnePoint, x: Array, v: Array, dt: float, m: Any) -> Array:
@@ -146,7 +147,8 @@ def one_point_forces(element: OnePoint, x: Array, v: Array, dt: float, m: Any) -
         return np.zeros((8, 3))
     q = viscous_pressure(np.trace(strain), dt, element.length, m)
     forces = volume * b @ (element.point.stress - q * IDENTITY)
-    element.internal_energy += volume * (element.point.work - q * np.trace(strain))
+    mean_q, element.viscous_pressure = 0.5 * (element.viscous_pressure + q), q
+    element.internal_energy += volume * (element.point.work - mean_q * np.trace(strain))
     for mode in range(4):
         gamma = GAMMA[mode] - b @ (x.T @ GAMMA[mode])
         rate = gamma @ v / 8.0
@@ -172,6 +174,7 @@ class Full:
     alive: bool = True
     internal_energy: float = 0.0
     plastic_strain: float = 0.0
+    viscous_pressure: float = 0.0  # of the last step
 
 
 def full_forces(element: Full, x: Array, v: Array, dt: float, m: Any) -> Array:
@@ -193,7 +196,8 @@ def full_forces(element: Full, x: Array, v: Array, dt: float, m: Any) -> Array:
     strain, _ = step_kinematics(mean, dt)
     q = viscous_pressure(np.trace(strain), dt, element.length, m)
     pressure = float(weights @ [np.trace(p.stress) / 3.0 for p in element.points]) / volume - q
-    element.internal_energy += float(weights @ [p.work for p in element.points]) - q * volume * np.trace(strain)
+    mean_q, element.viscous_pressure = 0.5 * (element.viscous_pressure + q), q
+    element.internal_energy += float(weights @ [p.work for p in element.points]) - mean_q * volume * np.trace(strain)
     forces = volume * pressure * mean_b
     for point, (b, det) in zip(element.points, parts, strict=True):
         forces += det * b @ deviator(point.stress)

@@ -57,6 +57,7 @@ def random_state(material: Material, element: str, hourglass: Hourglass) -> Stat
     block[:, rows.BACK_STRESS : rows.BACK_STRESS + 6] = back_stress(random, (len(block), 6, LANES), 1)
     block[:, rows.PLASTIC_STRAIN] = random.uniform(0.0, 0.3, alive.shape)
     block[:, rows.RATE_FACTOR] = random.uniform(1.0, 1.5, alive.shape)
+    block[:, rows.VISCOUS_PRESSURE] = random.uniform(0.0, 0.5, alive.shape)
     block[:, rows.HOURGLASS_FORCE : rows.HOURGLASS_FORCE + 12] = random.uniform(-1.0, 1.0, (len(block), 12, LANES))
     points = state.body.points
     points[:, :, POINT_STRESS] = random.uniform(-2.0, 2.0, (*points.shape[:2], 6))
@@ -98,6 +99,7 @@ def test_one_point_element_equals_its_twin(name: str, form: str) -> None:
             old[rows.HOURGLASS_FORCE : rows.HOURGLASS_FORCE + 12].reshape(4, 3),
             old[rows.HOURGLASS_STIFFNESS], old[rows.VISCOUS_LENGTH], old[rows.FAILURE_STRAIN],
             bool(old[rows.ALIVE]),
+            viscous_pressure=old[rows.VISCOUS_PRESSURE],
         )  # fmt: skip
         f[corners] -= oracle.one_point_forces(twin, x[corners], v[corners], DT, m)
         failed += bool(old[rows.ALIVE]) and not twin.alive
@@ -111,6 +113,7 @@ def test_one_point_element_equals_its_twin(name: str, form: str) -> None:
         if twin.alive:
             close(new[rows.PLASTIC_STRAIN], twin.point.plastic_strain)
             close(new[rows.RATE_FACTOR], twin.point.rate_factor)
+            close(new[rows.VISCOUS_PRESSURE], twin.viscous_pressure)
     close(body.f, f)
     assert (failed > 0) == (MATERIALS[name].failure_strain < 0.4)
 
@@ -133,6 +136,7 @@ def test_full_element_equals_its_twin(name: str) -> None:
             [oracle.Point(oracle.symmetric(p[:6]), oracle.symmetric(p[6:12]), p[12], p[13]) for p in points[e]],
             old[rows.VISCOUS_LENGTH],
             old[rows.FAILURE_STRAIN],
+            viscous_pressure=old[rows.VISCOUS_PRESSURE],
         )
         f[corners] -= oracle.full_forces(twin, body.x[corners], body.v[corners], DT, m)
         failed += not twin.alive

@@ -5,9 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from stemcal.errors import SpecError
-from stemcal.study.model import EmbeddedSolver, Study, StudyForm, TableSolver
+from stemcal.study.lengths import Length
+from stemcal.study.model import Blade, EmbeddedSolver, Study, StudyForm, TableSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec import load_study, read_study
 
@@ -66,7 +68,7 @@ def test_everything_arrives_in_internal_units() -> None:
     assert study.contact.decay == pytest.approx(0.01, rel=1e-14)
     assert study.material.tangent_modulus == pytest.approx(0.5, rel=1e-14)
     assert isinstance(study.solver, EmbeddedSolver)
-    assert study.solver.element_size == pytest.approx(0.5, rel=1e-14)
+    assert study.solver.element_size.at(9.0) == pytest.approx(0.5, rel=1e-14)
     assert study.solver.filter_window == 0.0
     assert study.calibration_target.force == pytest.approx(213.8, rel=1e-14)
     assert study.calibration_target.sd == 12.0 and study.calibration_target.n == 6
@@ -142,8 +144,31 @@ def test_the_replay_finds_its_tables() -> None:
 
 
 def test_shipped_specs_raise_no_doubts() -> None:
+    """But for the one that shows what becomes of a force that belongs to the mesh."""
     for path in sorted((ROOT / "configs").glob("*.yaml")):
-        assert load_study(path).warnings == ()
+        said = load_study(path).warnings
+        assert len(said) == (2 if path.stem == "wild-chrysanthemum-local" else 0)
+        assert all("the force belongs to the mesh" in warning for warning in said)
+
+
+def test_lengths_are_millimetres_or_shares_of_the_diameter() -> None:
+    assert Length(divisor=8.0).at(11.0) == 1.375 and Length(0.5).at(11.0) == 0.5
+    blade = Blade.model_validate({"edge_spread": "d / 8"})
+    assert blade.edge_spread == Length(divisor=8.0) and blade.model_dump()["edge_spread"] == "d/8"
+    assert Blade(edge_spread="400 um").edge_spread == Length(0.4)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("given", ["d/0", "d/-8", "d/1e9", "8/d", "d", "0.5", "-1 mm", "d/8 mm"])
+def test_lengths_that_make_no_sense_are_refused(given: str) -> None:
+    with pytest.raises(ValidationError):
+        EmbeddedSolver.model_validate({"element_size": given})
+
+
+def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
+    text = (ROOT / "configs" / "wild-chrysanthemum.yaml").read_text(encoding="utf-8")
+    said = study_of(text.replace("element_size: d/16", "element_size: d/12")).warnings
+    assert len(said) == 1
+    assert "elements of d/12 are more than half of blade.edge_spread (d/8) at 7 mm; take at most 0.44 mm" in said[0]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,149 @@
+"""How much of the cutting force is the mesh's and the method's, with the shipped study's choices.
+
+python benchmarks/objectivity.py phases        ten places of the mesh along the stem, at the centre of the design
+python benchmarks/objectivity.py edge          the edge over a row of nodes and over a row of elements
+python benchmarks/objectivity.py seeds         ten full models turned and shifted at random
+python benchmarks/objectivity.py sizes         elements of d/12 to d/32 with the same lengths
+python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
+python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
+python benchmarks/objectivity.py lengths       the force over edge spread and internal length
+python benchmarks/objectivity.py hourglass     hourglass forms against the fully integrated element, 17 cases (slow)
+
+Without a name all but the last are run.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+from cases import Case, agreement, paper_cases, simulate_all, tests_of
+
+from stemcal.cutting import CuttingResult, ShearTest, in_phases, perturbed
+from stemcal.fem.material import Hourglass
+
+CALIBRATED = Case("validate", {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}, 8.0, 169.0)
+
+
+def centre() -> list[ShearTest]:
+    """Return the centre of the design and the paper's calibrated point, 8 mm."""
+    return tests_of([paper_cases(["rsm"])[0], CALIBRATED])
+
+
+def mesh(test: ShearTest, **changes: object) -> ShearTest:
+    """Return a test with a change of its discretisation."""
+    return replace(test, discretisation=replace(test.discretisation, **changes))  # type: ignore[arg-type]
+
+
+def told(results: list[CuttingResult]) -> str:
+    """Return the forces and what the runs say of themselves."""
+    forces = ", ".join(f"{result.peak_force:.1f}" for result in results)
+    drift = max(result.energy_drift_percent for result in results)
+    return f"{forces} N ({results[0].elements} elements, {results[0].steps} steps, drift at most {drift:.2f} %)"
+
+
+def scatter(results: list[CuttingResult]) -> str:
+    """Return mean, standard deviation and range."""
+    force = np.array([result.peak_force for result in results])
+    share = 100.0 * force.std(ddof=1) / force.mean()
+    return f"{force.mean():.1f} N, SD {share:.2f} %, {force.min():.1f} to {force.max():.1f} N"
+
+
+def phases() -> None:
+    """Print the scatter over ten phases of the mesh along the stem."""
+    for test in centre():
+        print("ten phases:", scatter(simulate_all(list(in_phases(test, 10)))), flush=True)
+
+
+def edge() -> None:
+    """Print the force with the edge over nodes and over elements."""
+    for place in ("nodes", "elements"):
+        print(f"edge over {place}:", told(simulate_all([mesh(test, edge_over=place) for test in centre()])), flush=True)
+
+
+def seeds() -> None:
+    """Print the scatter over ten full models turned and shifted at random."""
+    for test in centre():
+        print("ten seeds:", scatter(simulate_all([perturbed(test, 1, i) for i in range(10)])), flush=True)
+
+
+def sizes() -> None:
+    """Print the force over the element size; the time step follows it."""
+    for parts in (12.0, 16.0, 20.0, 24.0, 32.0):
+        tests = []
+        for test in centre():
+            step = test.discretisation.integration.time_step
+            how = replace(test.discretisation.integration, time_step=step and step * 16.0 / parts)
+            tests.append(mesh(test, element_size=test.stem.outer_diameter / parts, integration=how))
+        print(f"d/{parts:g}:", told(simulate_all(tests)), flush=True)
+
+
+def grading() -> None:
+    """Print the force on graded meshes and with added mass, one at a time."""
+    heavy = centre()[0].discretisation.integration
+    light = replace(heavy, time_step=None)
+    changes: dict[str, dict[str, object]] = {
+        "as shipped": {},
+        "even mesh": {"coarsening": 1.0, "coarsening_around": 1.0},
+        "even around": {"coarsening_around": 1.0},
+        "coarsening 3": {"coarsening": 3.0},
+        "no mass added to small elements": {"integration": light},
+        "mass scaling 1e3, no mass added": {"integration": replace(light, mass_scaling=1.0e3)},
+        "time step safety 0.45": {"integration": replace(heavy, safety=0.45, time_step=2.0e-5)},
+    }
+    for name, change in changes.items():
+        print(f"{name}:", told(simulate_all([mesh(test, **change) for test in centre()])), flush=True)
+
+
+def contact() -> None:
+    """Print the force with the supports' penalty changed; the edge has no stiffness to change."""
+    for penalty, safety in ((0.25, 0.9), (0.0625, 0.9), (1.0, 0.45)):
+        tests = []
+        for test in centre():
+            how = replace(test.discretisation.integration, safety=safety)
+            changed = replace(test, contact=replace(test.contact, penalty=penalty))
+            tests.append(mesh(changed, integration=how))
+        print(f"penalty {penalty:g}:", told(simulate_all(tests)), flush=True)
+
+
+def lengths() -> None:
+    """Print the forces of Table 6 and 13 over edge spread and internal length, and how they agree with the paper's."""
+    cases = paper_cases(["screen", "validate"])
+    paper = np.array([case.paper for case in cases])
+    for spread, internal in ((8.0, 4.5), (8.0, 5.0), (8.0, 4.0), (9.0, 4.5), (7.0, 4.5)):
+        tests = [
+            replace(
+                test,
+                blade=replace(test.blade, edge_spread=test.stem.outer_diameter / spread),
+                material=replace(test.material, internal_length=test.stem.outer_diameter / internal),
+            )
+            for test in tests_of(cases)
+        ]
+        force = np.array([result.peak_force for result in simulate_all(tests)])
+        said = [
+            f"Table {n}: {agreement(force[part], paper[part])}" for n, part in ((6, slice(12)), (13, slice(12, 17)))
+        ]
+        print(f"edge spread d/{spread:g}, internal length d/{internal:g}: {'; '.join(said)}", flush=True)
+
+
+def hourglass() -> None:
+    """Print how the hourglass forms follow the fully integrated element over Tables 6 and 13."""
+    tests = tests_of(paper_cases(["screen", "validate"]))
+    full = simulate_all([mesh(test, element="full") for test in tests])
+    reference = np.array([result.peak_force for result in full])
+    print("fully integrated:", " ".join(f"{force:.1f}" for force in reference), "N", flush=True)
+    for coefficient in (0.001, 0.003, 0.006, 0.01):
+        form = Hourglass("stiffness", coefficient)
+        force = np.array([r.peak_force for r in simulate_all([mesh(test, hourglass=form) for test in tests])])
+        print(f"stiffness {coefficient:g}: {agreement(force, reference)}", flush=True)
+
+
+ROWS = {
+    "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
+    "lengths": lengths, "hourglass": hourglass,
+}  # fmt: skip
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or [row for row in ROWS if row != "hourglass"]:
+        ROWS[name]()
