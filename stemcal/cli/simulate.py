@@ -204,6 +204,8 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> 
 def summary(result: CuttingResult) -> dict[str, Any]:
     """Return the result's numbers as JSON values."""
     numbers = {name: getattr(result, name) for name in SCALARS}
+    if result.phase_peaks:
+        numbers["phase_peaks"] = list(result.phase_peaks)
     return {"schema_version": 1, "stage": "simulate", **numbers, "warnings": list(result.warnings)}
 
 

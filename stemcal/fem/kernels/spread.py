@@ -213,7 +213,7 @@ def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt:
         if edge.sizes[j] == 0:
             edge.force[j, :] = 0.0
         else:
-            turn(edge, body, j, edge.force[j], kick)
+            impart(edge, body, j, edge.force[j], kick)
     for j in range(edge.sizes.shape[0]):
         edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
     solve_rows(edge, kick)
@@ -242,7 +242,7 @@ def foresee(edge: Floats, body: Floats, kick: float) -> None:
 
 
 @inlined
-def turn(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
+def impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
     """Change the velocities of a row's nodes by a force (λ, friction): λ pushes down, against the normal."""
     for k in range(edge.sizes[j]):
         n = edge.nodes[j, k]
@@ -311,6 +311,6 @@ def rub(edge: Floats, body: Floats, j: int, speed: float, kick: float, friction:
         shrink * held[1] - edge.force[j, 2],
         shrink * held[2] - edge.force[j, 3],
     )
-    turn(edge, body, j, step, kick)
+    impart(edge, body, j, step, kick)
     for i in range(1, 4):
         edge.force[j, i] += step[i]
