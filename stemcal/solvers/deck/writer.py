@@ -96,7 +96,7 @@ def _head(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float) 
     yield "$ Units: mm, tonne, s, N, MPa."
     yield f"$ Study {study.name}, outer diameter {diameter:g} mm. Blade down along -z, stem along x."
     if isinstance(solver, EmbeddedSolver):
-        yield "$ Edge spread and internal length of the embedded solver are not in this deck: its force belongs to its mesh."
+        yield "$ Without edge spread and internal length of the embedded solver: the force belongs to this mesh."
     if getattr(solver, "rate_law", "") == "paper":
         yield "$ LS-DYNA's rate law is 1 + (rate/C)^(1/P); the study asks for 1 + (rate/C)^P."
 
