@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -13,18 +12,18 @@ import numpy as np
 import pytest
 from commanding import REPLAY, SMOKE, command
 
+from stemcal.cutting.result import CuttingResult, ForceHistory
 
-def known_result() -> SimpleNamespace:
+
+def known_result() -> CuttingResult:
     """Force rises as a parabola to 120 N at 0.6 mm and falls."""
     time = np.linspace(0.0, 0.5, 101)
     travel = time * 5.0 / 3.0
     force = 120.0 * (1.0 - ((travel - 0.6) / 0.6) ** 2)
     zeros = np.zeros_like(time)
     names = ("kinetic", "internal", "hourglass", "eroded", "contact", "external", "balance", "deleted")
-    history = SimpleNamespace(
-        time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros)
-    )
-    return SimpleNamespace(
+    history = ForceHistory(time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros))
+    return CuttingResult(
         peak_force=120.0, peak_force_raw=121.5, peak_time=0.36, peak_travel=0.6, elements=918,
         deleted_elements=14, steps=21000, wall_seconds=4.2, element_steps_per_second=9.5e6,
         energy_drift_percent=0.4, kinetic_ratio_percent=0.02, hourglass_ratio_percent=3.0,
@@ -39,7 +38,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
 
     made: list[tuple[Any, ...]] = []
 
-    def simulate(_study: Any, levels: Any, diameter: Any, symmetry: Any, **_: Any) -> SimpleNamespace:
+    def simulate(_study: Any, levels: Any, diameter: Any, symmetry: Any, **_: Any) -> CuttingResult:
         made.append((dict(levels), diameter, symmetry))
         return known_result()
 
