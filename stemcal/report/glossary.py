@@ -42,7 +42,9 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("aliasing", "Two effects that a design cannot tell apart: what looks like one may be the other.", _BOX,
           ("alias", "confounding")),
     Entry("Lenth's method", "Judges effects without a residual: the pseudo standard error PSE = 1.5·median of the "
-          "effects below 2.5·s0, s0 = 1.5·median of all.", "R. V. Lenth, Technometrics 31 (1989) 469",
+          "effects below 2.5·s0, s0 = 1.5·median of all. Its margins ME (one effect) and SME (the largest of all) are "
+          "simulated for the number of effects.",
+          "R. V. Lenth, Technometrics 31 (1989) 469; K. Q. Ye, M. Hamada, J. Quality Technology 32 (2000) 57",
           ("lenth", "pse", "me", "sme", "margin of error")),
     Entry("Holm's adjustment", "Raises p-values so that the chance of even one false finding among all factors stays "
           "below the level.", "S. Holm, Scand. J. Statist. 6 (1979) 65", ("p_holm", "holm")),

@@ -28,7 +28,7 @@ _COLUMNS = ("factor", "symbol", "effect", "contribution_percent", "sum_of_square
 
 @dataclass(frozen=True)
 class TestedAgainst:
-    """The scatter that effects are tested against; `mean_square` is None where there is none."""
+    """What effects are tested against; `mean_square` is None where there is nothing."""
 
     source: str
     sum_of_squares: float

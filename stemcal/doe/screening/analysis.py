@@ -126,10 +126,10 @@ def analyse_screening(
         )
     changes = _changes(fit)
     size = lenth(changes, alpha)
-    scatter = choose_error(error, design[present], fit, changes, size)
-    effects = _effects(fit, scatter, changes, names, symbols or names, size)
+    error_term = choose_error(error, design[present], fit, changes, size)
+    effects = _effects(fit, error_term, changes, names, symbols or names, size)
     signs = expected or {}
-    judged = tuple(replace(e, verdict=verdict(e, size, alpha, signs.get(e.factor))) for e in effects)
+    judged = tuple(replace(e, verdict=verdict(e, size, error_term, alpha, signs.get(e.factor))) for e in effects)
     return Screening(
         effects=judged,
         residual_sum_of_squares=fit.residual_ss,
@@ -140,8 +140,8 @@ def analyse_screening(
         significant=_significant(effects, size, alpha),
         runs_used=int(present.sum()),
         runs_failed=n_failed,
-        notes=tuple(screening_notes(fit, scatter, effects, size, design[present], n_failed, alpha)),
-        error=scatter,
+        notes=tuple(screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha)),
+        error=error_term,
         design=design[present],
     )
 

@@ -15,7 +15,7 @@ from stemcal.errors import UsageError
 
 @dataclass(frozen=True)
 class ErrorTerm:
-    """A sum of squares taken as scatter; `mean_square` is None where there is none to test against."""
+    """A sum of squares that effects are tested against; `mean_square` is None where there is none to test against."""
 
     source: str
     sum_of_squares: float

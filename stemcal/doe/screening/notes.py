@@ -11,6 +11,7 @@ from stemcal.doe.regression.least_squares import Array, LeastSquares
 from stemcal.doe.screening.effects import Effect
 from stemcal.doe.screening.error_term import ErrorTerm
 from stemcal.doe.screening.lenth import Lenth
+from stemcal.words import joined
 
 # With so few residual degrees of freedom an F test says little.
 _WEAK_DF = 3
@@ -39,7 +40,19 @@ def screening_notes(
             f"The two methods disagree on {effect.factor}: p = {effect.p:.4f} {verdict} {alpha:g}, but its "
             f"effect {effect.effect:+.4g} {side} Lenth's margin of error {size.me:.4g}."
         )
-    return [*notes, describe_aliases(design, names), *_interaction_note(design, effects)]
+    return [*notes, *_many_tests(effects, alpha), describe_aliases(design, names), *_interaction_note(design, effects)]
+
+
+def _many_tests(effects: Sequence[Effect], alpha: float) -> list[str]:
+    """Name what is below the level by itself, and not among all the factors tested."""
+    lost = [e.factor for e in effects if e.p is not None and e.p < alpha and e.p_holm is not None and e.p_holm >= alpha]
+    if not lost:
+        return []
+    by_chance = 100.0 * (1.0 - (1.0 - alpha) ** len(effects))
+    return [
+        f"{joined(lost)} has p below {alpha:g} alone, not after Holm's correction: of {len(effects)} factors without "
+        f"effect one at least would with a probability of up to {by_chance:.0f} %."
+    ]
 
 
 def stands_out(effect: Effect, size: Lenth) -> bool:
@@ -69,7 +82,8 @@ def _error_notes(fit: LeastSquares, error: ErrorTerm, names: Sequence[str], n_fa
     elif fit.df <= _WEAK_DF:
         notes.append(
             f"The error has only {fit.df} residual df (the unused columns), so the F tests are weak: read p "
-            "beside Lenth's method and the adjusted p-values."
+            "beside Lenth's method and the adjusted p-values. Without repeated runs these columns hold no scatter: "
+            "what is in them is interactions, aliased."
         )
     return notes
 
@@ -89,11 +103,12 @@ def _chosen_error_note(error: ErrorTerm, names: Sequence[str]) -> str:
     return f"As chosen, the error is the scatter of repeated runs ({error.df} df)."
 
 
-def verdict(effect: Effect, size: Lenth, alpha: float, expected: str | None) -> str:
+def verdict(effect: Effect, size: Lenth, error: ErrorTerm, alpha: float, expected: str | None) -> str:
     """Say in a sentence whether a factor matters, by p and by Lenth's method, and whether its sign fits."""
     lenth_says = stands_out(effect, size) if size.me is not None else None
     p_says = effect.p < alpha if effect.p is not None else None
     votes = [vote for vote in (p_says, lenth_says) if vote is not None]
+    together = _among_all(effect, size, alpha)
     direction = "raises" if effect.effect > 0.0 else "lowers"
     said = (
         f"from low to high it {direction} the response by {abs(effect.effect):.4g} "
@@ -101,9 +116,28 @@ def verdict(effect: Effect, size: Lenth, alpha: float, expected: str | None) -> 
     )
     measures = _measures(effect, p_says, lenth_says)
     if not votes or not any(votes):
-        return f"{effect.factor} shows no effect beyond the scatter: {said}{measures}."
-    sure = "matters" if all(votes) else "may matter, but the methods disagree"
-    return f"{effect.factor} {sure}: {said}{measures}.{_sign_remark(effect, expected)}"
+        return f"{effect.factor} shows no effect beyond {_noise(error)}: {said}{measures}."
+    sure = "may matter, but the methods disagree" if not all(votes) else "matters" if together else "may matter"
+    return f"{effect.factor} {sure}: {said}{measures}{_alone(effect, together)}.{_sign_remark(effect, expected)}"
+
+
+def _noise(error: ErrorTerm) -> str:
+    """Name what an effect is told apart from: only repeated runs that differ show scatter."""
+    if error.source == "replicates" and error.mean_square is not None:
+        return "the scatter of repeated runs"
+    return "what aliased interactions can feign"
+
+
+def _among_all(effect: Effect, size: Lenth, alpha: float) -> bool:
+    """Tell whether the effect still stands out when all factors are tested at once."""
+    holm = effect.p_holm is not None and effect.p_holm < alpha
+    return holm or (size.sme is not None and abs(effect.effect) > size.sme)
+
+
+def _alone(effect: Effect, together: bool) -> str:
+    if together or effect.p_holm is None:
+        return "" if together else ", but not among all factors at once"
+    return f", but not among all factors at once (Holm p = {effect.p_holm:.2g})"
 
 
 def _measures(effect: Effect, p_says: bool | None, lenth_says: bool | None) -> str:

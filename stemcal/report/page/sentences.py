@@ -125,6 +125,9 @@ def _screening_certainty(stage: ScreenResult) -> list[str]:
     if weak:
         also = "It" if firm else "Lenth's method"
         sentences.append(f"{also} does not confirm {joined(weak)}: treat as doubtful.")
+    lost = [e.factor for e in chosen if e.p_holm is not None and e.p_holm >= stage.alpha]
+    if lost:
+        sentences.append(f"Among all {len(stage.effects)} factors at once, {joined(lost)} may be chance (Holm).")
     return sentences
 
 
