@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from stemcal.doe.calibration.joint import fit_jointly
@@ -38,17 +37,32 @@ def responses(seed):
 
 
 def weights_by_hand(found, sd, n):
-    """sd²/n of the laboratory; a mean without sd has its kind's coefficient of variation, or that of all."""
+    """(cv·mean)²/n of the laboratory, cv of the kind or of all; the least degrees of freedom of sums with the surface.
+
+    An sd whose n is not told is known as it is: so are then all of its kind.
+    """
     measured = np.array([part[1] for part in found])
     if all(value is None for value in sd):
-        return measured**2
-    squares = [(kind, (s / m) ** 2) for kind, m, s in zip(KINDS, measured, sd, strict=True) if s is not None]
-    variance = []
-    for (kind, m, *_, of_surface), s, count in zip(found, sd, n, strict=True):
-        own = [value for other, value in squares if other == kind] or [value for _, value in squares]
-        spread = m * np.sqrt(np.mean(own)) if s is None else s
-        variance.append(spread**2 / (count or 1) + of_surface)
-    return np.array(variance)
+        return measured**2, None
+    told = [
+        (kind, (s / m) ** 2, (count or 1) - 1)
+        for kind, m, s, count in zip(KINDS, measured, sd, n, strict=True)
+        if s is not None
+    ]
+    laboratory, df = [], {}
+    for (kind, m, *_), s, count in zip(found, sd, n, strict=True):
+        own = [one for one in told if one[0] == kind] or told
+        counted = all(freedom for *_, freedom in own)
+        df[kind] = sum(freedom for *_, freedom in own) if counted else np.inf
+        pooled = sum(freedom * square for _, square, freedom in own) / df[kind]
+        square = pooled if counted else (s / m) ** 2
+        laboratory.append(square * m**2 / (count or 1))
+    surface = np.array([part[-1] for part in found])
+    share = np.array(laboratory) / (laboratory + surface)
+    mean_share = {kind: share[[kind == other for other in KINDS]].mean() for kind in df}
+    return laboratory + surface, min(
+        1.0 / (part**2 / df[kind] + (1 - part) ** 2 / 5) for kind, part in mean_share.items()
+    )
 
 
 @pytest.mark.parametrize("radius", [None, 1.2])
@@ -60,7 +74,7 @@ def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
         for (kind, measured, design, y, *_), s, count in zip(found, sd, n, strict=True)
     ]
     misfit, region = misfit_of(observations), Region(np.full(2, -REACH), np.full(2, REACH), radius)
-    variance = weights_by_hand(found, sd, n)
+    variance, df = weights_by_hand(found, sd, n)
     assert misfit.variance == pytest.approx(variance, rel=1e-9)
     fit = fit_jointly(misfit, region)
 
@@ -71,8 +85,8 @@ def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
     rise = np.where(np.linalg.norm(points, axis=-1) <= (radius or np.inf), rise, np.inf)
     assert fit.misfit == pytest.approx(rise.min(), rel=1e-3) and fit.misfit <= rise.min()
     told = any(value is not None for value in sd)
-    assert fit.p_value == (pytest.approx(chi2.sf(fit.misfit, 2)) if told else None)
-    allowed = chi2.ppf(0.95, 1) if told else fit.misfit * f_distribution.ppf(0.95, 1, 2) / 2
+    assert fit.p_value == (pytest.approx(f_distribution.sf(fit.misfit / 2, 2, df)) if told else None)
+    allowed = f_distribution.ppf(0.95, 1, df) if told else fit.misfit * f_distribution.ppf(0.95, 1, 2) / 2
     for j, profile in enumerate(profiles_of(misfit, region, fit.coded)):
         inside = axis[rise.min(axis=1 - j) - fit.misfit <= allowed]
         assert (profile.low, profile.high) == pytest.approx((inside[0], inside[-1]), abs=1.5 * STEP)

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from synthetic import exact, misfit, region, surfaces
+from synthetic import DIAMETERS, exact, misfit, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior, sample_posterior
@@ -55,6 +55,15 @@ def test_unknown_scale_gives_t() -> None:
     assert logs[0] - logs[1] == pytest.approx(-2.5 * np.log(d[0] / d[1])) and logs[2] == -np.inf
 
 
+def test_few_specimens_give_t() -> None:
+    """Six specimens: 5 degrees of freedom of sd behind one mean, the density (1 + D/5)^(−3) is Student's t."""
+    data = misfit_of([Observation("8 mm", line(20, 0), 110.0, 2.0, 6)])
+    points = np.array([[0.5, 0.0], [0.7, 0.0]])
+    logs = log_posterior(data, BOX, points)
+    assert data.many(points) == pytest.approx([0.0, 24.0], abs=1e-6)  # (4/(2/√6))²
+    assert logs[0] - logs[1] == pytest.approx(3.0 * np.log(1.0 + 24.0 / 5.0), rel=1e-6)
+
+
 def test_same_data_same_samples() -> None:
     pytest.importorskip("emcee")
     data = misfit_of([Observation("8 mm", line(20, 5), 110.0, 2.0, 1)])
@@ -82,13 +91,15 @@ def test_without_emcee_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.slow
 def test_coverage_of_credible_intervals() -> None:
-    """400 experiments at a known truth: 93 to 97 % of the 95 % intervals hold it."""
+    """400 laboratories of six specimens at five diameters: 93 to 97 % of the 95 % intervals hold the truth."""
     pytest.importorskip("emcee")
     fitted, rng, sd = surfaces(), np.random.default_rng(7), 0.03
     middle = exact(fitted, TRUTH)
     held = np.zeros(2)
     for _ in range(400):
-        measured = middle * (1.0 + sd / np.sqrt(6) * rng.standard_normal(5))
-        low, high = sample_posterior(misfit(measured, sd, fitted=fitted), region(), steps=400, burn_in=100).interval().T
+        broken = middle[:, None] * (1.0 + sd * rng.standard_normal((5, 6)))
+        told = zip(DIAMETERS, fitted, broken.mean(axis=1), broken.std(axis=1, ddof=1), strict=True)
+        data = misfit_of([Observation(f"{d:g} mm", surface, m, s, 6) for d, surface, m, s in told])
+        low, high = sample_posterior(data, region(), steps=400, burn_in=100).interval().T
         held += (low <= TRUTH) & (high >= TRUTH)
     assert np.all((held / 400 >= 0.93) & (held / 400 <= 0.97)), held / 400

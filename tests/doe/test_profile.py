@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic import exact, misfit, region, surfaces
+from synthetic import DIAMETERS, exact, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
-from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.profile import holds, profiles_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
@@ -70,15 +70,35 @@ def test_sphere_and_single_factor() -> None:
     assert (profile.low, profile.high) == pytest.approx((0.304, 0.696), abs=1e-4)
 
 
+def test_few_specimens_give_the_t_interval() -> None:
+    """ŷ = 100 + 20a, two means of three: sd 2 of 110 and 4 of 110, pooled (4 + 16)/2 = 10 with 4 df, t = 2.776.
+
+    a = 0.5 ± 2.776·√(10/3/2)/20, and b = 0 with D = 0: the misfit says nothing against it.
+    """
+    data = misfit_of([Observation("1", line(20, 0), 110.0, 2.0, 3), Observation("2", line(20, 0), 110.0, 4.0, 3)])
+    assert data.scale_df == pytest.approx(4.0, rel=1e-6)
+    a, _ = profiles_of(data, BOX, best_fit(data, BOX))
+    assert (a.low, a.high) == pytest.approx((0.5 - 0.17918, 0.5 + 0.17918), abs=1e-4)
+    assert holds(data, BOX, np.array([0.32, 0.0])) == [False, True]
+    assert holds(data, BOX, np.array([0.33, 0.0])) == [True, True]
+
+
+def test_a_value_without_sd_beside_others_takes_theirs() -> None:
+    """cv 0.02 of five specimens: 4 df; the other mean of 220 has (4.4)²/2."""
+    data = misfit_of([Observation("1", line(20, 0), 110.0, 2.2, 5), Observation("2", line(10, 5), 220.0, None, 2)])
+    assert data.variance == pytest.approx([2.2**2 / 5, 4.4**2 / 2]) and data.scale_df == pytest.approx(4.0, rel=1e-6)
+
+
 @pytest.mark.slow
-def test_coverage_of_profile_intervals() -> None:
-    """400 experiments at a known truth: 93 to 97 % of the 95 % intervals hold it."""
+@pytest.mark.parametrize("n", [3, 6])
+def test_coverage_of_profile_intervals(n: int) -> None:
+    """400 laboratories of n specimens at five diameters: 93 to 97 % of the 95 % intervals hold the truth."""
     fitted, rng, sd = surfaces(), np.random.default_rng(7), 0.03
     middle = exact(fitted, TRUTH)
     held = np.zeros(2)
     for _ in range(400):
-        measured = middle * (1.0 + sd / np.sqrt(6) * rng.standard_normal(5))
-        data = misfit(measured, sd, fitted=fitted)
-        found = profiles_of(data, region(), best_fit(data, region()))
-        held += [profile.low <= TRUTH[j] <= profile.high for j, profile in enumerate(found)]
+        broken = middle[:, None] * (1.0 + sd * rng.standard_normal((5, n)))
+        told = zip(DIAMETERS, fitted, broken.mean(axis=1), broken.std(axis=1, ddof=1), strict=True)
+        data = misfit_of([Observation(f"{d:g} mm", surface, m, s, n) for d, surface, m, s in told])
+        held += holds(data, region(), TRUTH)
     assert np.all((held / 400 >= 0.93) & (held / 400 <= 0.97)), held / 400

@@ -43,19 +43,25 @@ class JointFit:
 
 def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
     """Find the parameters that fit all observations best, inside the region."""
-    from scipy.special import chdtrc
-
     x = best_fit(misfit, region)
     least = misfit.value(x)
-    told = misfit.scale_known and misfit.df > 0
     return JointFit(
         coded=x,
         predicted=misfit.predict(x)[0],
         errors_percent=misfit.errors_percent(x),
         misfit=least,
         df=misfit.df,
-        p_value=float(chdtrc(misfit.df, least)) if told else None,
+        p_value=chance_of(misfit, least) if misfit.scale_known and misfit.df > 0 else None,
     )
+
+
+def chance_of(misfit: Misfit, least: float) -> float:
+    """Return the probability of a least misfit as large: χ², or F where the variances were estimated."""
+    from scipy.special import chdtrc, fdtrc
+
+    if np.isfinite(misfit.scale_df):
+        return float(fdtrc(misfit.df, misfit.scale_df, least / misfit.df))
+    return float(chdtrc(misfit.df, least))
 
 
 def leave_one_out(misfit: Misfit, region: Region, groups: Sequence[object] | None = None) -> list[float]:

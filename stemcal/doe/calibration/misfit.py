@@ -2,11 +2,17 @@
 
 Each measured response has its own surface over the same factors. What its variance is made of:
 
-    measured   sd²/n of the measured mean, and s²·(1 + p/n) of the surface, the mean variance of one more run
+    measured   (cv·mean)²/n of the measured mean, and s²·(1 + p/n) of the surface, the mean variance of one more run
     pooled     as measured; a value without sd gets the coefficient of variation of the others of its kind
     misfit     no sd anywhere, more responses than factors: variance ∝ measured², its size told by the misfit
-    surface    no sd anywhere, too few responses to tell: the surface's part alone
+    surface    no sd anywhere, too few responses to tell: the surface's part alone, the measured value is exact
     joint      one observation by itself, with the scatter that the misfit of all has told
+
+A few specimens do not give a known sd. All of a kind share one coefficient of variation cv, pooled over the diameters,
+cv² = Σ(n − 1)(sd/mean)²/Σ(n − 1), and its degrees of freedom go with it: D/k follows F in place of χ²/k. With variances
+that are sums the degrees of freedom are Satterthwaite's (Biometrics Bulletin 2 (1946) 110–114), 1/Σ(share²/df) over the
+parts and their mean shares; of several kinds the least counts, since an interval may rest on one of them alone. An sd
+without its n counts as known.
 """
 
 from __future__ import annotations
@@ -49,17 +55,17 @@ class Misfit:
     """D(x) of several observations; made by `misfit_of`.
 
     `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
-    freedom behind variances that were estimated, 0 where they count as exact.
+    freedom behind variances that were estimated, infinite where they count as exact.
     """
 
     observations: tuple[Observation, ...]
     variance: Array
     scatter: Scatter
-    scale_df: int = 0
+    scale_df: float = np.inf
 
     @property
     def scale_known(self) -> bool:
-        """Whether D itself follows χ²; else only ratios of D mean something."""
+        """Whether D itself follows χ², or F with `scale_df`; else only ratios of D mean something."""
         return self.scatter != "misfit"
 
     @cached_property
@@ -119,13 +125,13 @@ class Misfit:
     def only(self, kept: Sequence[int]) -> Misfit:
         """Keep some of the observations, with their weights."""
         scatter: Scatter = "surface" if not self.scale_known and len(kept) <= self.k else self.scatter
-        return Misfit(tuple(self.observations[i] for i in kept), self.variance[list(kept)], scatter)
+        return Misfit(tuple(self.observations[i] for i in kept), self.variance[list(kept)], scatter, self.scale_df)
 
     def alone(self, index: int, least: float) -> Misfit:
         """Keep one observation, with the scatter known now that the least misfit of all is `least`."""
         kept, variance = self.observations[index : index + 1], self.variance[[index]]
         if self.scale_known:
-            return Misfit(kept, variance, self.scatter)
+            return Misfit(kept, variance, self.scatter, self.scale_df)
         floor = (_FINEST * self.measured[index]) ** 2
         return Misfit(kept, np.maximum(variance * least / self.df, floor), "joint", self.df)
 
@@ -140,25 +146,41 @@ def misfit_of(observations: Sequence[Observation]) -> Misfit:
     if not known.any() and len(observations) > k:
         return Misfit(tuple(observations), measured**2, "misfit")
     scatter: Scatter = "measured" if known.all() else "pooled" if known.any() else "surface"
-    if known.any():
-        spread = _pooled(measured, spread, np.array([o.kind for o in observations]))
-    laboratory = np.nan_to_num(spread) ** 2 / [o.n or 1 for o in observations]
+    kinds, n = np.array([o.kind for o in observations]), np.array([o.n or 1 for o in observations])
+    variation, freedom = _pooled((spread / measured) ** 2, n - 1, kinds)
+    laboratory = variation * measured**2 / n
+    surface = np.array([_surface_variance(o.surface) for o in observations])
     floor = (_FINEST * measured) ** 2
-    variance = laboratory + [_surface_variance(o.surface) for o in observations]
-    return Misfit(tuple(observations), np.maximum(variance, floor), scatter)
+    surface_df = float(np.mean([o.surface.df for o in observations]))
+    behind = [(laboratory[kinds == kind], surface[kinds == kind], df) for kind, df in freedom.items()]
+    df = min(_satterthwaite([of_mean, of_surface], [df, surface_df]) for of_mean, of_surface, df in behind)
+    return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df)
 
 
-def _pooled(measured: Array, spread: Array, kinds: NDArray[np.str_]) -> Array:
-    """Give values without sd the coefficient of variation of their kind, or of all where their kind has none."""
-    variation = (spread / measured) ** 2
-    overall = np.nanmean(variation)
-    filled = spread.copy()
-    for kind in np.unique(kinds):
-        own = variation[(kinds == kind) & np.isfinite(variation)]
-        typical = np.sqrt(own.mean() if own.size else overall)
-        unknown = (kinds == kind) & ~np.isfinite(spread)
-        filled[unknown] = typical * measured[unknown]
-    return filled
+def _pooled(variation: Array, freedom: NDArray[np.int_], kinds: NDArray[np.str_]) -> tuple[Array, dict[str, float]]:
+    """Return the squared coefficients of variation, one for each kind, and the degrees of freedom behind them.
+
+    A kind without any sd takes that of all others. Where the number of specimens of an sd is not told each value keeps
+    its own, which counts as known. Without any sd they are zero.
+    """
+    pooled, behind = variation.copy(), {}
+    known = np.isfinite(variation)
+    for kind in np.unique(kinds).tolist():
+        mine = kinds == kind
+        own = mine & known if np.any(mine & known) else known
+        counted = bool(own.any() and np.all(freedom[own] > 0))
+        typical = float(np.average(variation[own], weights=freedom[own] if counted else None)) if own.any() else 0.0
+        pooled[mine if counted else mine & ~known] = typical
+        behind[kind] = float(freedom[own].sum()) if counted else np.inf
+    return pooled, behind
+
+
+def _satterthwaite(parts: Sequence[Array], freedom: Sequence[float]) -> float:
+    """Return the degrees of freedom of variances that are sums of parts, by the mean share of each part."""
+    total = np.sum(parts, axis=0)
+    shares = [float(np.mean(np.divide(part, total, out=np.zeros_like(total), where=total > 0.0))) for part in parts]
+    doubt = sum(share**2 / df for share, df in zip(shares, freedom, strict=True) if share > 0.0)
+    return 1.0 / doubt if doubt > 0.0 else np.inf
 
 
 def _surface_variance(surface: Surface) -> float:

@@ -1,7 +1,8 @@
 """What the measured forces leave possible: samples of the parameters, with uniform priors over the region.
 
-The log likelihood of a point is −D/2 where the variances are known, and −(m/2)·ln D with their common factor
-integrated out under Jeffreys' prior where they are known up to that factor. Outside the region it is −∞.
+The log likelihood of a point is −D/2 where the variances are known. Where they were estimated with ν degrees of freedom
+their common factor is integrated out under Jeffreys' prior: −((ν + m)/2)·ln(1 + D/ν), Student's t; where they are known
+up to that factor alone, −(m/2)·ln D. Outside the region it is −∞.
 Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
 emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
 fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
@@ -105,8 +106,16 @@ def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in
 def log_posterior(misfit: Misfit, region: Region, points: Array) -> Array:
     """Return the log density at (m, k) coded points, up to a constant."""
     found = misfit.many(points)
-    density = -0.5 * found if misfit.scale_known else -0.5 * len(misfit.measured) * np.log(np.maximum(found, 1e-300))
-    return np.where(region.contains(points), density, -np.inf)
+    return np.where(region.contains(points), _log_likelihood(misfit, found), -np.inf)
+
+
+def _log_likelihood(misfit: Misfit, found: Array) -> Array:
+    m, df = len(misfit.measured), misfit.scale_df
+    if not misfit.scale_known:
+        return np.asarray(-0.5 * m * np.log(np.maximum(found, 1e-300)))
+    if np.isfinite(df):
+        return np.asarray(-0.5 * (df + m) * np.log1p(found / df))
+    return np.asarray(-0.5 * found)
 
 
 def _starts(misfit: Misfit, region: Region, walkers: int, random: np.random.Generator) -> Array:

@@ -4,8 +4,8 @@ The profile of factor j is D(v) = min over the other factors of the misfit with 
 holds all v whose D rises above the least by no more than
 
     χ²(1, level)                          where the variances are known
+    F(1, df; level)                       where they were estimated, with df degrees of freedom: few specimens
     Dmin·F(1, m − k; level)/(m − k)       where their common factor is told by the misfit of m observations
-    F(1, df; level)                       where they were estimated before, with df degrees of freedom
 
 See Venzon and Moolgavkar, Applied Statistics 37 (1988) 87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 An end that reaches the edge of the region is an end of the region, not of what the data allow.
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.calibration.levelset import Objective, optimise
-from stemcal.doe.calibration.misfit import Misfit, scale_of
+from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.terms import term_gradient
@@ -65,11 +65,18 @@ def allowed_rise(misfit: Misfit, least: float, level: float = 0.95) -> float:
     """Return how much the misfit may rise above its least within the confidence interval of one factor."""
     from scipy.special import chdtri, fdtri
 
-    if misfit.scale_df:
+    if not misfit.scale_known:
+        return float(least * fdtri(1.0, misfit.df, level) / misfit.df)
+    if np.isfinite(misfit.scale_df):
         return float(fdtri(1.0, misfit.scale_df, level))
-    if misfit.scale_known:
-        return float(chdtri(1.0, 1.0 - level))
-    return float(least * fdtri(1.0, misfit.df, level) / misfit.df)
+    return float(chdtri(1.0, 1.0 - level))
+
+
+def holds(misfit: Misfit, region: Region, point: Array, level: float = 0.95) -> list[bool]:
+    """Tell for each factor whether its confidence interval holds the value at a point."""
+    search = _Search(misfit, region, best_fit(misfit, region))
+    allowed = allowed_rise(misfit, search.least, level)
+    return [search.rise(j, float(value), search.best)[0] <= allowed for j, value in enumerate(point)]
 
 
 def _profile(search: _Search, j: int, name: str, allowed: float) -> Profile:
@@ -161,13 +168,15 @@ def moved_together(direction: Array) -> list[float]:
     return [float(part) if abs(part) >= _SMALL_PART else 0.0 for part in scaled]
 
 
-def identifiability(source: str, profiles: Sequence[Profile], shown: Sequence[str]) -> str:
-    """Say in words what the data fix; `shown` are the intervals as they are to be written.
+def identifiability(source: str, profiles: Sequence[Profile], shown: Sequence[str], taken: str = "") -> str:
+    """Say in words what the data fix; `shown` are the intervals as they are to be written, `taken` what they rest on.
 
     >>> a = Profile("a", np.zeros(0), np.zeros(0), 3.84, -0.1, 0.2, (True, True), 0.1)
     >>> c = Profile("c", np.zeros(0), np.zeros(0), 3.84, -1.0, 1.0, (False, False), 1.0)
     >>> identifiability("8 mm alone", [a, c], ["16.3 to 19.5 MPa", "80 to 100 1/s"])
     '8 mm alone fixes a to 16.3 to 19.5 MPa (10 % of its range) and leaves c free.'
+    >>> identifiability("8 mm alone", [c], ["80 to 100 1/s"], "the measured value taken as exact")
+    '8 mm alone, the measured value taken as exact, leaves c free.'
     """
     fixed: list[str] = []
     bounded: list[str] = []
@@ -178,4 +187,5 @@ def identifiability(source: str, profiles: Sequence[Profile], shown: Sequence[st
             (fixed if profile.share <= FIXED else bounded).append(words)
     parts = [(f"fixes {joined(fixed)}", fixed), (f"narrows {joined(bounded)}", bounded)]
     parts.append((f"leaves {joined(free)} free", free))
-    return f"{source[0].upper()}{source[1:]} {joined([text for text, given in parts if given])}."
+    resting = f", {taken}," if taken else ""
+    return f"{source[0].upper()}{source[1:]}{resting} {joined([text for text, given in parts if given])}."

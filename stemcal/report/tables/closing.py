@@ -79,8 +79,11 @@ def _interval_sheet(stage: InvertResult) -> Sheet:
         for name in stage.point.solution
     ]
     columns = [cell for part in sets for cell in (part.source, "of range")]
-    foot = ("95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",)
-    return Sheet("How well the forces fix the parameters", ("Factor", *columns), tuple(rows), foot=foot)
+    foot = [
+        "95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",
+        *dict.fromkeys(f"{part.source}: {part.taken}." for part in sets if part.taken),
+    ]
+    return Sheet("How well the forces fix the parameters", ("Factor", *columns), tuple(rows), foot=tuple(foot))
 
 
 def _share(part: Certainty, name: str) -> str:

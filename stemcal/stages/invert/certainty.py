@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import Posterior, sample_posterior
@@ -79,8 +80,19 @@ def certainty_of(study: Study, coding: Coding, misfit: Misfit, region: Region, s
         directions=tuple(coding.by_name(row) for row in unseen),
         direction_sentences=tuple(_unseen(study, coding, row) for row in unseen),
         posterior=_posterior(coding, misfit, region) if study.invert.posterior else None,
-        sentences=(identifiability(source, profiles, shown),),
+        taken=taken_as(misfit),
+        df=misfit.scale_df if isfinite(misfit.scale_df) else None,
+        sentences=(identifiability(source, profiles, shown, taken_as(misfit)),),
     )
+
+
+def taken_as(misfit: Misfit) -> str:
+    """Say what the intervals take for granted of the measured values; nothing where their scatter is estimated."""
+    if misfit.scatter == "surface":
+        return "the measured value taken as exact since no sd is given"
+    if misfit.scatter in ("measured", "pooled") and not isfinite(misfit.scale_df):
+        return "the sd taken as known since its n is not given"
+    return ""
 
 
 def _value(coding: Coding, j: int, coded: float) -> float:

@@ -145,8 +145,8 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit) -> list[str]:
 
 
 _SCATTER = {
-    "measured": "Weights: the measured scatter (sd²/n) and that of each surface in quadrature.",
+    "measured": "Weights: the measured scatter, one coefficient of variation for a kind, and the surface's error.",
     "pooled": "Weights: the measured scatter; means without sd take the coefficient of variation of the others.",
     "misfit": "No sd is given: equal relative weights, and the scatter is told by the misfit of the fit itself.",
-    "surface": "No sd is given: only the scatter of the surface is counted, none of the measured force.",
+    "surface": "No sd is given: the measured forces are taken as exact, and only the surface's own error is counted.",
 }

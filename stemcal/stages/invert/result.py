@@ -84,7 +84,8 @@ class PosteriorSummary:
 class Certainty:
     """What the measurements named by `source` leave possible: 95 % intervals by profile likelihood.
 
-    `free` factors are those that the data say nothing about; along `directions` nothing measured changes.
+    `free` factors are those that the data say nothing about; along `directions` nothing measured changes. `taken` tells
+    what is taken for granted, `df` the degrees of freedom behind the variances, None where they count as known.
     """
 
     source: str
@@ -100,6 +101,8 @@ class Certainty:
     direction_sentences: tuple[str, ...] = ()
     posterior: PosteriorSummary | None = None
     sentences: tuple[str, ...] = ()
+    taken: str = ""
+    df: float | None = None
 
 
 @dataclass(frozen=True)
