@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+from stemcal.errors import TargetUnreachable
 
 
 def run(
@@ -20,19 +21,25 @@ def run(
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
     from stemcal.cli.session import opened
-    from stemcal.cli.show import leave_if_failed, show_run, warn_of_runs
+    from stemcal.cli.show import show_run
 
+    unreachable: TargetUnreachable | None = None
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
         from stemcal.cli.plot import draw_all
         from stemcal.report.page.render import write_page
         from stemcal.stages.results import fresh_results
+        from stemcal.stages.verdict.rules import verdict_of
 
-        workflow.calibrate(work.study, work.folder, work.executor, work.watch)
+        try:
+            workflow.calibrate(work.study, work.folder, work.executor, work.watch)
+        except TargetUnreachable as error:
+            unreachable = error
         work.folder.remember_spec(work.study.source)
         page = write_page(work.study, work.folder)
         draw_all(work.study, work.folder)
         results = fresh_results(work.study, work.folder)
-    show_run(results, page, as_json, quiet)
-    warn_of_runs(results, work.folder)
-    leave_if_failed(*results.done())
+        verdict = verdict_of(work.study, work.folder, results)
+    show_run(results, verdict, page, work.folder, as_json, quiet)
+    if unreachable is not None:
+        raise unreachable

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 import typer
 
 from stemcal.cli.console import note, say, say_json, warn
+from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
     from stemcal.folder.store import StudyFolder
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
+    from stemcal.stages.verdict.result import Verdict
 
 SOME_RUNS_FAILED = 3
 
@@ -41,24 +43,46 @@ def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
         warn(sentence)
 
 
-def show_run(results: Results, page: Path, as_json: bool, quiet: bool) -> None:
-    """Print what a whole study came to: calibrated parameters and validation, or all stages as JSON."""
+def show_run(results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
+    """Print what a whole study came to: parameters, validation, at last the verdict; or all stages as JSON.
+
+    Leaves with exit code 3 if runs failed.
+    """
     if as_json:
         stages = {result.name: result.to_json() for result in results.done()}
-        say_json({"schema_version": 1, "stage": "run", **stages, "report": str(page)})
-        return
-    from stemcal.report.tables.terminal import stage_tables
+        told = {"verdict": to_json(verdict), "report": str(page)}
+        say_json({"schema_version": 1, "stage": "run", **stages, **told})
+    else:
+        from stemcal.report.tables.terminal import stage_tables
 
-    shown = [result for result in (results.inversion, results.refinement, results.validation) if result is not None]
-    say(*(part for result in shown for part in stage_tables(result)), f"Report: {page}")
-    if not quiet:
-        for result in results.done():
-            for sentence in result.notes:
-                note(f"{result.name}: {sentence}")
+        shown = [result for result in (results.inversion, results.refinement, results.validation) if result is not None]
+        say(*(part for result in shown for part in stage_tables(result, verdict.holds)))
+        if not quiet:
+            _show_notes(results, verdict)
+    warn_of_runs(results, folder)
+    failed = warn_of_failed(*results.done())
+    if not as_json:
+        say(*verdict.lines(), f"Report: {page}")
+    if failed:
+        raise typer.Exit(SOME_RUNS_FAILED)
+
+
+def _show_notes(results: Results, verdict: Verdict) -> None:
+    from stemcal.report.verdict import shown_notes
+
+    for result in results.done():
+        for sentence in shown_notes(result, verdict):
+            note(f"{result.name}: {sentence}")
 
 
 def leave_if_failed(*results: StageResult) -> None:
-    """Count the failed runs of each stage with their reasons; leave with exit code 3 if there are any."""
+    """Leave with exit code 3 if any run failed; the failed runs of each stage are counted with their reasons."""
+    if warn_of_failed(*results):
+        raise typer.Exit(SOME_RUNS_FAILED)
+
+
+def warn_of_failed(*results: StageResult) -> bool:
+    """Count the failed runs of each stage with their reasons; returns whether there are any."""
     any_failed = False
     for result in results:
         outcomes = [outcome for _, outcome in result.runs()]
@@ -68,5 +92,4 @@ def leave_if_failed(*results: StageResult) -> None:
             reasons = Counter(outcome.reason or "no reason given" for outcome in failed)
             listed = ", ".join(f"{reason} ({count})" for reason, count in reasons.items())
             warn(f"{result.name}: {len(failed)} of {len(outcomes)} runs failed: {listed}; see {result.name}.json")
-    if any_failed:
-        raise typer.Exit(SOME_RUNS_FAILED)
+    return any_failed

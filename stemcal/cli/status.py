@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
-    """Show how many runs of each stage are done, running, failed (and why) and left.
+    """Show how many runs of each stage are done, running, failed (and why) and left, and what the study comes to.
 
     It may be asked while the study runs.
 
@@ -66,7 +66,7 @@ def _foot(found: Status) -> list[str]:
             lines.append(f"{stage.stage}: {stage.damaged} records are damaged; their runs will be done again.")
         if stage.changed:
             lines.append(f"{stage.stage}.json is stale: {', '.join(stage.changed)} changed since.")
-    return lines
+    return [*lines, *found.verdict.lines()]
 
 
 def _worker(working: Holder) -> str:

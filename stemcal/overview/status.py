@@ -20,6 +20,8 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.base import STAGES, stage_called
 from stemcal.stages.lineage import changes_since
 from stemcal.stages.making import read
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 1
@@ -76,7 +78,7 @@ class StageStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """How far a study is; `working` is what the process at work tells of itself, None if none is."""
+    """How far a study is and what it comes to; `working` is what the process at work tells of itself, or None."""
 
     schema_version: int
     stage: str
@@ -84,6 +86,7 @@ class Status:
     folder: str
     working: Holder | None
     stages: tuple[StageStatus, ...]
+    verdict: Verdict
 
 
 def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[Entry]:
@@ -145,7 +148,8 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
         _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True), working)
         for name in named
     ]
-    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages))
+    verdict = verdict_of(study, folder)
+    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict)
 
 
 def _stage(

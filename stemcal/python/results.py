@@ -25,6 +25,8 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean
 
@@ -222,6 +224,11 @@ class StudyResults:
             reason = next(iter(self.stale), f"{self.folder.path / stage}.json is not there yet")
             raise UsageError(f"{reason}; run `stemcal {stage} SPEC` first" if not self.stale else reason)
         return result
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the study is calibrated, with reservations or not, for which reasons, and what would mend it."""
+        return verdict_of(self.study, self.folder, self._results)
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -113,6 +113,9 @@ GLOSSARY: tuple[Entry, ...] = (
           "the simulated force meets the target.", "C. G. Broyden, Math. Comp. 19 (1965) 577", ("refine",)),
     Entry("Welch's test", "Does the simulated force differ from the measured mean by more than the scatter? A large p "
           "is no proof of agreement.", "B. L. Welch, Biometrika 34 (1947) 28", ("welch", "p_different")),
+    Entry("verdict", "What a study comes to by stated rules: calibrated, with reservations or not calibrated, with the "
+          "reasons and the step that mends each. Where it is not calibrated no interval is shown.", _MM,
+          ("calibrated", "with_reservations", "not_calibrated")),
     Entry("equivalence test", "Shows that two means agree within a margin (two one-sided tests), if it can be shown.",
           "D. J. Schuirmann, J. Pharmacokinet. Biopharm. 15 (1987) 657", ("tost", "equivalence", "p_equivalent")),
     # ---- laboratory

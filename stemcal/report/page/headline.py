@@ -22,8 +22,8 @@ class Card:
     range: str
 
 
-def headline(invert: InvertResult | None, study: Study) -> list[Card]:
-    """Return a card per calibrated parameter."""
+def headline(invert: InvertResult | None, study: Study, holds: bool = True) -> list[Card]:
+    """Return a card per calibrated parameter; without its range where the study is not calibrated."""
     if invert is None:
         return []
     return [
@@ -31,7 +31,7 @@ def headline(invert: InvertResult | None, study: Study) -> list[Card]:
             study.factor(name).label or name,
             significant(value),
             "" if study.factor(name).unit == "1" else study.factor(name).unit,
-            interval(invert.ranges.get(name)),
+            interval(invert.ranges.get(name)) if holds else "",
         )
         for name, value in invert.point.solution.items()
     ]

@@ -20,11 +20,14 @@ from stemcal.report.page.headline import headline
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
 from stemcal.report.tables.appendix import checks_sheet, design_sheet, page_sheets
 from stemcal.report.tables.setting import setting_sheets
-from stemcal.report.tables.sheet import Sheet
+from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import sheets_of
+from stemcal.report.verdict import CLAIMING, shown_notes
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.words import counted
 
 if TYPE_CHECKING:
@@ -73,7 +76,7 @@ def render(study: Study, folder: StudyFolder) -> str:
         )
     records = read_records(results, folder)
     plots = gallery(study, results, records)
-    names = [result.name for result in done]
+    names, verdict = [result.name for result in done], verdict_of(study, folder, results)
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -83,11 +86,13 @@ def render(study: Study, folder: StudyFolder) -> str:
         question=question(study),
         warnings=[*study.warnings, *results.stale, *failures(done), *run_warnings(records)],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
-        outcome=sentences.outcome(results),
-        certainty=[*sentences.certainty(results), *from_table(study, results)],
-        headline=headline(results.inversion, study),
+        verdict=verdict,
+        word=verdict.word,
+        outcome=sentences.outcome(results, verdict.holds),
+        certainty=[*sentences.certainty(results, verdict.holds), *from_table(study, results)],
+        headline=headline(results.inversion, study, verdict.holds),
         setting=setting_sheets(study),
-        sections=[section(result, plots) for result in done],
+        sections=[section(result, plots, verdict) for result in done],
         runs=run_sheets(results, records),
         pictures=pictures_of("runs", plots),
         provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
@@ -124,11 +129,12 @@ def failures(done: list[StageResult]) -> list[str]:
     ]
 
 
-def section(result: StageResult, plots: list[Plot]) -> Section:
-    """Return a stage's tables, figures and notes."""
-    sheets = (*sheets_of(result), *page_sheets(result))
+def section(result: StageResult, plots: list[Plot], verdict: Verdict) -> Section:
+    """Return a stage's tables, figures and notes, as far as the verdict bears them."""
+    sheets = tuple(borne([*sheets_of(result), *page_sheets(result)], verdict.holds))
     title = stage_called(result.name).title
-    return Section(result.name, title, sheets, pictures_of(result.name, plots), result.notes)
+    pictures = pictures_of(result.name, [plot for plot in plots if verdict.holds or plot.name not in CLAIMING])
+    return Section(result.name, title, sheets, pictures, shown_notes(result, verdict))
 
 
 def run_sheets(results: Results, records: Records) -> list[Sheet]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stemcal.report.numbers import fixed, interval, probability, short, significant
+from stemcal.report.verdict import WITHHELD
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
@@ -16,16 +17,20 @@ from stemcal.stages.validate import ValidateResult
 from stemcal.words import counted, joined
 
 AGREES = 10  # percent
+_AGREEING = (RefineResult, ValidateResult)
+_CLAIMING = (InvertResult, *_AGREEING)
 
 
-def outcome(results: Results) -> list[str]:
-    """Return what came out, a sentence per finished stage."""
-    return [_outcome(result) for result in results.done()]
+def outcome(results: Results, holds: bool = True) -> list[str]:
+    """Return what came out, a sentence per finished stage; no claim of agreement where the study does not bear it."""
+    return [_outcome(result) for result in results.done() if holds or not isinstance(result, _AGREEING)]
 
 
-def certainty(results: Results) -> list[str]:
-    """Return how sure it is, as far as the finished stages tell."""
-    return [sentence for result in results.done() for sentence in _certainty(result)]
+def certainty(results: Results, holds: bool = True) -> list[str]:
+    """Return how sure it is, as far as the finished stages tell; no interval where the study is not calibrated."""
+    told = [result for result in results.done() if holds or not isinstance(result, _CLAIMING)]
+    sentences = [sentence for result in told for sentence in _certainty(result)]
+    return sentences if holds else [*sentences, WITHHELD]
 
 
 def _outcome(result: StageResult) -> str:

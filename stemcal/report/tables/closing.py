@@ -48,7 +48,7 @@ def _test_sheet(stage: ValidateResult) -> Sheet:
         "p differ-\nent",
         "p\nequal",
     )
-    return Sheet("Tests against the scatter of the measured force", columns, tuple(rows), foot=foot)
+    return Sheet("Tests against the scatter of the measured force", columns, tuple(rows), foot=foot, claims=True)
 
 
 def _joint_sheet(joint: JointFitted) -> Sheet:
@@ -83,7 +83,9 @@ def _interval_sheet(stage: InvertResult) -> Sheet:
         "95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",
         *dict.fromkeys(f"{part.source}: {part.taken}." for part in sets if part.taken),
     ]
-    return Sheet("How well the forces fix the parameters", ("Factor", *columns), tuple(rows), foot=tuple(foot))
+    return Sheet(
+        "How well the forces fix the parameters", ("Factor", *columns), tuple(rows), foot=tuple(foot), claims=True
+    )
 
 
 def _share(part: Certainty, name: str) -> str:

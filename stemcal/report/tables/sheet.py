@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 from stemcal.report.numbers import probability, significant
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table: the first `texts` columns are words, the others numbers; `strong` rows stand out, `long` words wrap."""
+    """A table: the first `texts` columns are words, the others numbers; `strong` rows stand out, `long` words wrap.
+
+    A sheet that `claims`, intervals or agreement, holds for a calibrated study only, as do `claiming` columns and lines
+    of the foot.
+    """
 
     title: str
     columns: tuple[str, ...]
@@ -18,6 +23,25 @@ class Sheet:
     foot: tuple[str, ...] = ()
     strong: frozenset[int] = frozenset()
     long: bool = False
+    claims: bool = False
+    claiming: tuple[str, ...] = ()
+
+    def unclaimed(self) -> Sheet | None:
+        """Return what is left of it where the study is not calibrated."""
+        if self.claims:
+            return None
+        kept = [index for index, column in enumerate(self.columns) if column not in self.claiming]
+        return replace(
+            self,
+            columns=tuple(self.columns[index] for index in kept),
+            rows=tuple(tuple(row[index] for index in kept) for row in self.rows),
+            foot=tuple(line for line in self.foot if line not in self.claiming),
+        )
+
+
+def borne(sheets: Iterable[Sheet], holds: bool) -> list[Sheet]:
+    """Return the sheets as a study bears them: whole, or without what holds for a calibrated one only."""
+    return [left for sheet in sheets if (left := sheet if holds else sheet.unclaimed()) is not None]
 
 
 def starred(p: float | None, stars: str) -> str:

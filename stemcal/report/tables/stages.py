@@ -136,14 +136,19 @@ def calibration_sheet(stage: InvertResult) -> Sheet:
     for name, value in point.solution.items():
         row = (name, significant(value), interval(stage.ranges.get(name)), fixed(point.coded[name], 3))
         rows.append((*row, short(published.get(name))) if published else row)
-    columns = ("Factor", "Calibrated", "Range over all solutions", "Coded")
+    columns: tuple[str, ...] = ("Factor", "Calibrated", "Range over all solutions", "Coded")
+    intervals = (
+        f"95 % interval of the mean {interval(point.mean_interval)} N, of one prediction "
+        f"{interval(point.prediction_interval)} N."
+    )
     foot = (
         f"Target {short(stage.target)} N; predicted {significant(point.predicted)} N; coded radius "
         f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
-        f"95 % interval of the mean {interval(point.mean_interval)} N, of one prediction "
-        f"{interval(point.prediction_interval)} N.",
+        intervals,
     )
-    return Sheet("Calibrated parameters", (*columns, "Published") if published else columns, tuple(rows), foot=foot)
+    if published:
+        columns = (*columns, "Published")
+    return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(columns[2], intervals))
 
 
 def validation_sheet(stage: ValidateResult) -> Sheet:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from stemcal.report.numbers import duration, fixed, significant
 from stemcal.report.tables.appendix import shape_sheets
 from stemcal.report.tables.findings import spoken
-from stemcal.report.tables.sheet import Sheet
+from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import sheets_of
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 
 if TYPE_CHECKING:
@@ -19,10 +20,14 @@ if TYPE_CHECKING:
 CROWDED = 8  # columns from which the gaps shrink, so that names stay whole in 80 columns
 
 
-def stage_tables(stage: StageResult) -> list[RenderableType]:
-    """Return a stage's tables and what it says in sentences, ready to print one below the other."""
-    sheets = [*sheets_of(stage), *shape_sheets(stage)]
-    return [*(part for sheet in sheets for part in drawn(sheet)), *spoken(stage)]
+def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
+    """Return a stage's tables and what it says in sentences, ready to print one below the other.
+
+    Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
+    """
+    sheets = borne([*sheets_of(stage), *shape_sheets(stage)], holds)
+    said = spoken(stage) if holds or not isinstance(stage, InvertResult) else []
+    return [*(part for sheet in sheets for part in drawn(sheet)), *said]
 
 
 def drawn(sheet: Sheet) -> list[RenderableType]:

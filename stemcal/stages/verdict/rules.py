@@ -1,0 +1,251 @@
+"""The rules of the verdict.
+
+    unfinished   a stage that the study asks for is not there                                     not calibrated
+    reach        the surface takes the target nowhere; in a joint fit no parameters bring the
+                 largest error within the given percentage                                        not calibrated
+    target       the simulated force at the solution misses what it was fitted to by more than
+                 the given percentage (in a joint fit: at half of the diameters or more)          not calibrated
+                 by more than 2 %, or more than the refinement's tolerance                        reservation
+    physics      more than half of the runs have doubtful physics                                 not calibrated
+                 a tenth of them or more                                                          reservation
+    edge         the solution is on the edge of the region: |x| within 2 % of the radius, a
+                 factor within 1 % of its range from an end                                       reservation
+    misfit       it is larger than the scatter of the measured means explains, p < 0.05           reservation
+    validation   an independent diameter misses by more than the given percentage, its run has
+                 failed, or nothing checks the result                                             reservation
+
+The given percentage is `targets.equivalent_within_percent`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from stemcal.doe.validation.diameters import ValidationRow
+from stemcal.folder.store import StudyFolder
+from stemcal.stages.base import stages_of
+from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.verdict import advice
+from stemcal.stages.verdict.physics import Doubt, Physics, physics_of
+from stemcal.stages.verdict.result import Reason, Verdict, Weight
+from stemcal.study.model import Study
+from stemcal.words import counted, joined
+
+MAJORITY, SOME = 0.5, 0.1
+MISSED_PERCENT = 2.0
+_NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the rules look at."""
+
+    study: Study
+    results: Results
+    physics: Physics
+
+    @property
+    def within(self) -> float:
+        """The percentage within which forces count as equal."""
+        return float(self.study.targets.equivalent_within_percent)
+
+    @property
+    def compared(self) -> list[ValidationRow]:
+        """Measured and simulated force at every diameter that was simulated with the parameters found here."""
+        validation = self.results.validation
+        return [] if validation is None or self.study.solver.kind == "table" else validation.compared
+
+
+Rule = Callable[[Evidence], Iterator[Reason]]
+
+
+def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
+    """Judge a study as far as it has come; `results` if they are read already."""
+    results = results or fresh_results(study, folder)
+    evidence = Evidence(study, results, physics_of(results, folder))
+    return Verdict.of([reason for rule in RULES for reason in rule(evidence)], _use(evidence))
+
+
+# ---- where it may be used
+
+
+def _use(evidence: Evidence) -> str:
+    """Say at which diameters the simulated force agrees, and how far it is off where it is off most."""
+    rows = [row for row in evidence.compared if row.error_percent is not None]
+    good = [f"{row.diameter:g}" for row in rows if abs(row.error_percent or 0.0) <= evidence.within]
+    off = [row for row in rows if abs(row.error_percent or 0.0) > evidence.within]
+    if not rows or evidence.physics.share > MAJORITY:
+        return ""
+    worst = max(off, key=lambda row: abs(row.error_percent or 0.0), default=None)
+    told = f"Good (within {evidence.within:g} %) at {joined(good)} mm" if good else "Good at no measured diameter"
+    return f"{told}{'' if worst is None else f'; {_miss(worst)}'}."
+
+
+def _miss(row: ValidationRow) -> str:
+    """Say how far a simulated force is off, and to which side.
+
+    >>> _miss(ValidationRow(11.0, 100.0, 58.0, 42.0, "validation"))
+    '42 % low at 11 mm'
+    """
+    error = row.error_percent or 0.0
+    return f"{_size(error)} % {'low' if error > 0.0 else 'high'} at {row.diameter:g} mm"
+
+
+def _size(percent: float) -> str:
+    """Write a size in percent, with a decimal below 10.
+
+    >>> _size(-42.3), _size(4.23)
+    ('42', '4.2')
+    """
+    return f"{abs(percent):.{0 if abs(percent) >= 10.0 else 1}f}"
+
+
+# ---- the rules
+
+
+def _unfinished(evidence: Evidence) -> Iterator[Reason]:
+    done = {result.name for result in evidence.results.done()}
+    missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
+    if missing and not list(_reach(evidence)):
+        named = ", ".join(stage.title for stage in missing)
+        yield Reason("unfinished", "not_calibrated", f"not done yet: {named}", "`stemcal run SPEC` goes on")
+
+
+def _reach(evidence: Evidence) -> Iterator[Reason]:
+    surface, found, study = evidence.results.surface, evidence.results.inversion, evidence.study
+    if surface is None:
+        return
+    if study.joint_targets:
+        if found is not None and found.joint is not None and found.joint.best_worst_error_percent > evidence.within:
+            yield _no_joint_fit(evidence)
+        return
+    target = study.calibration_target.force
+    low, high = advice.reach(surface) if found is None else (target, target)
+    if not low <= target <= high:
+        side = "above" if target > high else "below"
+        sentence = f"the measured {target:g} N is {side} what the ranges reach, {low:.4g} to {high:.4g} N"
+        yield Reason("reach", "not_calibrated", sentence, advice.to_reach(study, surface, target))
+
+
+def _no_joint_fit(evidence: Evidence) -> Reason:
+    surface, found = evidence.results.surface, evidence.results.inversion
+    assert surface is not None and found is not None and found.joint is not None
+    place = found.joint.best_worst_solution
+    coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
+    return Reason(
+        "reach",
+        "not_calibrated",
+        f"no parameters within the ranges bring the largest error of {counted(len(found.joint.rows), 'diameter')} "
+        f"below {found.joint.best_worst_error_percent:.0f} %",
+        advice.from_the_edge(evidence.study, surface, coded)
+        if _on_edge(evidence, coded)
+        else "calibrate at the diameter of use alone: within the ranges the force grows otherwise with the diameter",
+    )
+
+
+def _target(evidence: Evidence) -> Iterator[Reason]:
+    fitted = [row for row in evidence.compared if row.role == "calibration" and row.error_percent is not None]
+    if not fitted:
+        return
+    worst = max(fitted, key=lambda row: abs(row.error_percent or 0.0))
+    size = abs(worst.error_percent or 0.0)
+    refine = evidence.study.refine
+    tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
+    if size <= (evidence.within if evidence.study.joint_targets else tolerance):
+        return
+    far = [row for row in fitted if abs(row.error_percent or 0.0) > evidence.within]
+    weight: Weight = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
+    remedy = (
+        "add `refine: {}` to the spec: it simulates at the solution and corrects it"
+        if refine is None
+        else f"raise `budget` under `refine` to {2 * refine.budget}, or look whether the force jumps between points"
+    )
+    sentence = f"the simulated force misses the one it was fitted to: {_miss(worst)}"
+    yield Reason("target", weight, sentence, remedy)
+
+
+def _physics(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.physics
+    if found.share < SOME or not found.doubts:
+        return
+    kinds = joined([_doubtful(doubt) for doubt in found.doubts])
+    sentence = f"{found.doubtful} of {found.checked} runs have doubtful physics: {kinds}"
+    remedies = [advice.for_physics(evidence.study, doubt) for doubt in found.doubts]
+    heavy = found.share > MAJORITY
+    yield Reason("physics", "not_calibrated" if heavy else "with_reservations", sentence, "; ".join(remedies))
+
+
+def _doubtful(doubt: Doubt) -> str:
+    words = {
+        "hourglass": "hourglass energy",
+        "kinetic": "kinetic energy",
+        "drift": "drift of the energy balance",
+        "stroke": "the force still rose when the stroke ended",
+    }[doubt.kind]
+    size = "" if doubt.worst is None else f" up to {_size(doubt.worst)} %"
+    return f"{words}{size} ({doubt.runs})"
+
+
+def _edge(evidence: Evidence) -> Iterator[Reason]:
+    surface = evidence.results.surface
+    if surface is None or evidence.results.inversion is None:
+        return
+    place = evidence.results.parameters
+    coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
+    if _on_edge(evidence, coded):
+        remedy = advice.from_the_edge(evidence.study, surface, coded)
+        yield Reason("edge", "with_reservations", "the solution lies on the edge of the region searched", remedy)
+
+
+def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
+    surface = evidence.results.surface
+    assert surface is not None
+    radius = sum(value**2 for value in coded) ** 0.5
+    region = advice.region_of(surface)
+    ends = zip(coded, region.low.tolist(), region.high.tolist(), strict=True)
+    at_end = any(min(value - a, b - value) <= _NEAR_END * (b - a) for value, a, b in ends)
+    return at_end or radius >= _NEAR_RADIUS * surface.radius
+
+
+def _misfit(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.results.inversion
+    joint = found.joint if found is not None else None
+    if joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
+        return
+    times = f"{joint.misfit / joint.df:.1f} times what the measured scatter explains"
+    sentence = f"the misfit is {times} (p = {joint.p:.2g})"
+    remedy = "vary a further factor, or fit fewer diameters (`invert.diameters`): the model is wrong somewhere"
+    yield Reason("misfit", "with_reservations", sentence, remedy)
+
+
+def _validation(evidence: Evidence) -> Iterator[Reason]:
+    if evidence.results.validation is None:
+        return
+    if evidence.study.solver.kind == "table":
+        sentence = "the validation forces are read from a table, not simulated with these parameters"
+        yield Reason("validation", "with_reservations", sentence, "validate with a solver that simulates")
+        return
+    independent = [row for row in evidence.compared if row.role != "calibration"]
+    failed = [f"{row.diameter:g}" for row in independent if row.simulated is None]
+    if failed:
+        sentence = f"the validation has no force at {joined(failed)} mm: the run failed"
+        yield Reason("validation", "with_reservations", sentence, "`stemcal retry SPEC`, then `stemcal validate SPEC`")
+    off = [row for row in independent if abs(row.error_percent or 0.0) > evidence.within]
+    if off:
+        worst = max(off, key=lambda row: abs(row.error_percent or 0.0))
+        remedy = "`invert: {diameters: all}` fits all diameters together; until then use it where it is good"
+        yield Reason("validation", "with_reservations", f"the simulated force is {_miss(worst)}", remedy)
+    if not independent and not _left_out(evidence):
+        remedy = "measure another diameter, or leave one out of `invert.diameters`"
+        yield Reason("validation", "with_reservations", "no diameter checks the result independently", remedy)
+
+
+def _left_out(evidence: Evidence) -> bool:
+    """Whether diameters left out of a joint fit in turn are predicted within the percentage."""
+    found = evidence.results.inversion
+    error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
+    return error is not None and error <= evidence.within
+
+
+RULES: tuple[Rule, ...] = (_unfinished, _reach, _target, _physics, _edge, _misfit, _validation)

@@ -1,0 +1,88 @@
+"""The verdict where people meet it: the last lines of `run`, the top of the page, `status`, a script."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from commanding import REPLAY, command
+from fakes import SPEC, FakeSolver
+
+import stemcal
+from stemcal.solvers import SOLVERS
+from stemcal.solvers.protocol import Answer, Request
+
+TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
+
+
+class Doubted(FakeSolver):
+    """The known force, from runs of which none is to be trusted."""
+
+    def solve(self, request: Request) -> Answer:
+        answer = super().solve(request)
+        return Answer("ok", answer.force, details={"hourglass_ratio_percent": 40.0, "stroke_was_enough": True})
+
+
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    path = tmp_path / "known.yaml"
+    path.write_text(SPEC + TWO, encoding="utf-8")
+    return path
+
+
+def test_the_verdict_is_the_last_that_is_said(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
+    assert said.exit_code == 0
+    lines = said.stdout[: said.stdout.index("Report: ")].splitlines()
+    assert lines[-2:] == ["Calibrated.", "Good (within 10 %) at 7, 8 and 10 mm."]
+    assert said.stdout.rstrip().endswith("report.html")
+    assert "What the measurements fix" in said.stdout and "Range over all" in said.stdout
+    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["verdict"]
+    assert told == {"verdict": "calibrated", "use": "Good (within 10 %) at 7, 8 and 10 mm.", "reasons": []}
+    assert stemcal.open_results(tmp_path / "out").verdict.verdict == "calibrated"
+
+
+def test_no_interval_is_shown_where_nothing_is_calibrated(
+    spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: Doubted())
+    said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
+    ending = " ".join(said.stdout.split())
+    assert re.search(r"Not calibrated: (\d+) of \1 runs have doubtful physics: hourglass energy up to 40 %", ending)
+    assert "Next: `element_size: d/36` under `solver`" in ending
+    for claim in ("Range over all", "What the measurements fix", "How well the forces fix", "95 % interval"):
+        assert claim not in said.stdout
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    body = page[page.index("<main>") :]
+    assert body.index("Not calibrated") < body.index("What came out")
+    for claim in (
+        "possible: ",
+        "Range over all",
+        "How well the forces fix",
+        "Equal within",
+        "95 % interval of the mean",
+    ):
+        assert claim not in body
+    assert "no interval of the parameters and no statement of agreement is given" in body
+
+
+def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    spec.write_text(spec.read_text("utf-8").replace("force: 110 N", "force: 200 N"), encoding="utf-8")
+    said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
+    assert said.exit_code == 4
+    ending = " ".join(said.stdout.split())
+    assert "Not calibrated: the measured 200 N is above what the ranges reach" in ending
+    assert "Next: raise `high` of yield_stress to about" in ending
+    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["verdict"]
+    assert told["verdict"] == "not_calibrated" and told["reasons"][0]["rule"] == "reach"
+
+
+def test_forces_of_a_table_are_a_reservation(tmp_path: Path) -> None:
+    said = command("run", REPLAY, "--out", tmp_path / "out")
+    ending = " ".join(said.stdout.split())
+    assert "Calibrated, with reservations: the validation forces are read from a table" in ending
+    assert "Calibrated, with reservations" in command("status", REPLAY, "--out", tmp_path / "out").stdout
