@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
+from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
@@ -23,6 +24,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, StageResult, head_of, leave, read_fresh
 from stemcal.study.model import Study, Target
+from stemcal.words import joined
 
 _COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
             "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
@@ -69,6 +71,7 @@ class ValidateResult(StageResult):
     error_slope_percent_per_mm: float | None = None
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None
+    formula_max_abs_error_percent: float | None = None
     published: Audited | None = None
     notes: tuple[str, ...] = ()
 
@@ -76,6 +79,15 @@ class ValidateResult(StageResult):
     def compared(self) -> list[ValidationRow]:
         """The comparison at each diameter."""
         return [row.compared for row in self.rows]
+
+    @property
+    def beside_formula(self) -> str:
+        """What a formula without mechanics reaches at the diameters that were not fitted; empty if there are none."""
+        formula, model = self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
+        if formula is None or model is None:
+            return ""
+        fitted = [f"{row.diameter:g}" for row in self.compared if row.role == "calibration"]
+        return compared_elsewhere(formula, model, f"{joined(fitted)} mm")
 
     def tables(self) -> dict[str, Table]:
         """Return the comparison."""
@@ -137,10 +149,22 @@ def validate(
             error_slope_percent_per_mm=found.error_slope_percent_per_mm,
             measured_exponent=found.measured_exponent,
             simulated_exponent=found.simulated_exponent,
+            formula_max_abs_error_percent=_formula(found.rows),
             published=published,
             notes=(*found.notes, *remarks),
         )
-        return leave(folder, result)
+        beside = [result.beside_formula] if result.beside_formula else []
+        return leave(folder, replace(result, notes=(*found.notes, *beside, *remarks)))
+
+
+def _formula(rows: Sequence[ValidationRow]) -> float | None:
+    """Return the largest error of a·d^2.5 through the fitted forces at the others that were simulated."""
+    done = [row for row in rows if row.simulated is not None]
+    pairs = {
+        fitted: [(row.diameter, row.measured) for row in done if (row.role == "calibration") is fitted]
+        for fitted in (True, False)
+    }
+    return formula_elsewhere(pairs[True], pairs[False])
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from stemcal.doe.validation.null_model import compared
 from stemcal.report.numbers import fixed, interval, probability, short, significant
 from stemcal.report.verdict import WITHHELD
 from stemcal.stages.climb import ClimbResult
@@ -160,7 +161,10 @@ def _calibration_certainty(stage: InvertResult) -> list[str]:
     if stage.joint is not None:
         left_out = stage.joint.max_abs_left_out_error_percent
         known = [sentence for part in stage.known for sentence in part.sentences]
-        return [*known, f"A diameter predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."]
+        null = stage.joint.null
+        beside = [] if null is None else [compared(null, stage.joint.max_abs_error_percent, left_out)]
+        left = f"A diameter predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."
+        return [*known, left, *beside]
     if len(stage.point.solution) > 1:
         ranges = [f"{name} {interval(bounds)}" for name, bounds in stage.ranges.items()]
         sentences.append(
@@ -189,7 +193,8 @@ def _validation_certainty(stage: ValidateResult) -> list[str]:
     errors = [abs(row.error_percent) for row in independent if row.error_percent is not None]
     if not errors:
         return ["No diameter besides the calibration's could be compared: nothing checks the result."]
-    return [
+    told = (
         f"At the {counted(len(errors), 'diameter')} not used for calibration the error reaches "
         f"{fixed(max(errors), 1)} %; {_how_many(errors)} within {AGREES} %."
-    ]
+    )
+    return [told, *([stage.beside_formula] if stage.beside_formula else [])]

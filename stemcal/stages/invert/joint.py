@@ -13,6 +13,7 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
+from stemcal.doe.validation.null_model import compared, null_model
 from stemcal.files.rows import Rows
 from stemcal.stages.invert.certainty import UNITS, Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, Point
@@ -91,6 +92,7 @@ def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: Join
         max_abs_left_out_error_percent=max((abs(left_out[i]) for i in forces), default=None) if left_out else None,
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
+        null=null_model([row.diameter for row in rows], [row.measured for row in rows]),
     )
 
 
@@ -135,6 +137,8 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit) -> list[str]:
             f"Each {left_out} predicted from a fit to the others: the force is missed by at most "
             f"{joint.max_abs_left_out_error_percent:.1f} %."
         )
+    if joint.null is not None:
+        notes.append(compared(joint.null, joint.max_abs_error_percent, joint.max_abs_left_out_error_percent))
     notes.append(_SCATTER[misfit.scatter])
     if fit.p_value is not None and fit.p_value < 0.05:
         notes.append(

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from stemcal.doe.calibration.inversion import Assessment
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
@@ -134,6 +135,7 @@ class JointFitted:
     max_abs_left_out_error_percent: float | None
     best_worst_error_percent: float
     best_worst_solution: dict[str, float]
+    null: NullModel | None = None
 
 
 @dataclass(frozen=True)
