@@ -51,7 +51,9 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: Doubted())
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
-    assert re.search(r"Not calibrated: (\d+) of \1 runs have doubtful physics: hourglass energy up to 40 %", ending)
+    assert re.search(
+        r"Not calibrated: in (\d+) of \1 runs the physics is doubtful: hourglass energy up to 40 %", ending
+    )
     assert "Next: `element_size: d/36` under `solver`" in ending
     for claim in ("Range over all", "What the measurements fix", "How well the forces fix", "95 % interval"):
         assert claim not in said.stdout

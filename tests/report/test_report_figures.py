@@ -47,7 +47,7 @@ def test_pareto_has_a_bar_per_factor_and_lenths_line(stages: dict[str, Any]) -> 
     (axes,) = pareto(stages["screen"]).axes
     lengths = sorted(bar.get_width() for bar in axes.patches)
     assert lengths == pytest.approx(sorted(abs(e.effect) for e in stages["screen"].effects))
-    assert axes.lines[0].get_xdata()[0] == pytest.approx(23.7888, abs=1e-3)
+    assert axes.lines[0].get_xdata()[0] == pytest.approx(stages["screen"].lenth.me)
 
 
 def test_residuals_are_those_of_the_fit(stages: dict[str, Any]) -> None:

@@ -149,7 +149,7 @@ def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: J
     before = judged(study, tmp_path / "first", solver_of(study))
     assert before.verdict == "not_calibrated" and rules(before) == ["physics"]
     assert not before.holds and before.use == ""
-    assert re.search(r"(\d+) of \1 runs have doubtful physics: hourglass energy up to 16 %", before.lines()[0])
+    assert re.search(r"in (\d+) of \1 runs the physics is doubtful: hourglass energy up to 16 %", before.lines()[0])
     advised = re.match(r"`element_size: (d/\d+)` under `solver`", before.next_step)
     assert advised is not None and advised[1] == "d/23"
     finer = f"solver: {{kind: embedded, element_size: {advised[1]}, mass_scaling: 1}}\n"
@@ -181,7 +181,10 @@ def test_a_few_doubtful_runs_are_a_reservation(tmp_path: Path, judged: Judge) ->
 
     verdict = judged(written(tmp_path), tmp_path, Some())
     assert verdict.verdict == "with_reservations" and rules(verdict) == ["physics"]
-    assert "the force still rose when the stroke ended (3)" in verdict.reasons[0].sentence
+    assert verdict.reasons[0].sentence.startswith("in 3 of ")
+    assert verdict.reasons[0].sentence.endswith(
+        "the physics is doubtful: the force had not fallen when the stroke ended"
+    )
     assert verdict.next_step == "`duration: 1 s` under `loading` doubles the blade's way"
 
 

@@ -6,13 +6,13 @@
     target       the simulated force at the solution misses what it was fitted to by more than
                  the given percentage (in a joint fit: at half of the diameters or more)          not calibrated
                  by more than 2 %, or more than the refinement's tolerance                        reservation
-    physics      more than half of the runs have doubtful physics                                 not calibrated
-                 a tenth of them or more                                                          reservation
     edge         the solution is on the edge of the region: |x| within 2 % of the radius, a
                  factor within 1 % of its range from an end                                       reservation
     misfit       it is larger than the scatter of the measured means explains, p < 0.05           reservation
     validation   an independent diameter misses by more than the given percentage, its run has
                  failed, or nothing checks the result                                             reservation
+    physics      more than half of the runs have doubtful physics, for whatever reasons           not calibrated
+                 a tenth of them or more; each kind of doubt is told with its own remedy          reservation
 
 The given percentage is `targets.equivalent_within_percent`.
 """
@@ -167,13 +167,12 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
 
 def _physics(evidence: Evidence) -> Iterator[Reason]:
     found = evidence.physics
-    if found.share < SOME or not found.doubts:
+    if found.share < SOME:
         return
-    kinds = joined([_doubtful(doubt) for doubt in found.doubts])
-    sentence = f"{found.doubtful} of {found.checked} runs have doubtful physics: {kinds}"
-    remedies = [advice.for_physics(evidence.study, doubt) for doubt in found.doubts]
-    heavy = found.share > MAJORITY
-    yield Reason("physics", "not_calibrated" if heavy else "with_reservations", sentence, "; ".join(remedies))
+    weight: Weight = "not_calibrated" if found.share > MAJORITY else "with_reservations"
+    for doubt in found.doubts:
+        sentence = f"in {doubt.runs} of {found.checked} runs the physics is doubtful: {_doubtful(doubt)}"
+        yield Reason("physics", weight, sentence, advice.for_physics(evidence.study, doubt))
 
 
 def _doubtful(doubt: Doubt) -> str:
@@ -181,10 +180,9 @@ def _doubtful(doubt: Doubt) -> str:
         "hourglass": "hourglass energy",
         "kinetic": "kinetic energy",
         "drift": "drift of the energy balance",
-        "stroke": "the force still rose when the stroke ended",
+        "stroke": "the force had not fallen when the stroke ended",
     }[doubt.kind]
-    size = "" if doubt.worst is None else f" up to {_size(doubt.worst)} %"
-    return f"{words}{size} ({doubt.runs})"
+    return words if doubt.worst is None else f"{words} up to {_size(doubt.worst)} %"
 
 
 def _edge(evidence: Evidence) -> Iterator[Reason]:
@@ -248,4 +246,4 @@ def _left_out(evidence: Evidence) -> bool:
     return error is not None and error <= evidence.within
 
 
-RULES: tuple[Rule, ...] = (_unfinished, _reach, _target, _physics, _edge, _misfit, _validation)
+RULES: tuple[Rule, ...] = (_unfinished, _reach, _target, _edge, _misfit, _validation, _physics)
