@@ -251,3 +251,18 @@ def test_plackett_burman_of_the_weld_repaired_castings():
     assert result.ranked()[0].factor == "F"
     assert round(result.ranked()[0].contribution_percent) == 45  # R² = 0.45 of F alone
     assert {tuple(row) for row in design} == {tuple(row) for row in cyclic_design(11)}
+
+
+def test_an_effect_beyond_the_simultaneous_margin_needs_no_holm():
+    """Coefficients 30 and 25, one of 7 in an unused column: t = 30·√2/7 = 6.1 with two df, Holm above 5 %.
+
+    The other effects are noise of 0.5, which SME passes by far: both matter, and nothing is said of chance.
+    """
+    every = plackett_burman(11)
+    design, unused = every[:, :9], every[:, 9]
+    noise = np.random.default_rng(0).normal(0.0, 0.5, 12)
+    result = analyse_screening(design, 100.0 + 30.0 * design[:, 0] + 25.0 * design[:, 1] + 7.0 * unused + noise, NAMES)
+    strong = result.effects[:2]
+    assert all(effect.p < 0.05 and effect.p_holm > 0.05 and effect.effect > result.lenth.sme for effect in strong)
+    assert all(effect.verdict.startswith(f"{effect.factor} matters: ") for effect in strong)
+    assert not any("not after Holm's correction" in note for note in result.notes)

@@ -40,12 +40,17 @@ def screening_notes(
             f"The two methods disagree on {effect.factor}: p = {effect.p:.4f} {verdict} {alpha:g}, but its "
             f"effect {effect.effect:+.4g} {side} Lenth's margin of error {size.me:.4g}."
         )
-    return [*notes, *_many_tests(effects, alpha), describe_aliases(design, names), *_interaction_note(design, effects)]
+    return [
+        *notes,
+        *_many_tests(effects, size, alpha),
+        describe_aliases(design, names),
+        *_interaction_note(design, effects),
+    ]
 
 
-def _many_tests(effects: Sequence[Effect], alpha: float) -> list[str]:
-    """Name what is below the level by itself, and not among all the factors tested."""
-    lost = [e.factor for e in effects if e.p is not None and e.p < alpha and e.p_holm is not None and e.p_holm >= alpha]
+def _many_tests(effects: Sequence[Effect], size: Lenth, alpha: float) -> list[str]:
+    """Name what is below the level by itself, and stands out by no method among all the factors tested."""
+    lost = [e.factor for e in effects if e.p is not None and e.p < alpha and not _among_all(e, size, alpha)]
     if not lost:
         return []
     by_chance = 100.0 * (1.0 - (1.0 - alpha) ** len(effects))

@@ -131,9 +131,10 @@ def _screening_certainty(stage: ScreenResult) -> list[str]:
     if weak:
         also = "It" if firm else "Lenth's method"
         sentences.append(f"{also} does not confirm {joined(weak)}: treat as doubtful.")
-    lost = [e.factor for e in chosen if e.p_holm is not None and e.p_holm >= stage.alpha]
+    largest = (stage.lenth.sme if stage.lenth is not None else None) or margin
+    lost = [e.factor for e in chosen if (e.p_holm or 0.0) >= stage.alpha and abs(e.effect) <= largest]
     if lost:
-        sentences.append(f"Among all {len(stage.effects)} factors at once, {joined(lost)} may be chance (Holm).")
+        sentences.append(f"Among all {len(stage.effects)} factors at once, {joined(lost)} may be chance (Holm, Lenth).")
     return sentences
 
 
