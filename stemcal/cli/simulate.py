@@ -204,6 +204,8 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> 
 def summary(result: CuttingResult) -> dict[str, Any]:
     """Return the result's numbers as JSON values."""
     numbers = {name: getattr(result, name) for name in SCALARS}
+    if result.break_travel is not None:
+        numbers["break_travel"] = result.break_travel
     if result.phase_peaks:
         numbers["phase_peaks"] = list(result.phase_peaks)
     return {"schema_version": 1, "stage": "simulate", **numbers, "warnings": list(result.warnings)}
@@ -228,8 +230,8 @@ def _write_figure(result: CuttingResult, path: Path) -> None:
 
     history = result.history
     curves = {
-        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist())),
-        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist())),
+        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist()), result.break_travel),
+        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel),
     }
     save(force_travel(curves, highlighted=["filtered"]), path)
 

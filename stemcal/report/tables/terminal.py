@@ -67,6 +67,7 @@ def _simulation_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("Maximum force", f"{significant(summary['peak_force'])} N"),
         ("  before the filter", f"{significant(summary['peak_force_raw'])} N"),
         ("  at", f"{summary['peak_time']:.4f} s, {summary['peak_travel']:.3f} mm of travel"),
+        *([("Stem broke at", f"{summary['break_travel']:.3f} mm of travel")] if "break_travel" in summary else []),
         ("Elements", f"{summary['elements']}, {summary['deleted_elements']} of them eroded by then"),
         ("Steps", f"{summary['steps']} in {duration(summary['wall_seconds'])}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(summary['energy_drift_percent'], 3)} %"),
