@@ -155,7 +155,10 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
         chosen = [label for label in curves if at_solution(label)]
-        caption = "Force over blade travel: validation runs in colour, all others in grey."
+        dotted = (
+            " Dotted: after the stem has broken, not cutting any more." if any(c.broke for c in curves.values()) else ""
+        )
+        caption = f"Force over blade travel: validation runs in colour, all others in grey.{dotted}"
         plots.append(Plot("force-travel", "runs", caption, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for label, record in records.items():
