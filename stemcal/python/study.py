@@ -86,7 +86,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Curve:
-    """Force (N, filtered) on the blade over its travel from first touch (mm), and the travel at which the stem broke."""
+    """Force (N, filtered) on the blade over its travel from first touch (mm), and where the stem broke, if it did."""
 
     travel: Array
     force: Array
