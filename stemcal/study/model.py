@@ -14,10 +14,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr,
 from pydantic.dataclasses import dataclass
 
 from stemcal.study import units
-from stemcal.study.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
-from stemcal.study.lengths import Length, StemLength, StemLengthOrZero
 from stemcal.study.outside import CommandSolver, LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
+from stemcal.study.spec.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
+from stemcal.study.spec.lengths import Length, StemLength, StemLengthOrZero
 
 __all__ = [
     "Blade",

@@ -22,7 +22,7 @@ from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.outside import LsDynaSolver
-from stemcal.study.placeholders import template_bytes
+from stemcal.study.spec.placeholders import template_bytes
 
 __all__ = ["LsDyna", "peak_answer"]
 

@@ -15,13 +15,13 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.study.draft import Draft, Finding
-from stemcal.study.messages import finding_of
 from stemcal.study.model import Factor, Study, StudyForm
-from stemcal.study.plausible import doubts
 from stemcal.study.rules import broken_rules
-from stemcal.study.schema import RESULT_KINDS, SOLVER_KINDS
-from stemcal.study.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
+from stemcal.study.rules.plausible import doubts
+from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.spec.messages import finding_of
+from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS
+from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
 from stemcal.words import listed, nearest
 
 __all__ = ["load_study", "read_study"]

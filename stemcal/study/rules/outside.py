@@ -1,18 +1,16 @@
-"""Rules on solvers outside stemcal: their templates, how their result is read, the user's own deck."""
+"""Rules on what answers in place of the embedded solver: templates, results, the user's own deck, tables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.study.draft import Draft, Finding
 from stemcal.study.outside import CommandSolver, CsvResult, JsonResult, LsDynaSolver, RegexResult, ResultReader
-from stemcal.study.placeholders import DIAMETER, placeholders, template_bytes
-from stemcal.study.strict_yaml import NodePath
-from stemcal.words import did_you_mean
-
-__all__ = ["OUTSIDE_RULES"]
+from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.spec.placeholders import DIAMETER, placeholders, template_bytes
+from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.words import did_you_mean, listed
 
 _MOST_UNKNOWN = 20
 _RESERVED = {"program-output.txt"}
@@ -107,10 +105,8 @@ def command_names_deck(draft: Draft) -> Iterator[Finding]:
         yield Finding(("solver", "command"), "the command does not name the deck", 'add an argument "i={{deck}}"')
 
 
-OUTSIDE_RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    placeholders_are_known,
-    placeholders_are_used,
-    run_files_differ,
-    reduction_has_what_it_needs,
-    command_names_deck,
-)
+def table_answers_something(draft: Draft) -> Iterator[Finding]:
+    """A table solver has at least one table."""
+    solver = draft.solver
+    if solver and solver.kind == "table" and not (solver.screen or solver.rsm or solver.validate):
+        yield Finding(("solver",), "no table is given", "add " + listed(["screen", "rsm", "validate"]))

@@ -7,7 +7,7 @@ import json
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
-from stemcal.study.fields import StudyName
+from stemcal.study.spec.fields import StudyName
 
 __all__ = ["template"]
 

@@ -8,12 +8,12 @@ import pytest
 from pydantic import ValidationError
 
 from stemcal.errors import SpecError
-from stemcal.study.lengths import Length
 from stemcal.study.model import Blade, EmbeddedSolver, Study, StudyForm, TableSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec import load_study, read_study
+from stemcal.study.spec.lengths import Length
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 CASES = ROOT / "tests" / "cases"
 MINIMAL = (CASES / "good" / "minimal.yaml").read_text(encoding="utf-8")
 EXPECT = re.compile(r"# expect: (\d+): (.+)")

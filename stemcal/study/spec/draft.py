@@ -21,7 +21,7 @@ from stemcal.study.model import (
     Targets,
 )
 from stemcal.study.outside import CommandSolver, LsDynaSolver
-from stemcal.study.strict_yaml import NodePath
+from stemcal.study.spec.strict_yaml import NodePath
 
 __all__ = ["Draft", "Finding"]
 

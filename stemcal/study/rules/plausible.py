@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator
 
 from stemcal.study import units
-from stemcal.study.draft import Finding
-from stemcal.study.lengths import Length
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.parameters import PARAMETERS
-from stemcal.study.strict_yaml import NodePath
+from stemcal.study.spec.draft import Finding
+from stemcal.study.spec.lengths import Length
+from stemcal.study.spec.strict_yaml import NodePath
 
 __all__ = ["doubts"]
 

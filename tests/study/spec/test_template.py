@@ -7,7 +7,7 @@ import pytest
 from stemcal.errors import UsageError
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec import read_study
-from stemcal.study.template import template
+from stemcal.study.spec.template import template
 
 
 @pytest.mark.parametrize("name", ["my-study", "菊花 2026", "it's", "010", "yes"])

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from stemcal.study.model import StudyForm
-from stemcal.study.schema import json_schema, keys_of, section_with
-from stemcal.study.strict_yaml import read_yaml
+from stemcal.study.spec.schema import json_schema, keys_of, section_with
+from stemcal.study.spec.strict_yaml import read_yaml
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SPECS = [*sorted((ROOT / "configs").glob("*.yaml")), *sorted((ROOT / "tests" / "cases" / "good").glob("*.yaml"))]
 
 
@@ -53,7 +53,7 @@ def test_every_shipped_spec_satisfies_the_schema(spec: Path) -> None:
 
 
 def test_what_init_writes_satisfies_the_schema() -> None:
-    from stemcal.study.template import template
+    from stemcal.study.spec.template import template
 
     assert complaints(read_yaml(template("mine").encode("utf-8")).data) == []
 

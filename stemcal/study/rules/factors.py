@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from stemcal.study import units
-from stemcal.study.draft import Draft, Finding
 from stemcal.study.model import Factor
 from stemcal.study.outside import LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
-from stemcal.study.strict_yaml import NodePath
+from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.spec.strict_yaml import NodePath
 from stemcal.words import did_you_mean
-
-__all__ = ["FACTOR_RULES"]
 
 
 def names_differ(draft: Draft) -> Iterator[Finding]:
@@ -152,16 +150,3 @@ def _plausible(name: str) -> str:
     parameter = PARAMETERS[name]
     low, high = parameter.plausible
     return f"{low:g} to {high:g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")
-
-
-FACTOR_RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    names_differ,
-    ranges_rise,
-    factors_are_known,
-    factors_are_physical,
-    material_is_physical,
-    material_is_given_once,
-    material_is_complete,
-    tangent_stays_below_elastic,
-    design_takes_factors,
-)

@@ -14,7 +14,7 @@ from stemcal.errors import SpecError
 from stemcal.study.model import Study
 from stemcal.study.spec import read_study
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 SPECS = [path.read_bytes() for path in sorted(CONFIGS.glob("*.yaml"))]
 TREES = [yaml.safe_load(content) for content in SPECS]
 

@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from stemcal.study.scalars import decode, resolve
-from stemcal.study.strict_yaml import MAX_BYTES, Document, Place, read_yaml
+from stemcal.study.spec.scalars import decode, resolve
+from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, Place, read_yaml
 
 
 def read(text: str) -> Document:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from stemcal.study.scalars import decode, resolve
+from stemcal.study.spec.scalars import decode, resolve
 
 __all__ = ["MAX_BYTES", "Document", "NodePath", "Place", "YamlProblem", "read_yaml"]
 

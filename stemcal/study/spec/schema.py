@@ -6,7 +6,7 @@ import functools
 from typing import Any
 
 from stemcal.study.model import StudyForm
-from stemcal.study.strict_yaml import NodePath
+from stemcal.study.spec.strict_yaml import NodePath
 
 __all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_with"]
 
