@@ -6,7 +6,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from stemcal.doe.validation.diameters import compare_diameters, power_law_exponent
+from stemcal.doe.validation.diameters import compare_diameters
 from stemcal.errors import UsageError
 from stemcal.stages.audit.printed import compare_cells
 
@@ -69,16 +69,6 @@ def test_all_runs_failed():
     out = compare_diameters([7, 8], [100.0, 150.0], [None, None], None)
     assert out.max_abs_error_percent is None
     assert out.mean_abs_error_percent is None
-
-
-def test_an_exact_power_law():
-    d = np.array([5.0, 6.0, 8.0, 11.0])
-    exponent = power_law_exponent(d, 3.0 * d**1.7)
-    assert exponent.value == pytest.approx(1.7, rel=1e-12)
-    assert exponent.high - exponent.low < 1e-9
-    assert power_law_exponent([8.0, 8.0], [1.0, 2.0]) is None
-    two = power_law_exponent([1.0, 2.0], [1.0, 8.0])
-    assert (two.value, two.low) == (pytest.approx(3.0), None)
 
 
 def test_the_independent_maximum_leaves_the_calibration_diameter_out():

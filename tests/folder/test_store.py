@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files import durable
 from stemcal.files.durable import as_json, canonical, digest
+from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder
 
 KEY = "0123456789abcdef" * 2
@@ -150,7 +151,7 @@ def test_stage_files(folder: StudyFolder) -> None:
 
 
 def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
-    folder.write_csv("t", ["factor", "value"], [["a,b", 0.1], ["é", None]])
+    folder.write_csv("t", Table(("factor", "value"), (("a,b", 0.1), ("é", None))))
     assert (folder.path / "t.csv").read_bytes() == 'factor,value\n"a,b",0.1\né,\n'.encode()
 
 
@@ -159,6 +160,7 @@ def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
 
 LOCKER = """
 import sys, time
+from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder
 with StudyFolder(sys.argv[1]):
     print("locked", flush=True)

@@ -50,7 +50,7 @@ def test_diameters_of_the_example() -> None:
     assert found.summary.mean == pytest.approx(8.90, abs=0.02)
     assert [grade.low for grade in found.grades] == [6.5, 7.5, 8.5, 9.5, 10.5]
     assert sum(grade.share_percent for grade in found.grades) > 90
-    assert [test.name for test in found.tests] == ["Shapiro–Wilk", "Anderson–Darling"]
+    assert [test.name for test in found.normality] == ["Shapiro–Wilk", "Anderson–Darling"]
 
 
 def test_repeats_are_averaged_per_stem_in_columns_or_rows(tmp_path: Path) -> None:
@@ -58,7 +58,7 @@ def test_repeats_are_averaged_per_stem_in_columns_or_rows(tmp_path: Path) -> Non
     wide.write_text("stem,d1 (cm),d2 (cm)\nA,0.70,0.72\nB,0.80,\nC,0.95,0.93\n")
     long.write_text("stem;diameter\nA;7,0\nA;7,2\nB;8,0\nC;9,5\nC;9,3\n")
     for path in (wide, long):
-        assert measure_diameters(path).values == pytest.approx((7.1, 8.0, 9.4))
+        assert [stem.diameter for stem in measure_diameters(path).stems] == pytest.approx((7.1, 8.0, 9.4))
 
 
 @pytest.mark.parametrize(

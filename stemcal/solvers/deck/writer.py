@@ -97,7 +97,7 @@ def _head(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float) 
     yield f"$ Study {study.name}, outer diameter {diameter:g} mm. Blade down along -z, stem along x."
     if isinstance(solver, EmbeddedSolver):
         yield "$ Without edge spread and internal length of the embedded solver: the force belongs to this mesh."
-    if getattr(solver, "rate_law", "") == "paper":
+    if isinstance(solver, EmbeddedSolver) and solver.rate_law == "paper":
         yield "$ LS-DYNA's rate law is 1 + (rate/C)^(1/P); the study asks for 1 + (rate/C)^P."
 
 
@@ -149,7 +149,7 @@ def _materials(given: Mapping[str, float]) -> Iterator[str]:
 
 
 def _part_cards(solver: EmbeddedSolver | LsDynaSolver) -> Iterator[str]:
-    form = _FORMULATION[getattr(solver, "element", "one_point")]
+    form = _FORMULATION[solver.element if isinstance(solver, EmbeddedSolver) else "one_point"]
     yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": form})
     yield from keyword("SECTION_SOLID", {"secid": BLADE, "elform": 1})
     for title, part in (("stem", STEM), ("blade", BLADE), ("supports", SUPPORTS)):

@@ -1,12 +1,11 @@
-"""What an unquoted YAML scalar means (the core schema of YAML 1.2), and how bytes become text."""
+"""What an unquoted YAML scalar means (the core schema of YAML 1.2)."""
 
 from __future__ import annotations
 
-import codecs
 import math
 import re
 
-__all__ = ["decode", "resolve"]
+__all__ = ["resolve"]
 
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -34,19 +33,3 @@ def resolve(text: str) -> str | int | float | bool | None:
     if _NOT_FINITE.fullmatch(text):
         return math.inf
     return text
-
-
-def decode(content: bytes) -> str | None:
-    """Return the text of UTF-8, UTF-16 or GBK bytes, with or without a byte-order mark; None if none fits."""
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        encodings = ["utf-16"]
-    elif len(content) >= 2 and 0 in content[:2]:
-        encodings = ["utf-16-be" if content[0] == 0 else "utf-16-le"]
-    else:
-        encodings = ["utf-8-sig", "gbk"]
-    for encoding in encodings:
-        try:
-            return content.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-    return None

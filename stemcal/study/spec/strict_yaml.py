@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from stemcal.study.spec.scalars import decode, resolve
+from stemcal.files.decoding import decode
+from stemcal.study.spec.scalars import resolve
 
 __all__ = ["MAX_BYTES", "Document", "NodePath", "Place", "YamlProblem", "read_yaml"]
 

@@ -4,7 +4,8 @@ import time
 
 import pytest
 
-from stemcal.study.spec.scalars import decode, resolve
+from stemcal.files.decoding import decode
+from stemcal.study.spec.scalars import resolve
 from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, Place, read_yaml
 
 
