@@ -15,8 +15,7 @@ to `watch`, called with a `Progress`.
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
-
+from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress, Watch, ignore
@@ -40,7 +39,7 @@ __all__ = ["Progress", "audit", "calibrate", "climb", "fit_surface", "invert", "
 def calibrate(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> ValidateResult:

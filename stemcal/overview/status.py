@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder.store import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
@@ -200,7 +200,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
 def retry(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     keys: Sequence[str] = (),
     watch: Watch = ignore,
     solver: Solver | None = None,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,6 +11,7 @@ from stemcal.doe.screening.ascent import ascent_path, nearest_step, passed
 from stemcal.doe.screening.effects import Effect
 from stemcal.doe.validation.diameters import error_percent
 from stemcal.errors import RunsFailed
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
 from stemcal.folder.store import StudyFolder
@@ -74,7 +74,7 @@ class ClimbResult(StageResult):
 def climb(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> ClimbResult:

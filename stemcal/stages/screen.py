@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
 from stemcal.folder.store import StudyFolder
@@ -123,7 +123,7 @@ class ScreenResult(StageResult):
 def screen(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> ScreenResult:

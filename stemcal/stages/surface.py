@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, ClassVar, TypeVar
@@ -24,6 +23,7 @@ from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.regression.transform import BoxCox, box_cox
 from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.errors import RunsFailed
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.folder.store import StudyFolder
@@ -293,7 +293,7 @@ class SurfaceResult(StageResult):
 def fit_response_surface(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> SurfaceResult:

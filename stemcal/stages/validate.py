@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
@@ -103,7 +103,7 @@ class ValidateResult(StageResult):
 def validate(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> ValidateResult:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.errors import UsageError
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline, key
 from stemcal.folder.store import StudyFolder
@@ -62,7 +62,7 @@ class AuditResult(StageResult):
 def audit(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> AuditResult:

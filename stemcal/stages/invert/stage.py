@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from dataclasses import replace
 
+from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Watch, ignore
 from stemcal.solvers import make_solver
@@ -22,7 +22,7 @@ __all__ = ["InvertResult", "invert"]
 def invert(
     study: Study,
     folder: StudyFolder,
-    _executor: Executor | None = None,
+    _executor: RunExecutor | None = None,
     _watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> InvertResult:

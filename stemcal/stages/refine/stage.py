@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 
 from stemcal.errors import RunsFailed
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Watch, ignore
@@ -25,7 +25,7 @@ __all__ = ["RefineResult", "refine"]
 def refine(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> RefineResult:
