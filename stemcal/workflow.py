@@ -29,7 +29,7 @@ from stemcal.stages.making import make
 from stemcal.stages.refine.stage import refine
 from stemcal.stages.result import read_result
 from stemcal.stages.screen import screen
-from stemcal.stages.surface import fit_response_surface as fit_surface
+from stemcal.stages.surface.stage import fit_response_surface as fit_surface
 from stemcal.stages.validate import ValidateResult, validate
 from stemcal.study.model import Study
 

@@ -22,7 +22,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.making import make
 from stemcal.stages.result import Head, StageResult, head_of, leave, read_result
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.study.model import Study
 

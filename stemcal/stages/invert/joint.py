@@ -17,7 +17,7 @@ from stemcal.files.rows import Rows
 from stemcal.stages.invert.certainty import UNITS, Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
-from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
 
 

@@ -13,7 +13,7 @@ from stemcal.stages.invert.joint import solve_jointly
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.single import assess_published, solve
 from stemcal.stages.result import head_of, leave, read_fresh
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 __all__ = ["InvertResult", "invert"]

@@ -34,7 +34,7 @@ from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ToldRow
 from stemcal.stages.result import Interval
-from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import RefineOptions, Study
 
 _SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new

@@ -16,7 +16,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import Loop
 from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
 from stemcal.stages.result import Head, head_of, leave, read_fresh
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 __all__ = ["RefineResult", "refine"]
