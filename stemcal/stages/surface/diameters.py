@@ -2,44 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import outcome_of
-from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.design import Design
 from stemcal.stages.result import (
     reasons_given,
 )
 from stemcal.stages.surface.result import AtDiameter, FitSummary, SurfaceResult
 from stemcal.stages.surface.runs import DiameterRun, weighed
-from stemcal.study.model import Study
-
-AnswerAll = Callable[[Sequence[Request]], list[Answer]]
+from stemcal.stages.work import Work
 
 
-def run_diameters(
-    study: Study, result: SurfaceResult, design: Design, solver: Solver, answer: AnswerAll
-) -> list[AtDiameter]:
+def run_diameters(work: Work, result: SurfaceResult, design: Design) -> list[AtDiameter]:
     """Run the design at every diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
-    return [_at_diameter(study, target.diameter, result, design, solver, answer) for target in study.joint_targets]
+    return [_at_diameter(work, target.diameter, result, design) for target in work.study.joint_targets]
 
 
-def _at_diameter(
-    study: Study, diameter: float, result: SurfaceResult, design: Design, solver: Solver, answer: AnswerAll
-) -> AtDiameter:
+def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Design) -> AtDiameter:
     requests = design.requests(diameter)
-    answers = answer(requests)
-    runs = weighed(
-        study,
-        [
-            DiameterRun(run=request.row + 1, outcome=outcome_of(request, given, solver))
-            for request, given in zip(requests, answers, strict=True)
-        ],
-    )
+    answers = work.answers(requests)
+    pairs = zip(requests, answers, strict=True)
+    told_of = [DiameterRun(run=r.row + 1, outcome=outcome_of(r, answer, work.solver)) for r, answer in pairs]
+    runs = weighed(work.study, told_of)
     with reasons_given(requests, answers):
-        told = {name: _summary(result, runs, name, diameter) for name in study.invert.responses}
+        told = {name: _summary(result, runs, name, diameter) for name in work.study.invert.responses}
     further: dict[str, FitSummary] = {name: fit for name, fit in told.items() if name != "force"}
     return AtDiameter(diameter=diameter, runs=Rows(runs), fit=told["force"], responses=further or None)
 

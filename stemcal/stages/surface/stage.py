@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.policy import censored_remarks
-from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.audit.cells import audit_surface, sentences
 from stemcal.stages.base import stage_called
@@ -24,8 +20,6 @@ from stemcal.stages.result import (
     DesignRun,
     DesignRuns,
     Head,
-    head_of,
-    leave,
     read_fresh,
     reasons_given,
 )
@@ -34,39 +28,31 @@ from stemcal.stages.surface.diameters import run_diameters
 from stemcal.stages.surface.result import FactorCoding, ReductionSteps, SurfaceResult
 from stemcal.stages.surface.runs import circumstances, error_remark, weighed
 from stemcal.stages.surface.shape import shape_of
+from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import CodingEntry, Study
 
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
 
-def fit_response_surface(
-    study: Study,
-    folder: StudyFolder,
-    executor: RunExecutor,
-    watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> SurfaceResult:
+@a_stage
+def fit_response_surface(work: Work) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
-    solver = solver or make_solver(study)
-    with folder:
-        screening = read_before(study, solver, folder)
-        head = head_of(study, solver, folder, "rsm")
-        names, chosen = surface_factors(study, solver, screening)
-        design = surface_design(recentred(study, screening), solver, names)
-        requests = design.requests(study.targets.calibrate_at)
-        answers = answer_all(requests, solver, folder, executor, watch, study.runs)
-        runs = weighed(study, runs_of(design, requests, answers, solver).runs)
-        with reasons_given(requests, answers):
-            fit, reduction = fit_terms(study, design, runs)
-        result, described = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
-        if study.joint_targets:
-            answering = partial(answer_all, solver=solver, folder=folder, executor=executor, watch=watch)
-            parts = run_diameters(study, result, design, solver, partial(answering, policy=study.runs))
-            result = replace(result, diameters=Rows(parts))
-        remarks = [result.pure_error_note] if result.pure_error_note and fit.lack_of_fit_testable else []
-        reduced = [] if reduction is None else [reduction.describe()]
-        notes = [*chosen, *reduced, *fit.notes, *described, *censored_remarks(answers), *remarks]
-        return leave(folder, replace(result, notes=(*notes, *sentences(result.published))))
+    study, solver = work.study, work.solver
+    screening = read_before(study, solver, work.folder)
+    head = work.head("rsm")
+    names, chosen = surface_factors(study, solver, screening)
+    design = surface_design(recentred(study, screening), solver, names)
+    requests = design.requests(study.targets.calibrate_at)
+    answers = work.answers(requests)
+    runs = weighed(study, runs_of(design, requests, answers, solver).runs)
+    with reasons_given(requests, answers):
+        fit, reduction = fit_terms(study, design, runs)
+    result, described = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
+    result = replace(result, diameters=Rows(run_diameters(work, result, design)))
+    remarks = [result.pure_error_note] if result.pure_error_note and fit.lack_of_fit_testable else []
+    reduced = [] if reduction is None else [reduction.describe()]
+    notes = [*chosen, *reduced, *fit.notes, *described, *censored_remarks(answers), *remarks]
+    return replace(result, notes=(*notes, *sentences(result.published)))
 
 
 def _result(
