@@ -23,7 +23,6 @@ from stemcal.stages.making import read
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 1
-STATUSES = ("ok", "censored", "failed", "left", "damaged")
 _SHORTEST_KEY = 4
 
 
@@ -31,7 +30,7 @@ _SHORTEST_KEY = 4
 class Entry:
     """One row of a stage: what was asked and, if a record answers it, what came of it.
 
-    `status` is one of `STATUSES`; `again` tells that the next command begins the run again.
+    `status` is ok, censored, failed, left or damaged; `again` tells that the next command begins the run again.
     """
 
     stage: str

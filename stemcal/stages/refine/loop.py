@@ -14,14 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step
-from stemcal.doe.calibration.joint_approach import (
-    FIRST_REACH,
-    SHRINK,
-    JointTrial,
-    missed,
-    next_joint_point,
-    through,
-)
+from stemcal.doe.calibration.joint_approach import FIRST_REACH, SHRINK, JointTrial, missed, next_joint_point, through
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface

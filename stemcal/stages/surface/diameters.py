@@ -8,9 +8,7 @@ from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import outcome_of
 from stemcal.stages.design import Design
-from stemcal.stages.result import (
-    reasons_given,
-)
+from stemcal.stages.result import reasons_given
 from stemcal.stages.surface.result import AtDiameter, FitSummary, SurfaceResult
 from stemcal.stages.surface.runs import DiameterRun, weighed
 from stemcal.stages.work import Work
@@ -43,11 +41,5 @@ def _summary(result: SurfaceResult, runs: Sequence[DiameterRun], response: str, 
         )
     fit = result.refitted(runs, response=response)
     return FitSummary(
-        Rows(fit.coefficients),
-        fit.r2,
-        fit.adjusted_r2,
-        fit.predicted_r2,
-        fit.press,
-        fit.cv_percent,
-        fit.runs_failed,
+        Rows(fit.coefficients), fit.r2, fit.adjusted_r2, fit.predicted_r2, fit.press, fit.cv_percent, fit.runs_failed
     )

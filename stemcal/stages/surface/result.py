@@ -23,13 +23,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.audit.cells import Audited
-from stemcal.stages.result import (
-    CodedScale,
-    DesignRuns,
-    Head,
-    Interval,
-    StageResult,
-)
+from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, DiameterRun, circumstances
 from stemcal.stages.surface.shape import Opinions, RidgeRow, Shape
 from stemcal.study.model import Study

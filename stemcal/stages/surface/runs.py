@@ -11,10 +11,7 @@ import numpy as np
 from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.files.typed import absent, inline
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.result import (
-    DesignRun,
-    DesignRuns,
-)
+from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study
 
 

@@ -33,7 +33,7 @@ def test_equivalence_is_two_one_sided_tests() -> None:
 
 def test_without_scatter_nothing_is_tested() -> None:
     assert compare_means(Sample(100.0), Sample(90.0), 5.0).p is None
-    assert compare_means(Sample(100.0, 5.0, 1), Sample(90.0), 5.0).equivalent is None
+    assert compare_means(Sample(100.0, 5.0, 1), Sample(90.0), 5.0).p_equivalent is None
     assert mean_interval(Sample(100.0, 5.0, 1)) == (None, None)
 
 
