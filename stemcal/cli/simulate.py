@@ -73,7 +73,7 @@ def simulate(
     from stemcal.solvers.embedded import simulate as shear_test
 
     with waiting("one virtual shear test", quiet) as status:
-        result = shear_test(study, levels, diameter, symmetry, watch=live(status, _stroke(study)), frames=frames)
+        result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -129,11 +129,6 @@ def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, 
             raise UsageError(f"--set {setting}: no factor {name!r}{_suggestion(name, list(levels))}")
         levels[name] = _number(setting, text)
     return levels
-
-
-def _stroke(study: Study) -> float:
-    """Return how far the blade comes from touching the stem on, mm."""
-    return study.loading.speed * study.loading.duration - study.loading.gap
 
 
 def _number(setting: str, text: str) -> float:

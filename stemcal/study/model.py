@@ -125,6 +125,11 @@ class Loading(_Frozen):
     duration: Time = 0.5
     gap: SizeOrZero = 0.001
 
+    @property
+    def stroke(self) -> float:
+        """How far the blade comes from touching the stem on, mm."""
+        return self.speed * self.duration - self.gap
+
 
 class Contact(_Frozen):
     """Friction and penalty: µ = µd + (µs − µd)·exp(−decay·|v|)."""

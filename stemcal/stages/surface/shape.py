@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.regression.canonical import Canonical, RidgePoint, analyse_shape, ridge_path
+from stemcal.doe.regression.canonical import Canonical, analyse_shape, ridge_path
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import SecondOpinion, second_opinion
 from stemcal.doe.regression.surface import Surface
@@ -71,11 +71,12 @@ def shape_of(study: Study, design: Design, surface: Surface) -> tuple[Beside, li
     kept = [term in surface.terms for term in term_names(surface.names)]
     scale = box_cox(term_columns(surface.design)[:, kept], surface.response)
     other = second_opinion(surface) if len(surface.design) <= _MOST_RUNS else None
-    ridge = Rows(_ridge_row(design.coding, point) for point in ridge_path(surface, radii))
+    by_name = design.coding.by_name
+    ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
     notes = [shape.describe()]
     notes += [scale.sentence] if scale is not None and scale.advised != 1.0 else []
     notes += [other.sentence] if other is not None and other.warns else []
-    return Beside(_shape(design.coding, shape), ridge, scale, _opinions(other)), notes
+    return Beside(_shape(design.coding, shape), Rows(ridge), scale, _opinions(other)), notes
 
 
 def _shape(coding: Coding, found: Canonical) -> Shape:
@@ -90,10 +91,6 @@ def _shape(coding: Coding, found: Canonical) -> Shape:
         tuple(found.eigenvalues.tolist()),
         tuple(coding.by_name(axis) for axis in found.axes.T),
     )
-
-
-def _ridge_row(coding: Coding, point: RidgePoint) -> RidgeRow:
-    return RidgeRow(point.radius, coding.by_name(point.coded), point.predicted, point.standard_error)
 
 
 def _opinions(other: SecondOpinion | None) -> Opinions | None:

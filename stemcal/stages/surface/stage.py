@@ -90,17 +90,8 @@ def _result(
 
 
 def _entry(study: Study, design: Design, j: int) -> FactorCoding:
-    factor, coding = study.factor(design.names[j]), design.coding
-    return FactorCoding(
-        factor.name,
-        coding.centre[j],
-        coding.half_step[j],
-        factor.symbol,
-        factor.label,
-        factor.unit,
-        factor.low,
-        factor.high,
-    )
+    f, coding = study.factor(design.names[j]), design.coding
+    return FactorCoding(f.name, coding.centre[j], coding.half_step[j], f.symbol, f.label, f.unit, f.low, f.high)
 
 
 def read_before(study: Study, solver: Solver, folder: StudyFolder) -> ScreenResult | ClimbResult | None:

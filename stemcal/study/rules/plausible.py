@@ -84,9 +84,10 @@ def _targets(study: Study) -> Iterator[Finding]:
             if getattr(target, name) == 0.0:
                 message = "a scatter of none gives this mean nearly all the weight of a joint fit"
                 yield Finding((*path, name), message, "leave it out if it is not known")
-        way = study.loading.speed * study.loading.duration - study.loading.gap
-        if target.travel is not None and target.travel > way:
-            message = f"{target.travel:g} mm is more than the {way:.3g} mm that the simulated blade travels"
+        if target.travel is not None and target.travel > study.loading.stroke:
+            message = (
+                f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
+            )
             yield Finding((*path, "travel"), message, "lengthen loading.duration")
 
 
