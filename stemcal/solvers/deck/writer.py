@@ -17,7 +17,7 @@ from stemcal.errors import UsageError
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.cards import fitted, keyword
+from stemcal.solvers.deck.fixed_width import fitted, keyword
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.outside import LsDynaSolver
