@@ -24,7 +24,7 @@ from stemcal.cutting import (
     mean_over_phases,
     perturbed,
 )
-from stemcal.cutting.shape import LARGEST
+from stemcal.cutting.end_state import LARGEST
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
