@@ -193,8 +193,8 @@ def _write_figure(result: CuttingResult, path: Path) -> None:
 
     history = result.history
     curves = {
-        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist())),
-        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist())),
+        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist()), result.break_travel),
+        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel),
     }
     save(force_travel(curves, highlighted=["filtered"]), path)
 

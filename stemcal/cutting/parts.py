@@ -70,8 +70,11 @@ class Discretisation:
         Of the solver.
     filter_window : float
         Width of the moving mean over the force, s.
+    break_drop : float
+        The stem counts as broken once elements have failed and the force has dropped by this share of its peak, as a
+        testing machine's break detection has it; 1 never finds a break, so that the peak is that of the whole stroke.
     stop_after_peak : bool
-        End the simulation once the force has fallen and stayed down.
+        End the simulation once the stem has broken.
     """
 
     element_size: float = 1.0
@@ -86,7 +89,8 @@ class Discretisation:
     hourglass: Hourglass = field(default_factory=Hourglass)
     integration: Integration = field(default_factory=lambda: Integration(mass_scaling=1.0e4, outputs=500))
     filter_window: float = 0.01
-    stop_after_peak: bool = False
+    break_drop: float = 0.5
+    stop_after_peak: bool = True
 
 
 @dataclass(frozen=True)

@@ -188,6 +188,7 @@ def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
+        break_drop=solver.break_drop,
         stop_after_peak=solver.stop_after_peak,
     )
 

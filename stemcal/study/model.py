@@ -194,7 +194,8 @@ class EmbeddedSolver(_Frozen):
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 3.0
     phases: Annotated[Whole, Field(ge=1, le=100)] = 1
     perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
-    stop_after_peak: Annotated[bool, Field(strict=True)] = False
+    break_drop: Annotated[Number, Field(gt=0, le=1)] = 0.5
+    stop_after_peak: Annotated[bool, Field(strict=True)] = True
     failure_length: Size | None = None
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
 

@@ -68,6 +68,7 @@ def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
         ("Maximum force", f"{significant(result.peak_force)} N"),
         ("  before the filter", f"{significant(result.peak_force_raw)} N"),
         ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
+        *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
         ("Elements", f"{result.elements}, {result.deleted_elements} of them eroded by then"),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),

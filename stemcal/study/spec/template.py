@@ -138,8 +138,8 @@ contact:
 # symmetry: none | half | quarter (the model's mirror planes; quarter needs bevel: both).
 # mass_scaling allows larger time steps; `stemcal simulate` shows whether kinetic energy stays small.
 # Further: elements_through_wall: n (else as many as make them no longer than element_size), element: one_point | full
-# (the slow reference), phases: n (mean over n places of the mesh), perturb: seed (a random place), stop_after_peak:
-# true, threads: n (for one large model).
+# (the slow reference), phases: n (mean over n places of the mesh), perturb: seed (a random place), threads: n (for one
+# large model), stop_after_peak: false (compute the whole stroke, also after the stem has broken).
 solver:
   kind: embedded
   rate_law: paper
@@ -156,6 +156,7 @@ solver:
   time_step_safety: 0.9
   outputs: 500                     # points of the force history
   filter_window: 10 ms             # low-pass filter of the force; 0 s = none
+  break_drop: 0.5                  # broken, and the maximum passed, once the force has dropped by this share of it
 
 # Measured maximum shear forces with n specimens each. Parameters are fitted at calibrate_at,
 # the other diameters check them. sd (standard deviation) may be given beside n, and so may what else was measured:
