@@ -12,8 +12,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting.blade import Blade
 from stemcal.cutting.build import build, stem_mesh
-from stemcal.cutting.parts import SHARES, Blade, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
+from stemcal.cutting.end_state import Shape, shape_of
+from stemcal.cutting.parts import SHARES, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
 from stemcal.cutting.phases import in_phases, mean_over_phases, perturbed
 from stemcal.cutting.result import (
     BreakWatch,
@@ -24,7 +26,6 @@ from stemcal.cutting.result import (
     force_history,
     travel_at,
 )
-from stemcal.cutting.shape import Shape, shape_of
 from stemcal.fem.stepper import Inspect, simulate
 
 __all__ = [

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting.end_state import Shape
 from stemcal.cutting.parts import ShearTest
-from stemcal.cutting.shape import Shape
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 

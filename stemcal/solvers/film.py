@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting import CuttingResult
-from stemcal.cutting.shape import Shape
+from stemcal.cutting.end_state import Shape
 from stemcal.fem.kernels.block import PLASTIC_STRAIN
 from stemcal.fem.state import State
 

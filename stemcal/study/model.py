@@ -14,10 +14,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr,
 from pydantic.dataclasses import dataclass
 
 from stemcal.study import units
-from stemcal.study.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
-from stemcal.study.lengths import Length, StemLength, StemLengthOrZero
 from stemcal.study.outside import CommandSolver, LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
+from stemcal.study.spec.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
+from stemcal.study.spec.lengths import Length, StemLength, StemLengthOrZero
 
 __all__ = [
     "Blade",
@@ -124,6 +124,11 @@ class Loading(_Frozen):
     speed: Annotated[float, Quantity("speed", above=0)] = 100 / 60
     duration: Time = 0.5
     gap: SizeOrZero = 0.001
+
+    @property
+    def stroke(self) -> float:
+        """How far the blade comes from touching the stem on, mm."""
+        return self.speed * self.duration - self.gap
 
 
 class Contact(_Frozen):

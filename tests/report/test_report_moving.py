@@ -15,7 +15,7 @@ import pytest
 
 from stemcal import cutting
 from stemcal.cli.requested import requestable, write_requested
-from stemcal.cutting.shape import Shape
+from stemcal.cutting.end_state import Shape
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
