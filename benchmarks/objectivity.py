@@ -7,6 +7,7 @@ python benchmarks/objectivity.py sizes         elements of d/12 to d/32 with the
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
 python benchmarks/objectivity.py lengths       the force over edge spread and internal length
+python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
 python benchmarks/objectivity.py hourglass     hourglass forms against the fully integrated element, 17 cases (slow)
 
 Without a name all but the last are run.
@@ -71,12 +72,27 @@ def seeds() -> None:
 def sizes() -> None:
     """Print the force over the element size; the time step follows it."""
     for parts in (12.0, 16.0, 20.0, 24.0, 32.0):
-        tests = []
-        for test in centre():
-            step = test.discretisation.integration.time_step
-            how = replace(test.discretisation.integration, time_step=step and step * 16.0 / parts)
-            tests.append(mesh(test, element_size=test.stem.outer_diameter / parts, integration=how))
-        print(f"d/{parts:g}:", told(simulate_all(tests)), flush=True)
+        print(f"d/{parts:g}:", told(simulate_all([of_size(test, parts) for test in centre()])), flush=True)
+
+
+def of_size(test: ShearTest, parts: float) -> ShearTest:
+    """Return a test with elements of so many to the diameter."""
+    step = test.discretisation.integration.time_step
+    how = replace(test.discretisation.integration, time_step=step and step * 16.0 / parts)
+    return mesh(test, element_size=test.stem.outer_diameter / parts, integration=how)
+
+
+def cut() -> None:
+    """Print the work of the blade until the stem breaks and over the whole stroke, and the force in its last tenth."""
+    for parts in (12.0, 16.0, 24.0):
+        results = simulate_all([mesh(of_size(test, parts), stop_after_peak=False) for test in centre()])
+        for result in results:
+            curve = result.history
+            broke = int(np.searchsorted(curve.travel, result.break_travel or np.inf))
+            last = curve.force_filtered[-len(curve.time) // 10 :].mean()
+            until = f"{curve.external[: broke + 1][-1]:.1f} mJ until the break at {result.break_travel or 0.0:.3f} mm"
+            whole = f"{curve.external[-1]:.1f} mJ over {curve.travel[-1]:.3f} mm"
+            print(f"d/{parts:g}: {until}, {whole}, at last {last:.1f} N", flush=True)
 
 
 def grading() -> None:
@@ -141,7 +157,7 @@ def hourglass() -> None:
 
 ROWS = {
     "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
-    "lengths": lengths, "hourglass": hourglass,
+    "lengths": lengths, "cut": cut, "hourglass": hourglass,
 }  # fmt: skip
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ def _marked_up(text: str) -> str:
 
 def spec() -> str:
     """Return every section and key of a spec."""
-    from stemcal.study.schema import json_schema
+    from stemcal.study.spec.schema import json_schema
 
     schema = json_schema()
     top = [(f"`{key}`", _kind(node), _default(node)) for key, node in schema["properties"].items()]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stemcal.stages.invert.result import InvertResult
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.screen import ScreenResult
-    from stemcal.stages.surface import SurfaceResult
+    from stemcal.stages.surface.result import SurfaceResult
     from stemcal.stages.validate import ValidateResult
     from stemcal.study.model import Study
 
@@ -34,7 +34,7 @@ _NAMES = {
     "StudyResults": "stemcal.python.results",
     "ScreenResult": "stemcal.stages.screen",
     "ClimbResult": "stemcal.stages.climb",
-    "SurfaceResult": "stemcal.stages.surface",
+    "SurfaceResult": "stemcal.stages.surface.result",
     "InvertResult": "stemcal.stages.invert.result",
     "RefineResult": "stemcal.stages.refine.result",
     "ValidateResult": "stemcal.stages.validate",

@@ -15,8 +15,7 @@ to `watch`, called with a `Progress`.
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
-
+from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress, Watch, ignore
@@ -30,7 +29,7 @@ from stemcal.stages.making import make
 from stemcal.stages.refine.stage import refine
 from stemcal.stages.result import read_result
 from stemcal.stages.screen import screen
-from stemcal.stages.surface import fit_response_surface as fit_surface
+from stemcal.stages.surface.stage import fit_response_surface as fit_surface
 from stemcal.stages.validate import ValidateResult, validate
 from stemcal.study.model import Study
 
@@ -40,7 +39,7 @@ __all__ = ["Progress", "audit", "calibrate", "climb", "fit_surface", "invert", "
 def calibrate(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> ValidateResult:

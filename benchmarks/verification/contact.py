@@ -99,7 +99,7 @@ def sliding() -> Topic:
 
 def speeds(history: History) -> np.ndarray:
     """Return the speed of the block from its kinetic energy, mm/s."""
-    return np.sqrt(2.0 * history.kinetic / MASS)
+    return np.sqrt(2.0 * np.maximum(history.kinetic, 0.0) / MASS)
 
 
 def moved(history: History) -> float:

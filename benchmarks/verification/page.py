@@ -11,7 +11,7 @@ from time import perf_counter
 
 from stemcal import __version__
 from stemcal.report.figures.style import save
-from verification import contact, element, law, shear_test, structures
+from verification import contact, element, law, lengths, shear_test, structures
 from verification.case import Topic
 
 TOPICS = (
@@ -28,6 +28,8 @@ TOPICS = (
     contact.rebound,
     contact.sliding,
     contact.taylor,
+    lengths.edge,
+    lengths.failure,
     shear_test.symmetry,
     shear_test.energy,
     shear_test.determinism,

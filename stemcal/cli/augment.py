@@ -43,7 +43,7 @@ def augment(
     from stemcal.cli.show import show_stage
     from stemcal.overview import augment as augmenting
     from stemcal.stages.making import make
-    from stemcal.study.amend import rewrite
+    from stemcal.study.spec.amend import rewrite
 
     study = read_study(spec)
     added = augmenting.Augmentation(fold_over, extra_runs, axial)

@@ -17,7 +17,7 @@ def init(
     """
     from stemcal.cli.console import note, say
     from stemcal.errors import UsageError
-    from stemcal.study.template import template
+    from stemcal.study.spec.template import template
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,7 @@ from stemcal.cli.options import AsJson, Quiet
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stemcal.files.rows import Table
     from stemcal.measured.curves import CurveOptions
     from stemcal.measured.reading import Form
     from stemcal.measured.shear import ShearTests
@@ -61,10 +62,11 @@ def diameters(
 
     form = _form(encoding, separator, decimal, sheet)
     found = measure_diameters(file, form, _numbers(grades), step, diameter_column)
-    data = {"schema_version": 1, "stage": "measure-diameters", **found.as_dict()}
+    content = _content("measure-diameters", found)
     if out:
-        _leave_files(out, data, {"diameters": figures.diameter_histogram(data)}, "stems")
-    _show(data, tables.diameter_sheets(data), [], as_json, quiet)
+        drawn = {"diameters": figures.diameter_histogram(found)}
+        _leave_files(out, "measure-diameters", content, found.stems.table(), drawn)
+    _show(content, found.synthetic, tables.diameter_sheets(found), [], as_json, quiet)
 
 
 @app.command()
@@ -151,20 +153,31 @@ def _finish_shear(
 ) -> None:
     """Write what was asked for, show the rest."""
     from stemcal.cli.console import note
+    from stemcal.files.rows import Rows
+    from stemcal.measured.shear import SpecimenRow
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
 
-    data = {"schema_version": 1, "stage": "measure-shear", **tests.as_dict(), "targets": section}
+    rows = Rows(map(SpecimenRow.of, tests.specimens))
+    content = _content(
+        "measure-shear",
+        {
+            "specimens": rows,
+            "grades": tests.grades,
+            "power_law": tests.power_law,
+            "synthetic": tests.synthetic,
+            "targets": section,
+        },
+    )
     if spec:
         replace_targets(spec, section)
     if out:
-        curves = {g.diameter: [s.curve for s in tests.specimens if s.grade == g.diameter] for g in tests.grades}
         drawn = {
-            "shear-curves": figures.shear_curves(curves, tests.synthetic),
-            "force-diameter": figures.force_over_diameter(data),
+            "shear-curves": figures.shear_curves(tests),
+            "force-diameter": figures.force_over_diameter(tests),
         }
-        _leave_files(out, data, drawn, "specimens", {"targets.yaml": section})
-    _show(data, tables.shear_sheets(data), tests.remarks(), as_json, quiet, section)
+        _leave_files(out, "measure-shear", content, rows.table(), drawn, section)
+    _show(content, tests.synthetic, tables.shear_sheets(tests), tests.remarks(), as_json, quiet, section)
     if spec and not quiet:
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
@@ -172,14 +185,18 @@ def _finish_shear(
 def replace_targets(spec: Path, section: str) -> None:
     """Put a targets section into a spec; one that would then be wrong is left as it was."""
     from stemcal.errors import UsageError
+    from stemcal.files.decoding import decode
     from stemcal.files.durable import write_durably
     from stemcal.measured.targets import with_targets
     from stemcal.study.spec import read_study
 
     try:
-        text = with_targets(spec.read_text(encoding="utf-8"), section)
+        before = decode(spec.read_bytes())
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
+    if before is None:
+        raise UsageError(f"{spec} is no text; save it in UTF-8")
+    text = with_targets(before, section)
     read_study(text.encode("utf-8"), spec)
     write_durably(spec, text)
 
@@ -200,30 +217,32 @@ def _numbers(text: str | None) -> list[float]:
         raise UsageError(f"--grades {text}: give diameters in mm separated by commas, as in 7,8,9,10,11") from None
 
 
+def _content(stage: str, measured: object) -> object:
+    """Return what was measured as JSON."""
+    from stemcal.files.typed import to_json
+
+    return {"schema_version": 1, "stage": stage, **to_json(measured)}
+
+
 def _leave_files(
-    folder: Path, data: dict[str, Any], figures: dict[str, Figure], rows: str, texts: dict[str, str] | None = None
+    folder: Path, stage: str, content: object, rows: Table, figures: dict[str, Figure], section: str = ""
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
-    import csv
-    import io
-
     from stemcal.files.durable import as_json, write_durably
     from stemcal.report.figures.style import save_both
 
     folder.mkdir(parents=True, exist_ok=True)
-    table = io.StringIO(newline="")
-    writer = csv.DictWriter(table, list(data[rows][0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(data[rows])
-    texts = {f"{data['stage']}.json": as_json(data), f"{data['stage']}.csv": table.getvalue(), **(texts or {})}
+    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
     for name, text in texts.items():
-        write_durably(folder / name, text)
+        if text:
+            write_durably(folder / name, text)
     for name, figure in figures.items():
         save_both(figure, folder / name)
 
 
 def _show(
-    data: dict[str, Any],
+    content: object,
+    synthetic: bool,
     sheets: Iterable[Sheet],
     remarks: list[str],
     as_json: bool,
@@ -234,10 +253,10 @@ def _show(
     from stemcal.report.tables.terminal import drawn
 
     if as_json:
-        say_json(data)
+        say_json(content)
     else:
         say(*(part for sheet in sheets for part in drawn(sheet)), *([section] if section else []))
-    if data["synthetic"]:
+    if synthetic:
         warn("these data say of themselves that they are synthetic; do not publish them as measured")
     for remark in [] if quiet else remarks:
         note(f"note: {remark}")

@@ -52,7 +52,7 @@ def write_requested(study: Study, folder: StudyFolder, name: str, suffix: str) -
 
 
 def _animation(details: Details, path: Path) -> Path:
-    from stemcal.cutting.shape import Shape
+    from stemcal.cutting.end_state import Shape
     from stemcal.report.figures.animation import write_animation
     from stemcal.solvers.film import frames_of
 
@@ -63,7 +63,7 @@ def _animation(details: Details, path: Path) -> Path:
 
 def _view(details: Details, path: Path) -> Path:
     from stemcal.cli.console import note
-    from stemcal.cutting.shape import Shape
+    from stemcal.cutting.end_state import Shape
     from stemcal.report.figures.view import write_view
 
     note(f"{path.name}: {write_view(Shape.unpacked(details.shape), path)}")

@@ -12,10 +12,7 @@ from stemcal.cli.console import route_log, stderr, warn
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from stemcal.executors.cluster import DaskExecutor
-    from stemcal.executors.local import LocalExecutor
+    from stemcal.executors.base import RunExecutor
     from stemcal.folder.store import StudyFolder
     from stemcal.report.progress import Watcher
     from stemcal.study.model import Study
@@ -29,7 +26,7 @@ class Session:
 
     study: Study
     folder: StudyFolder
-    executor: Executor
+    executor: RunExecutor
     watch: Watcher
 
 
@@ -63,7 +60,7 @@ def check_executor(name: str, workers: int | None) -> None:
         raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
 
 
-def make_executor(name: str, workers: int | None, time_limit: float | None) -> LocalExecutor | DaskExecutor:
+def make_executor(name: str, workers: int | None, time_limit: float | None) -> RunExecutor:
     """Return the executor of that name; each run may take `time_limit` seconds."""
     if name.startswith(DASK):
         from stemcal.executors.cluster import DaskExecutor

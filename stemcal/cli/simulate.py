@@ -7,7 +7,7 @@ import io
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -19,36 +19,6 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 SPARK = 30  # columns of the curve drawn while a test goes on
-SCALARS = (
-    "peak_force",
-    "peak_force_raw",
-    "peak_time",
-    "peak_travel",
-    "elements",
-    "deleted_elements",
-    "steps",
-    "wall_seconds",
-    "element_steps_per_second",
-    "energy_drift_percent",
-    "kinetic_ratio_percent",
-    "hourglass_ratio_percent",
-    "stroke_was_enough",
-)
-HISTORY = (
-    "time",
-    "travel",
-    "force",
-    "force_filtered",
-    "kinetic",
-    "internal",
-    "hourglass",
-    "eroded",
-    "contact",
-    "external",
-    "balance",
-    "deleted",
-)
-
 
 Diameter = Annotated[float | None, typer.Option(min=0, metavar="MM", help="Outer diameter.", show_default="the spec's")]
 Settings = Annotated[
@@ -103,7 +73,7 @@ def simulate(
     from stemcal.solvers.embedded import simulate as shear_test
 
     with waiting("one virtual shear test", quiet) as status:
-        result = shear_test(study, levels, diameter, symmetry, watch=live(status, _stroke(study)), frames=frames)
+        result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -161,11 +131,6 @@ def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, 
     return levels
 
 
-def _stroke(study: Study) -> float:
-    """Return how far the blade comes from touching the stem on, mm."""
-    return study.loading.speed * study.loading.duration - study.loading.gap
-
-
 def _number(setting: str, text: str) -> float:
     import math
 
@@ -201,23 +166,23 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> 
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
 
-def summary(result: CuttingResult) -> dict[str, Any]:
+def summary(result: CuttingResult) -> object:
     """Return the result's numbers as JSON values."""
-    numbers = {name: getattr(result, name) for name in SCALARS}
-    if result.phase_peaks:
-        numbers["phase_peaks"] = list(result.phase_peaks)
-    return {"schema_version": 1, "stage": "simulate", **numbers, "warnings": list(result.warnings)}
+    numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
+    numbers.pop("peak_sd", None)
+    phases = {"phase_peaks": list(result.phase_peaks)} if result.phase_peaks else {}
+    return {"schema_version": 1, "stage": "simulate", **numbers, **phases, "warnings": list(result.warnings)}
 
 
 def write_history(result: CuttingResult, path: Path) -> None:
     """Write the history, a column per quantity (s, mm, N, mJ)."""
     from stemcal.outputs import write_output
 
-    columns = [getattr(result.history, name) for name in HISTORY]
+    columns = vars(result.history)
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(HISTORY)
-    writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+    writer.writerow(columns)
+    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
     write_output(path, text.getvalue())
 
 
@@ -228,8 +193,8 @@ def _write_figure(result: CuttingResult, path: Path) -> None:
 
     history = result.history
     curves = {
-        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist())),
-        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist())),
+        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist()), result.break_travel),
+        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel),
     }
     save(force_travel(curves, highlighted=["filtered"]), path)
 
@@ -239,6 +204,6 @@ def _show(result: CuttingResult) -> None:
     from stemcal.cli.sketch import sketch
     from stemcal.report.tables.terminal import simulation_table
 
-    say(simulation_table(summary(result)))
+    say(simulation_table(result))
     plain = not can_show("▁█")
     say(sketch(result.history.travel.tolist(), result.history.force_filtered.tolist(), plain=plain))

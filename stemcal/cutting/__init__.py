@@ -12,11 +12,20 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting.blade import Blade
 from stemcal.cutting.build import build, stem_mesh
-from stemcal.cutting.parts import SHARES, Blade, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
+from stemcal.cutting.end_state import Shape, shape_of
+from stemcal.cutting.parts import SHARES, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
 from stemcal.cutting.phases import in_phases, mean_over_phases, perturbed
-from stemcal.cutting.result import CuttingResult, ForceHistory, PeakWatch, evaluate, force_history, travel_at
-from stemcal.cutting.shape import Shape, shape_of
+from stemcal.cutting.result import (
+    BreakWatch,
+    CuttingResult,
+    ForceHistory,
+    evaluate,
+    filter_rows,
+    force_history,
+    travel_at,
+)
 from stemcal.fem.stepper import Inspect, simulate
 
 __all__ = [
@@ -41,7 +50,7 @@ __all__ = [
 ]
 
 # Raised whenever a change makes the same test give another force, so that stored runs are not taken for new ones.
-REVISION = 3
+REVISION = 4
 
 
 def shear(
@@ -63,16 +72,17 @@ def shear(
     """
     model = build(test)
     scale = 1.0 / SHARES[test.discretisation.symmetry]
-    peak = PeakWatch()
+    how = test.discretisation
+    breaking = BreakWatch(how.break_drop, filter_rows(test))
     started = time.perf_counter()
 
-    def report(t: float, forces: NDArray[np.float64]) -> bool:
+    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
         force = scale * float(forces[0, 2])
         if watch is not None:
             watch(travel_at(test, t), force)
-        return test.discretisation.stop_after_peak and peak.is_past(t, force)
+        return how.stop_after_peak and breaking.is_past(force, deleted)
 
     history = simulate(model, test.loading.duration, report, inspect)
     wall = time.perf_counter() - started
-    result = evaluate(force_history(test, history, scale), history, len(model.mesh.hexes), wall)
-    return replace(result, shape=shape_of(model, history, test.discretisation.symmetry))
+    result = evaluate(force_history(test, history, scale), history, how.break_drop, len(model.mesh.hexes), wall)
+    return replace(result, shape=shape_of(model, history, how.symmetry))

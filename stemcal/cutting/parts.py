@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import radians, tan
 from typing import Literal
 
+from stemcal.cutting.blade import Blade
 from stemcal.fem.contact import Contact
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import ElementKind, Integration
@@ -23,31 +23,6 @@ class Stem:
     outer_diameter: float = 8.0
     diameter_ratio: float = 0.41
     length: float = 50.0
-
-
-@dataclass(frozen=True)
-class Blade:
-    """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
-
-    `edge_spread` is the length to either side of the edge over which its force is spread, mm; 0 leaves it a line.
-
-    `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
-    """
-
-    thickness: float = 2.3
-    width: float = 28.0
-    edge_angle: float = 37.5
-    edge_radius: float = 0.1
-    bevel: Literal["both", "one"] = "both"
-    edge_spread: float = 0.0
-
-    def outline(self) -> tuple[tuple[float, float], ...]:
-        """Return the polygon that, swollen by the edge radius, is the blade; its lowest line is z = 0."""
-        r, t = self.edge_radius, self.thickness - 2.0 * self.edge_radius
-        if self.bevel == "one":
-            return ((0.0, r), (t, r + t / tan(radians(self.edge_angle))), (t, self.width), (0.0, self.width))
-        shoulder = r + 0.5 * t / tan(radians(0.5 * self.edge_angle))
-        return ((0.0, r), (0.5 * t, shoulder), (0.5 * t, self.width), (-0.5 * t, self.width), (-0.5 * t, shoulder))
 
 
 @dataclass(frozen=True)
@@ -95,8 +70,11 @@ class Discretisation:
         Of the solver.
     filter_window : float
         Width of the moving mean over the force, s.
+    break_drop : float
+        The stem counts as broken once elements have failed and the force has dropped by this share of its peak, as a
+        testing machine's break detection has it; 1 never finds a break, so that the peak is that of the whole stroke.
     stop_after_peak : bool
-        End the simulation once the force has fallen and stayed down.
+        End the simulation once the stem has broken.
     """
 
     element_size: float = 1.0
@@ -111,7 +89,8 @@ class Discretisation:
     hourglass: Hourglass = field(default_factory=Hourglass)
     integration: Integration = field(default_factory=lambda: Integration(mass_scaling=1.0e4, outputs=500))
     filter_window: float = 0.01
-    stop_after_peak: bool = False
+    break_drop: float = 0.5
+    stop_after_peak: bool = True
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting.end_state import Shape
 from stemcal.cutting.parts import ShearTest
-from stemcal.cutting.shape import Shape
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 
@@ -44,13 +44,13 @@ class CuttingResult:
     Attributes
     ----------
     peak_force, peak_force_raw : float
-        Largest force after and before the filter, N.
+        Largest force until the stem breaks, after and before the filter, N.
     peak_time, peak_travel : float
         When and where the filtered force peaks, s and mm.
     elements, deleted_elements : int
         Elements of the mesh that was computed, and how many of them were eroded by the time of the peak.
     stroke_was_enough : bool
-        Whether the force has fallen clearly below its peak by the end of the stroke.
+        Whether the stem has broken, or the force has fallen clearly below its peak by the end of the stroke.
     energy_drift_percent : float
         Largest error of the energy balance against the largest work done.
     kinetic_ratio_percent : float
@@ -58,6 +58,9 @@ class CuttingResult:
         the first tenth of the work.
     hourglass_ratio_percent : float
         Largest hourglass over internal energy on the way to the peak, after the first tenth of the work.
+    break_travel : float or None
+        Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond tells of the mesh and of the
+        swinging stem rather than of the material. None if it does not break.
     """
 
     peak_force: float
@@ -77,6 +80,7 @@ class CuttingResult:
     history: ForceHistory
     peak_sd: float | None = None
     phase_peaks: tuple[float, ...] = ()
+    break_travel: float | None = None
     shape: Shape | None = None
 
 
@@ -88,12 +92,11 @@ def travel_at(test: ShearTest, t: float) -> float:
 def force_history(test: ShearTest, history: History, scale: float) -> ForceHistory:
     """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered."""
     force = scale * history.force[:, 0, 2]
-    window = test.discretisation.filter_window / (history.time[1] - history.time[0])
     return ForceHistory(
         time=history.time,
         travel=test.loading.speed * history.time - test.loading.gap,
         force=force,
-        force_filtered=moving_mean(force, max(1, round(window))),
+        force_filtered=moving_mean(force, filter_rows(test)),
         kinetic=scale * history.kinetic,
         internal=scale * history.internal,
         hourglass=scale * history.hourglass,
@@ -105,6 +108,12 @@ def force_history(test: ShearTest, history: History, scale: float) -> ForceHisto
     )
 
 
+def filter_rows(test: ShearTest) -> int:
+    """Return how many outputs the filter's moving mean takes."""
+    how = test.discretisation
+    return max(1, round(how.filter_window * how.integration.outputs / test.loading.duration))
+
+
 def moving_mean(values: Array, window: int) -> Array:
     """Return the centred mean over `window` values (made odd); at the ends over those there are."""
     half = window // 2
@@ -114,21 +123,43 @@ def moving_mean(values: Array, window: int) -> Array:
     return np.asarray((total[high] - total[low]) / (high - low))
 
 
-class PeakWatch:
-    """Tells while a test goes on whether its force has fallen below half its peak and stayed there.
+def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
+    """Return the first row at which the stem has broken, None if it has not.
 
-    It has stayed if it was down for a quarter of the time that it took to fall.
+    Elements have failed, and the force (R,) has dropped by the share `drop` of its largest value before: break
+    detection as testing machines have it. What follows is the released stem that swings against the blade.
+    """
+    largest = np.maximum.accumulate(force)
+    broken = (deleted > 0) & (largest > 0.0) & (force <= (1.0 - drop) * largest) & (drop < 1.0)
+    return int(np.argmax(broken)) if broken.any() else None
+
+
+class BreakWatch:
+    """Tells while a test goes on whether the stem has broken: `break_row` of the filtered force, as far as it is known.
+
+    Parameters
+    ----------
+    drop : float
+        As in `break_row`.
+    window : int
+        Outputs that the filter's moving mean takes.
     """
 
-    def __init__(self) -> None:
-        self.peak = 0.0
-        self.fell_at = inf
+    def __init__(self, drop: float, window: int) -> None:
+        self._drop = drop
+        self._latest: deque[tuple[float, int]] = deque(maxlen=window | 1)
+        self._peak = 0.0
 
-    def is_past(self, time: float, force: float) -> bool:
-        """Take note of the force at a time, and say whether the peak is over."""
-        self.peak = max(self.peak, force)
-        self.fell_at = min(self.fell_at, time) if force < 0.5 * self.peak else inf
-        return time > 1.25 * self.fell_at
+    def is_past(self, force: float, deleted: int) -> bool:
+        """Take note of the next force and number of eroded elements, and say whether the stem has broken."""
+        latest = self._latest
+        latest.append((force, deleted))
+        if len(latest) < (latest.maxlen or 1):
+            return False
+        filtered = sum(value for value, _ in latest) / len(latest)
+        self._peak = max(self._peak, filtered)
+        fallen = self._peak > 0.0 and filtered <= (1.0 - self._drop) * self._peak and self._drop < 1.0
+        return fallen and latest[len(latest) // 2][1] > 0
 
 
 # The stroke was long enough if the force ends below this share of its peak.
@@ -141,18 +172,19 @@ _MOST_HOURGLASS = 10.0
 _MOST_DRIFT = 2.0
 
 
-def evaluate(curve: ForceHistory, history: History, elements: int, wall: float) -> CuttingResult:
-    """Return the peak of a force curve and the measures of trust in it.
+def evaluate(curve: ForceHistory, history: History, drop: float, elements: int, wall: float) -> CuttingResult:
+    """Return the peak of a force curve until the stem breaks (`break_row`) and the measures of trust in it.
 
     Raises
     ------
     SimulationFailed
         If the blade met no resistance.
     """
-    peak = int(np.argmax(curve.force_filtered))
+    broken = break_row(curve.force_filtered, curve.deleted, drop)
+    peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:
         raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
-    fallen = bool(curve.force_filtered[-1] < FALLEN * curve.force_filtered[peak])
+    fallen = broken is not None or bool(curve.force_filtered[-1] < FALLEN * curve.force_filtered[peak])
     checks = {
         "energy_drift_percent": history.drift_percent(),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
@@ -160,7 +192,7 @@ def evaluate(curve: ForceHistory, history: History, elements: int, wall: float) 
     }
     return CuttingResult(
         peak_force=float(curve.force_filtered[peak]),
-        peak_force_raw=float(curve.force.max()),
+        peak_force_raw=float(curve.force[:broken].max()),
         peak_time=float(curve.time[peak]),
         peak_travel=float(curve.travel[peak]),
         elements=elements,
@@ -172,8 +204,22 @@ def evaluate(curve: ForceHistory, history: History, elements: int, wall: float) 
         kinetic_ratio_percent=checks["kinetic_ratio_percent"],
         hourglass_ratio_percent=checks["hourglass_ratio_percent"],
         stroke_was_enough=fallen,
-        warnings=_warnings(fallen, float(curve.travel[-1]), **checks),
+        warnings=(*_warnings(fallen, float(curve.travel[-1]), **checks), *_after_break(curve, peak, broken)),
         history=curve,
+        break_travel=None if broken is None else float(curve.travel[broken]),
+    )
+
+
+def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> tuple[str, ...]:
+    """Return a warning if the force exceeds its peak after the stem has broken."""
+    if broken is None:
+        return ()
+    largest, before = float(curve.force_filtered[broken:].max()), float(curve.force_filtered[peak])
+    if largest <= before:
+        return ()
+    return (
+        f"after the break at {curve.travel[broken]:.3g} mm the force rose again, to {largest:.1f} N above the peak of "
+        f"{before:.1f} N: the released stem swings against the blade; that is not the force of cutting",
     )
 
 

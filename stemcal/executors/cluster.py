@@ -12,14 +12,15 @@ import logging
 import pickle
 import threading
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Executor, Future
+from concurrent.futures import CancelledError, Future
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal import __version__
 from stemcal.errors import UsageError
+from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import ClusterLost, WorkerDied
-from stemcal.executors.local import LocalExecutor, available_cores
+from stemcal.executors.local import LocalExecutor
 
 logger = logging.getLogger(__name__)
 
@@ -32,7 +33,7 @@ _KILLED = ("KilledWorker", "NoValidWorkerError")
 _making = threading.Lock()
 
 
-class DaskExecutor(Executor):
+class DaskExecutor(RunExecutor):
     """Computes calls on the workers of the Dask scheduler at ``HOST:PORT``.
 
     Parameters
@@ -129,8 +130,7 @@ def _started_processes() -> LocalExecutor:
     from stemcal.fem.kernels.cache import cache_folder
 
     cache_folder()  # where the user's cannot be used, one temporary folder serves all processes of this worker
-    threads = getattr(get_worker().state, "nthreads", None) or available_cores()
-    return LocalExecutor(min(int(threads), _MOST_PROCESSES))
+    return LocalExecutor(min(int(get_worker().state.nthreads), _MOST_PROCESSES))
 
 
 def _version() -> str:

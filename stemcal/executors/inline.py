@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from typing import ParamSpec, TypeVar
+
+from stemcal.executors.base import RunExecutor
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class InlineExecutor(Executor):
+class InlineExecutor(RunExecutor):
     """Computes in the calling thread while `submit` runs; for tables, tests and debuggers.
 
     >>> with InlineExecutor() as executor:
@@ -18,8 +20,12 @@ class InlineExecutor(Executor):
     1024
     """
 
-    workers = 1
     ahead = 1
+
+    @property
+    def workers(self) -> int:
+        """The caller alone."""
+        return 1
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Call `fn` now and return its finished future."""

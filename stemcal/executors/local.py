@@ -18,12 +18,13 @@ import sys
 import threading
 import types
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from multiprocessing.connection import wait
 from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
+from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import RunTimedOut, WorkerDied
 from stemcal.executors.family import end_family, is_stopped
 from stemcal.executors.worker import serve
@@ -46,7 +47,7 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-class LocalExecutor(Executor):
+class LocalExecutor(RunExecutor):
     """Computes calls in `workers` processes of this machine.
 
     Parameters
@@ -62,12 +63,17 @@ class LocalExecutor(Executor):
     """
 
     def __init__(self, workers: int | None = None, time_limit: float | None = None) -> None:
-        self.workers = max(1, workers if workers is not None else available_cores())
+        self._workers = max(1, workers if workers is not None else available_cores())
         self.time_limit = time_limit
         self._calls: queue.SimpleQueue[_Call | None] = queue.SimpleQueue()
         self._crews: list[_Crew] = []
         self._closed = False
         self._lock = threading.Lock()
+
+    @property
+    def workers(self) -> int:
+        """How many processes there are at most."""
+        return self._workers
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Queue a call; function, arguments and result must be picklable."""

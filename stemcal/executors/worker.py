@@ -17,6 +17,8 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
+from stemcal.solvers.protocol import Readied
+
 _ONE_THREAD = (
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
@@ -48,11 +50,11 @@ def serve(pipe: Connection) -> None:
 def _take(blob: bytes, pipe: Connection) -> None:
     """Say `BEGUN` once the call and what it needs is loaded; answer the pickled (result, None) or (None, exception).
 
-    A function with an attribute ``get_ready`` is made ready first: its time limit counts from `BEGUN` on.
+    A function that is `Readied` is made ready first: its time limit counts from `BEGUN` on.
     """
     try:
         function, args, kwargs = pickle.loads(blob)
-        if hasattr(function, "get_ready"):
+        if isinstance(function, Readied):
             function.get_ready()
         problem = None
     except Exception as error:

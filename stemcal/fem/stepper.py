@@ -19,7 +19,7 @@ from stemcal.fem.state import State, start
 from stemcal.fem.threads import March, ThreadedMarch
 
 Array = NDArray[np.float64]
-Watch = Callable[[float, Array], bool | None]
+Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
 
 
@@ -29,8 +29,8 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
     Parameters
     ----------
     watch : callable, optional
-        Called after every output with the time and the mean tool forces (T, 3) of the interval; the simulation ends
-        there if it returns True.
+        Called after every output with the time, the mean tool forces (T, 3) of the interval and the number of eroded
+        elements; the simulation ends there if it returns True.
     inspect : callable, optional
         Called at the start and after every output with the time and the whole state, to look at, not to change:
         `frames.FrameWriter` is one.
@@ -50,7 +50,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
             rows.append(row)
             if inspect is not None:
                 inspect(row["time"], state)
-            if watch is not None and watch(row["time"], row["force"]):
+            if watch is not None and watch(row["time"], row["force"], row["deleted"]):
                 break
     return _history(state, rows)
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import LANES, SCRATCH_ROWS
 from stemcal.fem.kernels.element import add_internal_forces
-from stemcal.fem.kernels.march import REACHED, finish_step, mean_step, meet_tools, renew_time_step
+from stemcal.fem.kernels.march import REACHED, fail_in_the_mean, finish_step, mean_step, meet_tools, renew_time_step
 from stemcal.fem.kernels.nodes import add_late_forces, kick_and_drift
 from stemcal.fem.state import State, aligned_zeros
 
@@ -54,11 +54,12 @@ class ThreadedMarch:
             outcome = renew_time_step(body, state.topology, clock, state.material, state.settings)
             if outcome != REACHED:
                 return int(outcome)
-            failed = sum(self._together(self._add_internal_forces, state)) > 0
+            apart = fail_in_the_mean(body, state.topology, state.exchange, clock)
+            failed = sum(self._together(self._add_internal_forces, state)) > 0 or apart
             add_late_forces(body.f, self._late, len(body.x))
             meet_tools(
-                failed, body, state.topology, tools, state.edge, state.spread, state.candidates, state.exchange, clock,
-                ledger, state.friction, state.settings,
+                failed, body, state.topology, tools, state.edge, state.spread, state.candidates, clock, ledger,
+                state.friction, state.settings,
             )  # fmt: skip
             self._together(self._move_nodes, state)
             outcome = finish_step(body, tools, clock, ledger)

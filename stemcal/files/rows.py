@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -33,6 +35,10 @@ class Rows(tuple[T, ...]):
 
         return pd.DataFrame([_flat(to_json(row)) for row in self])
 
+    def table(self) -> Table:
+        """Return a table with a column per field."""
+        return Table.of(list(to_json(self[0])) if self else (), self)
+
     def _repr_html_(self) -> str:
         return _html(self.to_frame())
 
@@ -52,6 +58,12 @@ class Table:
         """Take these columns from results, a row each; empty where one has no such field."""
         rows = [{**row.get("levels", {}), **row} for row in map(to_json, things)]
         return cls(tuple(columns), tuple(tuple(row.get(column) for column in columns) for row in rows))
+
+    def csv(self) -> str:
+        """Return the text of its CSV file: lines end in ``\\n``, cells of None are empty."""
+        text = io.StringIO(newline="")
+        csv.writer(text, lineterminator="\n").writerows([self.columns, *self.rows])
+        return text.getvalue()
 
     def to_frame(self) -> pd.DataFrame:
         """Return a frame of pandas."""

@@ -13,7 +13,7 @@ import os
 import platform
 import re
 import socket
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -25,6 +25,7 @@ from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import as_json, digest, remove_leftovers, write_durably
+from stemcal.files.rows import Table
 from stemcal.files.typed import absent, from_json, to_json
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
@@ -218,16 +219,9 @@ class StudyFolder:
         """Whether a stage has left its file."""
         return (self.path / f"{stage}.json").is_file()
 
-    def write_csv(self, name: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-        """Write a table as ``name.csv``: UTF-8, ``\\n``, empty cells for None."""
-        import csv
-        import io
-
-        text = io.StringIO(newline="")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
-        write_durably(self.path / f"{name}.csv", text.getvalue())
+    def write_csv(self, name: str, table: Table) -> None:
+        """Write a table as ``name.csv``."""
+        write_durably(self.path / f"{name}.csv", table.csv())
 
     # ---- the spec
 

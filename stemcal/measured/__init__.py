@@ -1,7 +1,7 @@
 """What the laboratory brings: stem diameters and shear-test curves, from the machine's files to targets.
 
 reading      files of any encoding, separator and decimal mark → tables of texts
-decoding     which encoding a file is written in
+encodings    which encoding a file is written in
 workbook     the sheets of an Excel workbook
 lines        where the numbers stand among lines of cells, and what stands over them
 numerals     numbers as people and machines write them
@@ -15,6 +15,5 @@ outliers     Grubbs' test: names a suspect, drops nothing
 diameters    stem diameters → normal fit and grades
 curves       the specimens of one force–displacement file → trimmed curves and their maxima
 shear        all specimens → forces per grade
-scaling      force over diameter as a power law
 targets      the `targets` section of a spec
 """

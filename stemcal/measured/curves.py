@@ -112,14 +112,6 @@ class Curve:
         return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(travel)))
 
 
-def read_curve(path: Path, how: CurveOptions = CurveOptions()) -> Curve:
-    """Return the curve of the one specimen in a file."""
-    curves = read_curves(path, how)
-    if len(curves) > 1:
-        raise UsageError(f"{path}: {len(curves)} specimens in one file; name the columns of the one that counts")
-    return curves[0]
-
-
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[Curve]:
     """Return the curves of all specimens in a file, be it side by side or on sheets of their own."""
     how.check()

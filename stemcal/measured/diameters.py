@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.files.typed import inline
 from stemcal.measured.columns import columns_of, given_column, matching, scale_of
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.normality import LEAST, NormalityTest, anderson_darling, shapiro_wilk
@@ -38,30 +39,25 @@ class Grade:
 
 
 @dataclass(frozen=True)
+class Stem:
+    """A stem and the mean of its readings, mm."""
+
+    stem: str
+    diameter: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Diameters:
-    """The stems of a field in numbers."""
+    """The stems of a field in numbers; `share_percent` of them lie in a grade."""
 
     source: str
-    stems: tuple[str, ...]
-    values: tuple[float, ...]
+    stems: Rows[Stem]
     readings: int
-    summary: Summary
-    tests: tuple[NormalityTest, ...]
-    grades: tuple[Grade, ...]
+    summary: Summary = inline()
+    normality: tuple[NormalityTest, ...]
+    grades: Rows[Grade]
+    share_percent: float
     synthetic: bool
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return all as JSON values."""
-        return {
-            "source": Path(self.source).name,
-            "stems": [{"stem": s, "diameter": d} for s, d in zip(self.stems, self.values, strict=True)],
-            "readings": self.readings,
-            **self.summary.as_dict(),
-            "normality": [test.as_dict() for test in self.tests],
-            "grades": [vars(grade) for grade in self.grades],
-            "share_percent": sum(grade.share_percent for grade in self.grades),
-            "synthetic": self.synthetic,
-        }
 
 
 def measure_diameters(
@@ -86,14 +82,15 @@ def measure_diameters(
         raise UsageError(f"{path}: {len(values)} stems that differ; a distribution needs three or more")
     tests = (shapiro_wilk(values), *((anderson_darling(values),) if len(values) >= LEAST else ()))
     summary = summarise(values)
+    shared = graded(values, summary, sorted(grades) or proposed_grades(values, step), step)
     return Diameters(
-        source=str(path),
-        stems=tuple(stems),
-        values=tuple(values),
+        source=path.name,
+        stems=Rows(map(Stem, stems, values)),
         readings=sum(map(len, stems.values())),
         summary=summary,
-        tests=tests,
-        grades=graded(values, summary, sorted(grades) or proposed_grades(values, step), step),
+        normality=tests,
+        grades=shared,
+        share_percent=sum(grade.share_percent for grade in shared),
         synthetic=table.synthetic,
     )
 
@@ -197,7 +194,7 @@ def _grade_number(value: float, step: float) -> int:
     return math.floor(value / step + 0.5)
 
 
-def graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> tuple[Grade, ...]:
+def graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> Rows[Grade]:
     """Return every grade with the share of stems in it, counted and by the fitted normal distribution."""
     from scipy import stats
 
@@ -208,4 +205,4 @@ def graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step:
         count = sum(low <= value < high for value in values)
         fitted = float(100.0 * (normal.cdf(high) - normal.cdf(low)))
         found.append(Grade(diameter, low, high, count, 100.0 * count / len(values), fitted))
-    return tuple(found)
+    return Rows(found)

@@ -8,9 +8,8 @@ D'Agostino and M. A. Stephens, Goodness-of-Fit Techniques, Dekker 1986, table 4.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import exp
-from typing import Any
 
 import numpy as np
 
@@ -24,10 +23,6 @@ class NormalityTest:
     name: str
     statistic: float
     p: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the test as JSON values."""
-        return asdict(self)
 
 
 def shapiro_wilk(values: Sequence[float]) -> NormalityTest:

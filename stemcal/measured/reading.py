@@ -12,7 +12,7 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.measured import workbook
-from stemcal.measured.decoding import decoded
+from stemcal.measured.encodings import decoded
 from stemcal.measured.lines import Line, broken_line, data_rows, data_run, heading_of, like_data, split
 from stemcal.measured.numerals import as_number, shown
 
@@ -55,7 +55,6 @@ class Table:
     columns: tuple[str, ...]
     units: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    first_line: int
     unread: int = 0  # lines of as many numbers that lie apart from these
     labels: tuple[str, ...] = ()
     headed: bool = True
@@ -185,7 +184,6 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Tabl
         columns=heading.columns,
         units=heading.units,
         rows=tuple(data_rows(lines, run)),
-        first_line=run.begin + 1,
         unread=like_data([*lines[: run.begin], *lines[run.end :]], run.width, decimal) if run.width > 1 else 0,
         labels=heading.labels,
         headed=heading.found,

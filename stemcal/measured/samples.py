@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import sqrt
 from statistics import fmean
-from typing import Any
 
 import numpy as np
 
@@ -33,10 +32,6 @@ class Summary:
     cv_percent: float | None
     mean_interval: tuple[float, float] | None
     sd_interval: tuple[float, float] | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the summary as JSON values."""
-        return asdict(self)
 
 
 def summarise(values: Sequence[float], level: float = LEVEL) -> Summary:

@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from stemcal.errors import UsageError
+from stemcal.files.typed import inline
 from stemcal.measured.columns import find_column, matching, scale_of
 from stemcal.measured.curves import Curve, CurveOptions, read_curves
 from stemcal.measured.diameters import checked_diameter
@@ -18,8 +18,8 @@ from stemcal.measured.numerals import shown
 from stemcal.measured.outliers import Grubbs, grubbs
 from stemcal.measured.reading import Form, read_table
 from stemcal.measured.samples import Summary, summarise
-from stemcal.measured.scaling import PowerLaw, fit_power_law
 from stemcal.measured.vocabulary import DIAMETER, FILE, GRADE
+from stemcal.power_law import PowerLaw, fit_power_law
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST_NAMES = 10  # of specimens in one remark
@@ -35,22 +35,30 @@ class Specimen:
     curve: Curve
     excluded: bool = False
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the specimen in numbers."""
-        return {
-            "specimen": self.name,
-            "grade": self.grade,
-            "diameter": self.diameter,
-            "max_force": self.curve.max_force,
-            "travel_at_max": self.curve.travel_at_max,
-            "work_to_max": self.curve.work_to_max,
-            "trimmed_points": self.curve.trimmed,
-            "excluded": self.excluded,
-            "remarks": list(self.curve.remarks),
-        }
-
 
 @dataclass(frozen=True)
+class SpecimenRow:
+    """A specimen in numbers: N, mm, mJ."""
+
+    specimen: str
+    grade: float
+    diameter: float
+    max_force: float
+    travel_at_max: float
+    work_to_max: float
+    trimmed_points: int
+    excluded: bool
+    remarks: tuple[str, ...]
+
+    @classmethod
+    def of(cls, specimen: Specimen) -> SpecimenRow:
+        """Return a specimen in numbers."""
+        s, c = specimen, specimen.curve
+        numbers = (c.max_force, c.travel_at_max, c.work_to_max, c.trimmed)
+        return cls(s.name, s.grade, s.diameter, *numbers, s.excluded, c.remarks)
+
+
+@dataclass(frozen=True, kw_only=True)
 class GradeForces:
     """The maximum forces of one grade; a suspect is named, and still counted.
 
@@ -58,17 +66,11 @@ class GradeForces:
     """
 
     diameter: float
-    summary: Summary
+    summary: Summary = inline()
     travel: Summary
     work: Summary
-    test: Grubbs | None
+    grubbs: Grubbs | None
     suspect: str | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the grade as JSON values."""
-        test = self.test.as_dict() if self.test else None
-        beside = {"travel": self.travel.as_dict(), "work": self.work.as_dict()}
-        return {"diameter": self.diameter, **self.summary.as_dict(), **beside, "grubbs": test, "suspect": self.suspect}
 
 
 @dataclass(frozen=True)
@@ -77,27 +79,18 @@ class ShearTests:
 
     specimens: tuple[Specimen, ...]
     grades: tuple[GradeForces, ...]
-    law: PowerLaw | None
+    power_law: PowerLaw | None
     synthetic: bool
     notes: tuple[str, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return all as JSON values."""
-        return {
-            "specimens": [specimen.as_dict() for specimen in self.specimens],
-            "grades": [grade.as_dict() for grade in self.grades],
-            "power_law": self.law.as_dict() if self.law else None,
-            "synthetic": self.synthetic,
-        }
 
     def remarks(self) -> list[str]:
         """Return what a careful reader must know before using the means."""
         said = [
             f"grade {g.diameter:g} mm: specimen {g.suspect} is an outlier by Grubbs' test "
-            f"(G = {g.test.statistic:.3f} > {g.test.critical:.3f}, alpha {g.test.alpha:g}); it is counted; leave it "
-            f"out with --exclude {g.suspect} if the laboratory book gives a reason"
+            f"(G = {g.grubbs.statistic:.3f} > {g.grubbs.critical:.3f}, alpha {g.grubbs.alpha:g}); it is counted; "
+            f"leave it out with --exclude {g.suspect} if the laboratory book gives a reason"
             for g in self.grades
-            if g.test and g.suspect
+            if g.grubbs and g.suspect
         ]
         said += [f"{s.name} is left out, as told by --exclude" for s in self.specimens if s.excluded]
         files: dict[str, list[str]] = {}
@@ -297,4 +290,6 @@ def _grade(diameter: float, specimens: Sequence[Specimen], alpha: float) -> Grad
     suspect = specimens[test.index].name if test and test.is_outlier else None
     travel = summarise([specimen.curve.travel_at_max for specimen in specimens])
     work = summarise([specimen.curve.work_to_max for specimen in specimens])
-    return GradeForces(diameter, summarise(forces), travel, work, test, suspect)
+    return GradeForces(
+        diameter=diameter, summary=summarise(forces), travel=travel, work=work, grubbs=test, suspect=suspect
+    )

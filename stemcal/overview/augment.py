@@ -8,8 +8,8 @@ from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.solvers.protocol import Solver
-from stemcal.study.amend import Change
 from stemcal.study.model import RsmOptions, ScreenOptions, Study
+from stemcal.study.spec.amend import Change
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Estimating, Request, Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
-from stemcal.stages.surface import read_before
+from stemcal.stages.surface.stage import read_before
 from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
 

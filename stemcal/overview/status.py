@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder.store import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
@@ -25,7 +25,6 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 1
-STATUSES = ("ok", "censored", "failed", "left", "damaged")
 _SHORTEST_KEY = 4
 
 
@@ -33,7 +32,7 @@ _SHORTEST_KEY = 4
 class Entry:
     """One row of a stage: what was asked and, if a record answers it, what came of it.
 
-    `status` is one of `STATUSES`; `again` tells that the next command begins the run again.
+    `status` is ok, censored, failed, left or damaged; `again` tells that the next command begins the run again.
     """
 
     stage: str
@@ -204,7 +203,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
 def retry(
     study: Study,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     keys: Sequence[str] = (),
     watch: Watch = ignore,
     solver: Solver | None = None,

@@ -86,10 +86,11 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Curve:
-    """Force (N, filtered) on the blade over its travel from first touch (mm)."""
+    """Force (N, filtered) on the blade over its travel from first touch (mm), and where the stem broke, if it did."""
 
     travel: Array
     force: Array
+    broke: float | None = None
 
     def to_frame(self) -> pd.DataFrame:
         """Return a frame of pandas."""
@@ -98,7 +99,7 @@ class Curve:
 
     def plot(self) -> Figure:
         """Draw the curve."""
-        return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force))}, ["force"])
+        return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
 
     def __repr__(self) -> str:
         return f"Curve of {len(self.travel)} points, {self.force.max():.4g} N at most"
@@ -121,7 +122,7 @@ class Simulated:
     def curve(self) -> Curve:
         """Force over travel."""
         history = self.result.history
-        return Curve(history.travel, history.force_filtered)
+        return Curve(history.travel, history.force_filtered, self.result.break_travel)
 
     def __repr__(self) -> str:
         result = self.result

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from stemcal.files.typed import from_json
@@ -23,6 +23,7 @@ class Curve:
 
     travel: Numbers
     force: Numbers
+    broke: float | None = None  # travel at which the stem broke
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Checks:
     energy_drift_percent: float
     kinetic_ratio_percent: float
     hourglass_ratio_percent: float
+    break_travel: float | None = None
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,11 @@ def distinct_of(records: Records) -> dict[str, tuple[str, RunRecord]]:
 
 def curves_of(records: Records) -> dict[str, Curve]:
     """Return force over travel of every run whose solver kept it."""
-    return {label: record.details.curve for label, record in records.items() if record.details.curve}
+    return {
+        label: replace(record.details.curve, broke=record.checks.break_travel if record.checks else None)
+        for label, record in records.items()
+        if record.details.curve
+    }
 
 
 def run_warnings(records: Records) -> list[str]:

@@ -11,10 +11,10 @@ import logging
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import asdict, dataclass
 
+from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
@@ -52,7 +52,7 @@ def answer_all(
     requests: Sequence[Request],
     solver: Solver,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch = ignore,
     policy: RunsOptions | None = None,
     again: Collection[str] = (),
@@ -77,7 +77,7 @@ def answer_all(
     stage = requests[0].stage if requests else ""
     if isinstance(solver, Immediate):
         executor = InlineExecutor()
-    folder.sign(stage=stage, workers=getattr(executor, "workers", 1))
+    folder.sign(stage=stage, workers=executor.workers)
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
     with closing(_recording(missing, solver, folder, executor, policy)) as answers:
@@ -137,7 +137,7 @@ class _Tally:
 
 
 def _recording(
-    missing: Mapping[str, Request], solver: Solver, folder: StudyFolder, executor: Executor, policy: RunsOptions
+    missing: Mapping[str, Request], solver: Solver, folder: StudyFolder, executor: RunExecutor, policy: RunsOptions
 ) -> Generator[tuple[str, Answer], None, None]:
     """Compute the missing answers; each is recorded before it is yielded."""
     if not missing:

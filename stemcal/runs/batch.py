@@ -8,11 +8,12 @@ import queue
 import time
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from typing import Any
 
 from stemcal.errors import SimulationFailed
+from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.folder.store import now, provenance
 from stemcal.runs.policy import ACCIDENTS, TIMEOUT
@@ -78,15 +79,10 @@ class Batch:
         A request per key.
     tries : int
         How often a run is begun that ends by accident.
-
-    Notes
-    -----
-    An executor with an attribute ``ahead`` is given no more than that many runs at a time.
     """
 
-    def __init__(self, requests: Mapping[str, Request], solver: Solver, executor: Executor, tries: int) -> None:
+    def __init__(self, requests: Mapping[str, Request], solver: Solver, executor: RunExecutor, tries: int) -> None:
         self.requests, self.solver, self.executor, self.tries = requests, solver, executor, tries
-        self._ahead: float = getattr(executor, "ahead", math.inf)
         self._waiting = deque(requests)
         self._pending: dict[Future[Computed], str] = {}
         self._begun: Counter[str] = Counter()
@@ -95,7 +91,7 @@ class Batch:
     def arriving(self) -> Iterator[tuple[str, Computed]]:
         """Yield key and outcome of every run as they are done."""
         while self._waiting or self._pending:
-            while self._waiting and len(self._pending) < self._ahead:
+            while self._waiting and len(self._pending) < self.executor.ahead:
                 self._submit(self._waiting.popleft())
             future = self._next()
             key = self._pending.pop(future)

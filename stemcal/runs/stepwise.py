@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 
 from stemcal.errors import UsageError
+from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Watch, answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
@@ -21,7 +21,7 @@ def simulating(
     study: Study,
     solver: Solver,
     folder: StudyFolder,
-    executor: Executor,
+    executor: RunExecutor,
     watch: Watch,
     pictured: bool = False,
 ) -> SimulateAt:

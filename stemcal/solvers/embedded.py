@@ -24,7 +24,7 @@ from stemcal.cutting import (
     mean_over_phases,
     perturbed,
 )
-from stemcal.cutting.shape import LARGEST
+from stemcal.cutting.end_state import LARGEST
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
@@ -38,6 +38,8 @@ from stemcal.study.model import EmbeddedSolver, Study
 
 # Points of the force-travel curve that a run's record keeps.
 _CURVE_POINTS = 200
+# Of the history, what pictures of a run are made from.
+_PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
 # Element-steps per second of one core of a small machine, for estimates only.
@@ -186,6 +188,7 @@ def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
+        break_drop=solver.break_drop,
         stop_after_peak=solver.stop_after_peak,
     )
 
@@ -211,10 +214,8 @@ def _seconds(test: ShearTest) -> float:
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
     """Return what pictures of a run are made from: energies over travel (mJ), thinned, its end and how it got there."""
     history, keep = result.history, _kept(result)
-    energies = {
-        name: [round(float(v), 6) for v in getattr(history, name)[keep]]
-        for name in ("travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external")
-    }
+    rows = {name: values for name, values in vars(history).items() if name in _PICTURED}
+    energies = {name: [round(float(v), 6) for v in values[keep]] for name, values in rows.items()}
     small = result.shape is not None and len(result.shape.nodes) <= LARGEST
     if result.shape is None or not small:
         return {"energies": energies}

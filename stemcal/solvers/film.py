@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting import CuttingResult
-from stemcal.cutting.shape import Shape
+from stemcal.cutting.end_state import Shape
 from stemcal.fem.kernels.block import PLASTIC_STRAIN
 from stemcal.fem.state import State
 
@@ -32,7 +32,7 @@ class Frame:
 
 
 class Film:
-    """Called at the outputs of a simulation, keeps about `FRAMES` of them, evenly in time."""
+    """Called at the outputs of a simulation, keeps about `FRAMES` of them, evenly in time, and the end."""
 
     def __init__(self, outputs: int) -> None:
         self.every = max(1, outputs // FRAMES)
@@ -57,17 +57,17 @@ class Film:
         shape, history = result.shape, result.history
         if shape is None or not self.times or len(shape.nodes) > LARGEST:
             return {}
-        moved = [
-            _held(nodes - shape.reference, shape.hexes[standing])
-            for nodes, standing in zip(self.nodes, self.standing, strict=True)
-        ]
+        ended = int(self.times[-1] < history.time[-1])  # between two frames, where the stem broke
+        times = [*self.times, *[float(history.time[-1])] * ended]
+        nodes, standing = [*self.nodes, *[shape.nodes] * ended], [*self.standing, *[shape.standing] * ended]
+        moved = [_held(at - shape.reference, shape.hexes[held]) for at, held in zip(nodes, standing, strict=True)]
         return {
-            "travel": _at(self.times, history.time, history.travel),
-            "force": _at(self.times, history.time, history.force_filtered),
+            "travel": _at(times, history.time, history.travel),
+            "force": _at(times, history.time, history.force_filtered),
             "stroke": round(float(history.travel[-1]), 4),
-            "standing": _packed(np.packbits(np.array(self.standing), axis=1)),
+            "standing": _packed(np.packbits(np.array(standing), axis=1)),
             "displacement": _quantised(np.array(moved)),
-            "plastic_strain": _quantised(np.array(self.strains)),
+            "plastic_strain": _quantised(np.array([*self.strains, *[shape.plastic_strain] * ended])),
         }
 
 

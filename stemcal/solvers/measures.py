@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -33,13 +33,9 @@ def measures(details: Mapping[str, Any]) -> dict[str, Any]:
     """
     if phases := details.get("phase_peaks"):
         told = {"travel": details.get("phase_travels"), "work": details.get("phase_works")}
-        means = {name: _mean(values) for name, values in told.items() if values}
+        means = {name: float(np.mean(values)) for name, values in told.items() if values}
         return {"phases": len(phases), "phase_forces": list(phases), **means}
     if (end := details.get("peak_travel")) is None:
         return {}
     curve = details.get("curve")
     return {"travel": end, **({"work": work_until(curve["travel"], curve["force"], end)} if curve else {})}
-
-
-def _mean(values: Sequence[float]) -> float:
-    return float(np.mean(values))

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+from stemcal.files.decoding import lenient
 from stemcal.patience import within
 
 __all__ = ["Ended", "run_program"]
@@ -133,7 +134,7 @@ class _Tail:
     def text(self) -> str:
         """Return what was kept; a process that left its group may still hold the pipe, so the wait is short."""
         self._thread.join(GRACE_S)
-        text = bytes(self._kept).decode("utf-8", "replace").replace("\0", "\N{REPLACEMENT CHARACTER}")
+        text = lenient(bytes(self._kept)).replace("\0", "\N{REPLACEMENT CHARACTER}")
         return f"[…]{text}" if self._dropped else text
 
 

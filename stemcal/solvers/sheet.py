@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.study.scalars import decode
+from stemcal.files.decoding import decode
 from stemcal.words import nearest
 
 MAX_BYTES = 10_000_000

@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem, UsageError
 from stemcal.solvers.protocol import Answer, Immediate, Request
 from stemcal.solvers.sheet import Sheet, read_sheet
-
-if TYPE_CHECKING:
-    from stemcal.study.model import Study
+from stemcal.study.model import Study
+from stemcal.study.model import TableSolver as Tables
 
 DIAMETER = "diameter"
 MARKS = ("block", "weight")
@@ -41,13 +40,15 @@ class TableSolver(Immediate):
     """
 
     def __init__(self, study: Study) -> None:
-        files = {stage: getattr(study.solver, stage, None) for stage in ("screen", "rsm", "validate")}
+        tables = study.solver
+        if not isinstance(tables, Tables):
+            raise TypeError(f"the study's solver is of kind {tables.kind}, not table")
         self._sheets: dict[str, Sheet] = {}
         self._marks: dict[str, list[dict[str, Any]]] = {}
         problems: list[SpecProblem] = []
-        for stage, path in files.items():
+        for stage, path in ("screen", tables.screen), ("rsm", tables.rsm), ("validate", tables.validate):
             if path is not None:
-                self._read(stage, Path(path), study, problems)
+                self._read(stage, path, study, problems)
         if problems:
             raise SpecError(problems)
 

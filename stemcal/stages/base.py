@@ -90,7 +90,7 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "rsm",
         "Response surface",
-        "stemcal.stages.surface",
+        "stemcal.stages.surface.stage",
         "fit_response_surface",
         "SurfaceResult",
         ("rsm",),

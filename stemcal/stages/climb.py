@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -14,15 +13,12 @@ from stemcal.doe.validation.diameters import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
-from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, ignore
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.stepwise import SimulateAt, simulating
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Solver
+from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
-from stemcal.stages.result import CodedScale, Head, StageResult, head_of, leave, read_fresh
+from stemcal.stages.result import CodedScale, Head, StageResult
 from stemcal.stages.screen import ScreenResult
+from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
 
 
@@ -71,21 +67,13 @@ class ClimbResult(StageResult):
         return f"step {self.best_step} of {len(self.rows)} is nearest, {self.error_percent:+.1f} % from the target"
 
 
-def climb(
-    study: Study,
-    folder: StudyFolder,
-    executor: Executor,
-    watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> ClimbResult:
+@a_stage
+def climb(work: Work) -> ClimbResult:
     """Step the active factors together towards the target, and centre the surface's design on the best step."""
-    solver = solver or make_solver(study)
-    with folder:
-        simulate = simulating("climb", study, solver, folder, executor, watch)
-        screening = read_fresh(study, solver, folder, ScreenResult)
-        head = head_of(study, solver, folder, "climb")
-        names, chosen = surface_factors(study, solver, screening)
-        return leave(folder, _climbed(study, head, names, chosen, screening, simulate))
+    simulate = work.simulating("climb")
+    screening, head = work.fresh(ScreenResult), work.head("climb")
+    names, chosen = surface_factors(work.study, work.solver, screening)
+    return _climbed(work.study, head, names, chosen, screening, simulate)
 
 
 def _climbed(

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import digest
@@ -32,23 +31,23 @@ _UNUSED_TARGET = {"travel": None, "travel_sd": None, "work": None, "work_sd": No
 def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, str]:
     """Return the hash of each thing that a stage is made from."""
     dump = _used_options(study)
-    parts: dict[str, Any] = {"factors": dump["factors"], "calibrate_at": dump["targets"]["calibrate_at"]}
+    parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in stage_called(stage).options}
     if stage == "rsm" and study.joint_targets:
         parts["diameters"] = [target.diameter for target in study.joint_targets]
-        parts |= {"responses": dump["invert"]["responses"]} if "responses" in dump["invert"] else {}
+        parts |= {"responses": study.invert.responses} if study.invert.responses != ("force",) else {}
     if stage == "audit":
         parts["published"] = dump["published"]
     elif stage == "invert":
-        parts["published"] = (dump["published"] or {}).get("solution")
+        parts["published"] = study.published.solution if study.published else None
     else:
-        parts |= _solver_parts(study, solver, stage) | {"runs.censored": dump["runs"]["censored"]}
+        parts |= _solver_parts(study, solver, stage) | {"runs.censored": study.runs.censored}
     if (before := stage_called(stage).needs(study)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {name: digest(part)[:_SHORT] for name, part in parts.items()}
 
 
-def _used_options(study: Study) -> dict[str, Any]:
+def _used_options(study: Study) -> dict[str, object]:
     dump = study.model_dump(mode="json")
     targets = dump["targets"]
     return {
@@ -59,7 +58,7 @@ def _used_options(study: Study) -> dict[str, Any]:
     }
 
 
-def _without(options: Mapping[str, Any], unused: Mapping[str, Any]) -> dict[str, Any]:
+def _without(options: Mapping[str, object], unused: Mapping[str, object]) -> dict[str, object]:
     """Leave out the options that hold what they hold when nobody uses them.
 
     >>> _without({"alpha": "face", "axial": None}, {"axial": None})
@@ -68,17 +67,17 @@ def _without(options: Mapping[str, Any], unused: Mapping[str, Any]) -> dict[str,
     return {name: value for name, value in options.items() if name not in unused or value != unused[name]}
 
 
-def _solver_parts(study: Study, solver: Solver, stage: str) -> dict[str, Any]:
+def _solver_parts(study: Study, solver: Solver, stage: str) -> dict[str, object]:
     """What determines the answers of a stage, apart from the levels, as the solver tells it."""
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
-    parts: dict[str, Any] = {}
+    parts: dict[str, object] = {}
     for name, part in solver.identity(probe).items():
         if name not in _PROBED:
             parts |= _leaves(f"solver {name}", part)
     return parts
 
 
-def _leaves(name: str, part: Any) -> dict[str, Any]:
+def _leaves(name: str, part: object) -> dict[str, object]:
     """Return the values of a nested mapping by the path to them, so that a change can be named.
 
     >>> _leaves("solver test", {"mesh": {"size": 1.0}, "speed": 2.0})

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from importlib import import_module
 
+from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Watch
 from stemcal.solvers.protocol import Solver
@@ -14,7 +14,7 @@ from stemcal.study.model import Study
 
 
 def make(
-    stage: Stage, study: Study, folder: StudyFolder, executor: Executor, watch: Watch, solver: Solver | None = None
+    stage: Stage, study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch, solver: Solver | None = None
 ) -> StageResult:
     """Run a stage; returns its result, which then also lies in the folder."""
     made: StageResult = getattr(import_module(stage.module), stage.function)(study, folder, executor, watch, solver)

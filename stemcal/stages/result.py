@@ -143,7 +143,7 @@ def leave(folder: StudyFolder, result: R) -> R:
     content = result.to_json()
     result = type(result).from_json(content)
     for name, table in result.tables().items():
-        folder.write_csv(name, table.columns, table.rows)
+        folder.write_csv(name, table)
     folder.write_stage(result.name, content)
     folder.log("stage_done", stage=result.name)
     return result

@@ -15,7 +15,7 @@ from stemcal.stages.lineage import require_fresh
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult, read_result
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.study.model import Study
 

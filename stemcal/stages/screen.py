@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,15 +10,13 @@ from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
-from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, answer_all, forces, ignore
+from stemcal.runs.answer import forces
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Solver
 from stemcal.stages.audit.cells import Audited, audit_screening, sentences
 from stemcal.stages.design import runs_of, screening_design
-from stemcal.stages.result import DesignRuns, Head, StageResult, head_of, leave, reasons_given
+from stemcal.stages.result import DesignRuns, Head, StageResult, reasons_given
+from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
 _COLUMNS = ("factor", "symbol", "effect", "contribution_percent", "sum_of_squares", "f", "p", "stars", "lenth_t",
@@ -120,34 +117,27 @@ class ScreenResult(StageResult):
         return f"{len(self.effects)} factors, significant: {', '.join(self.significant) or 'none'}"
 
 
-def screen(
-    study: Study,
-    folder: StudyFolder,
-    executor: Executor,
-    watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> ScreenResult:
+@a_stage
+def screen(work: Work) -> ScreenResult:
     """Run the screening design and find the factors that move the force."""
-    solver = solver or make_solver(study)
-    with folder:
-        head = head_of(study, solver, folder, "screen")
-        design = screening_design(study, solver)
-        requests = design.requests(study.targets.calibrate_at)
-        answers = answer_all(requests, solver, folder, executor, watch, study.runs)
-        with reasons_given(requests, answers):
-            found = analyse_screening(
-                design.coded,
-                forces(answers),
-                design.names,
-                [factor.symbol for factor in study.factors],
-                study.screen.alpha,
-                study.screen.error,
-                {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
-            )
-        published = audit_screening(study, found.effects)
-        notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
-        runs = runs_of(design, requests, answers, solver)
-        return leave(folder, _result(head, runs, found, published, (*found.notes, *notes)))
+    study = work.study
+    head, design = work.head("screen"), screening_design(study, work.solver)
+    requests = design.requests(study.targets.calibrate_at)
+    answers = work.answers(requests)
+    with reasons_given(requests, answers):
+        found = analyse_screening(
+            design.coded,
+            forces(answers),
+            design.names,
+            [factor.symbol for factor in study.factors],
+            study.screen.alpha,
+            study.screen.error,
+            {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
+        )
+    published = audit_screening(study, found.effects)
+    notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
+    runs = runs_of(design, requests, answers, work.solver)
+    return _result(head, runs, found, published, (*found.notes, *notes))
 
 
 def _result(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -12,17 +11,16 @@ from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewh
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.policy import censored_remarks
-from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
 from stemcal.stages.base import stage_called
 from stemcal.stages.invert.certainty import UNITS, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, StageResult, head_of, leave, read_fresh
+from stemcal.stages.result import Head, StageResult, read_fresh
+from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 from stemcal.words import joined
 
@@ -112,49 +110,42 @@ class ValidateResult(StageResult):
         return f"{len(self.rows)} diameters, largest error {worst}"
 
 
-def validate(
-    study: Study,
-    folder: StudyFolder,
-    executor: Executor,
-    watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> ValidateResult:
+@a_stage
+def validate(work: Work) -> ValidateResult:
     """Simulate every measured diameter with the calibrated parameters."""
-    solver = solver or make_solver(study)
-    with folder:
-        parameters = calibrated_parameters(study, solver, folder)
-        head = head_of(study, solver, folder, "validate")
-        targets = study.targets.forces
-        requests = requests_at(study, parameters)
-        answers = answer_all(requests, solver, folder, executor, watch, study.runs)
-        outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
-        found = compare_diameters(
-            [target.diameter for target in targets],
-            [target.force for target in targets],
-            [outcome.force for outcome in outcomes],
-            [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
-            [(target.sd, target.n) for target in targets],
-            study.targets.equivalent_within_percent,
-        )
-        published = audit_validation(study)
-        remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
-        result = ValidateResult(
-            head=head,
-            parameters=parameters,
-            rows=Rows(_row(*parts) for parts in zip(targets, found.rows, outcomes, strict=True)),
-            max_abs_error_percent=found.max_abs_error_percent,
-            mean_abs_error_percent=found.mean_abs_error_percent,
-            max_abs_error_percent_independent=found.max_abs_error_percent_independent,
-            best_scaled_max_error_percent=found.best_scaled_max_error_percent,
-            error_slope_percent_per_mm=found.error_slope_percent_per_mm,
-            measured_exponent=found.measured_exponent,
-            simulated_exponent=found.simulated_exponent,
-            formula_max_abs_error_percent=_formula(found.rows),
-            published=published,
-            notes=(*found.notes, *remarks),
-        )
-        beside = [result.beside_formula] if result.beside_formula else []
-        return leave(folder, replace(result, notes=(*found.notes, *beside, *remarks)))
+    study, solver, targets = work.study, work.solver, work.study.targets.forces
+    parameters = calibrated_parameters(study, solver, work.folder)
+    head = work.head("validate")
+    requests = requests_at(study, parameters)
+    answers = work.answers(requests)
+    outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+    found = compare_diameters(
+        [target.diameter for target in targets],
+        [target.force for target in targets],
+        [outcome.force for outcome in outcomes],
+        [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
+        [(target.sd, target.n) for target in targets],
+        study.targets.equivalent_within_percent,
+    )
+    published = audit_validation(study)
+    remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
+    result = ValidateResult(
+        head=head,
+        parameters=parameters,
+        rows=Rows(_row(*parts) for parts in zip(targets, found.rows, outcomes, strict=True)),
+        max_abs_error_percent=found.max_abs_error_percent,
+        mean_abs_error_percent=found.mean_abs_error_percent,
+        max_abs_error_percent_independent=found.max_abs_error_percent_independent,
+        best_scaled_max_error_percent=found.best_scaled_max_error_percent,
+        error_slope_percent_per_mm=found.error_slope_percent_per_mm,
+        measured_exponent=found.measured_exponent,
+        simulated_exponent=found.simulated_exponent,
+        formula_max_abs_error_percent=_formula(found.rows),
+        published=published,
+        notes=(*found.notes, *remarks),
+    )
+    beside = [result.beside_formula] if result.beside_formula else []
+    return replace(result, notes=(*found.notes, *beside, *remarks))
 
 
 def _formula(rows: Sequence[ValidationRow]) -> float | None:

@@ -1,1 +1,1 @@
-"""The study: spec, units, frozen data classes and the study folder."""
+"""The study: its spec read and checked (spec, rules), units, the frozen data classes."""

@@ -14,10 +14,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr,
 from pydantic.dataclasses import dataclass
 
 from stemcal.study import units
-from stemcal.study.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
-from stemcal.study.lengths import Length, StemLength, StemLengthOrZero
 from stemcal.study.outside import CommandSolver, LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
+from stemcal.study.spec.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
+from stemcal.study.spec.lengths import Length, StemLength, StemLengthOrZero
 
 __all__ = [
     "Blade",
@@ -125,6 +125,11 @@ class Loading(_Frozen):
     duration: Time = 0.5
     gap: SizeOrZero = 0.001
 
+    @property
+    def stroke(self) -> float:
+        """How far the blade comes from touching the stem on, mm."""
+        return self.speed * self.duration - self.gap
+
 
 class Contact(_Frozen):
     """Friction and penalty: µ = µd + (µs − µd)·exp(−decay·|v|)."""
@@ -189,7 +194,8 @@ class EmbeddedSolver(_Frozen):
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 3.0
     phases: Annotated[Whole, Field(ge=1, le=100)] = 1
     perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
-    stop_after_peak: Annotated[bool, Field(strict=True)] = False
+    break_drop: Annotated[Number, Field(gt=0, le=1)] = 0.5
+    stop_after_peak: Annotated[bool, Field(strict=True)] = True
     failure_length: Size | None = None
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
 
-from stemcal.study.fields import Number, Quantity, SpecFile, Whole, complain
+from stemcal.study.spec.fields import Number, Quantity, SpecFile, Whole, complain
 
 __all__ = [
     "CalculixResult",

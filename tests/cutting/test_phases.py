@@ -9,7 +9,7 @@ import pytest
 
 from stemcal.cutting import ShearTest, in_phases, mean_over_phases, perturbed, shear, stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
-from stemcal.cutting.result import PeakWatch
+from stemcal.cutting.result import BreakWatch, break_row, moving_mean
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 
@@ -78,11 +78,33 @@ def test_coarsening_keeps_the_cut_and_the_length() -> None:
     assert lengths.argmin() == len(lengths) // 2
 
 
-def test_peak_watch() -> None:
-    """Falls below half the peak at t = 4 and stays: over after a quarter of that time more; a recovery starts anew."""
-    watch = PeakWatch()
-    forces = [0, 10, 20, 30, 5, 16, 4, 3, 2, 1]
-    assert [watch.is_past(float(t), force) for t, force in enumerate(forces)] == [False] * 8 + [True, True]
+@pytest.mark.parametrize(("drop", "row"), [(0.3, 5), (0.5, 6), (0.8, 8), (1.0, None)])
+def test_the_stem_has_broken_once_the_force_has_dropped(drop: float, row: int | None) -> None:
+    """The fall from 8 to 1 N before anything has failed is none; a later, larger force does not undo a break."""
+    force = np.array([0.0, 8.0, 1.0, 20.0, 30.0, 21.0, 14.0, 16.0, 5.0, 50.0])
+    deleted = np.array([0, 0, 0, 0, 1, 1, 2, 2, 3, 3])
+    assert break_row(force, deleted, drop) == row
+
+
+@pytest.mark.parametrize("window", [1, 4, 11])
+@pytest.mark.parametrize("drop", [0.3, 0.5, 1.0])
+def test_watching_finds_the_break_that_the_whole_curve_has(window: int, drop: float) -> None:
+    """Of a hundred random walks from rest; the watch knows half a window later, and what it saw by then is enough."""
+    random = np.random.default_rng(5)
+    for _ in range(100):
+        force = np.abs(np.cumsum(random.normal(0.3, 2.0, 200))) * (np.arange(200) >= window)
+        deleted = np.cumsum(random.random(200) < 0.02)
+        watch = BreakWatch(drop, window)
+        stopped = next((i for i in range(200) if watch.is_past(force[i], int(deleted[i]))), None)
+        broken = break_row(moving_mean(force, window), deleted, drop)
+        if stopped is None:
+            assert broken is None or broken >= 200 - window // 2
+            continue
+        kept = moving_mean(force[: stopped + 1], window)
+        assert broken is not None
+        assert broken <= stopped - window // 2
+        assert break_row(kept, deleted[: stopped + 1], drop) == broken
+        assert kept[:broken].max() == moving_mean(force, window)[:broken].max()
 
 
 def test_stopping_after_the_peak_keeps_the_peak() -> None:

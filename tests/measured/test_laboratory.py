@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.curves import CurveOptions, contact_begins, read_curve
+from stemcal.measured.curves import CurveOptions, contact_begins, read_curves
 from stemcal.measured.diameters import measure_diameters, proposed_grades
 from stemcal.measured.shear import find_files, measure_shear, read_index
 from stemcal.measured.targets import targets_section, with_targets
@@ -50,7 +50,7 @@ def test_diameters_of_the_example() -> None:
     assert found.summary.mean == pytest.approx(8.90, abs=0.02)
     assert [grade.low for grade in found.grades] == [6.5, 7.5, 8.5, 9.5, 10.5]
     assert sum(grade.share_percent for grade in found.grades) > 90
-    assert [test.name for test in found.tests] == ["Shapiro–Wilk", "Anderson–Darling"]
+    assert [test.name for test in found.normality] == ["Shapiro–Wilk", "Anderson–Darling"]
 
 
 def test_repeats_are_averaged_per_stem_in_columns_or_rows(tmp_path: Path) -> None:
@@ -58,7 +58,7 @@ def test_repeats_are_averaged_per_stem_in_columns_or_rows(tmp_path: Path) -> Non
     wide.write_text("stem,d1 (cm),d2 (cm)\nA,0.70,0.72\nB,0.80,\nC,0.95,0.93\n")
     long.write_text("stem;diameter\nA;7,0\nA;7,2\nB;8,0\nC;9,5\nC;9,3\n")
     for path in (wide, long):
-        assert measure_diameters(path).values == pytest.approx((7.1, 8.0, 9.4))
+        assert [stem.diameter for stem in measure_diameters(path).stems] == pytest.approx((7.1, 8.0, 9.4))
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_grades_are_the_fewest_that_hold_95_percent() -> None:
 
 
 def test_preload_is_trimmed_and_travel_counted_from_there(tmp_path: Path) -> None:
-    curve = read_curve(curve_file(tmp_path / "8mm-1.csv", [0.5, 6.0, 1.0, 4.0, 30.0, 80.0, 50.0, 1.0]))
+    curve = read_curves(curve_file(tmp_path / "8mm-1.csv", [0.5, 6.0, 1.0, 4.0, 30.0, 80.0, 50.0, 1.0]))[0]
     assert (curve.trimmed, curve.max_force) == (3, 80.0)
     assert curve.travel_at_max == pytest.approx(0.2)
     assert curve.travel[0] == 0.0
@@ -95,14 +95,14 @@ def test_units_signs_and_columns(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     rows = "\n".join(f"{i},{-0.01 * i},{0.02 * i},7" for i in range(8))
     path.write_text(f"t (s),load (kN),position (cm),x\n{rows}\n")
-    curve = read_curve(path)
+    curve = read_curves(path)[0]
     assert (curve.max_force, curve.travel_at_max) == pytest.approx((70.0, 1.4))
     assert curve.remarks[0] == "force counted positive in pressing"
     assert "may have ended" in curve.remarks[1]
-    assert read_curve(path, CurveOptions(force_unit="N", preload=0.01)).max_force == pytest.approx(0.07)
-    assert read_curve(path, CurveOptions(force_column="4", preload=1.0)).max_force == 7.0
+    assert read_curves(path, CurveOptions(force_unit="N", preload=0.01))[0].max_force == pytest.approx(0.07)
+    assert read_curves(path, CurveOptions(force_column="4", preload=1.0))[0].max_force == 7.0
     with pytest.raises(UsageError, match="no column 'weight' for force; there are 't"):
-        read_curve(path, CurveOptions(force_column="weight"))
+        read_curves(path, CurveOptions(force_column="weight"))
 
 
 def test_an_outlier_is_named_and_counted_until_it_is_excluded(tmp_path: Path) -> None:

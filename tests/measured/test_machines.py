@@ -8,7 +8,7 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.measured.columns import matching
-from stemcal.measured.curves import CurveOptions, read_curve
+from stemcal.measured.curves import CurveOptions, read_curves
 from stemcal.measured.headings import NEWTONS
 from stemcal.measured.reading import read_table
 from stemcal.measured.vocabulary import FORCE
@@ -64,7 +64,7 @@ def test_every_machine_gives_the_same_curve(tmp_path: Path, name: str) -> None:
     path = tmp_path / "7mm-1.csv"
     path.write_bytes(text.encode(encoding))
     how = CurveOptions(force_column="Force N") if name == "two channels of force" else CurveOptions()
-    curve = read_curve(path, how)
+    curve = read_curves(path, how)[0]
     assert curve.max_force == pytest.approx(1234.5, abs=0.01)
     assert curve.travel_at_max == pytest.approx(0.3)
     assert (curve.trimmed, len(curve.force)) == (2, 6)
@@ -75,16 +75,16 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     path.write_text(
         "travel,force\n" + rows("{d},{f}\n").replace("0.2,4.8", "0.2,4.8\n0.25,NaN\n0.26,") + "Max,1234.5\n"
     )
-    assert read_curve(path).remarks == ("3 rows without numbers for force or displacement are left out",)
+    assert read_curves(path)[0].remarks == ("3 rows without numbers for force or displacement are left out",)
     path.write_text("travel,force\n" + rows("{d},{f}\n") + "Cycle 2\n" + rows("{d},{f}\n")[:24])
-    assert "3 more rows of numbers lie apart" in read_curve(path).remarks[0]
+    assert "3 more rows of numbers lie apart" in read_curves(path)[0].remarks[0]
 
 
 def test_a_word_among_the_numbers_is_no_gap(tmp_path: Path) -> None:
     path = tmp_path / "7mm-1.csv"
     path.write_text("travel,force\n" + rows("{d},{f}\n").replace("60.0", "sixty"))
     with pytest.raises(UsageError, match=r"data row 5, force: 'sixty' is no number"):
-        read_curve(path)
+        read_curves(path)
 
 
 def test_a_unit_that_is_known_goes_before(tmp_path: Path) -> None:

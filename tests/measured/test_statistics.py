@@ -8,7 +8,6 @@ import pytest
 from stemcal.measured.normality import anderson_darling, shapiro_wilk
 from stemcal.measured.outliers import critical_value, grubbs
 from stemcal.measured.samples import summarise
-from stemcal.measured.scaling import fit_power_law
 
 # Michelson's speed of light of 1879, first 20 experiments of run 1 (km/s − 299 000), as in R's `morley`.
 MORLEY = [850, 740, 900, 1070, 930, 850, 950, 980, 980, 880, 1000, 980, 930, 650, 760, 810, 1000, 1000, 960, 960]
@@ -76,19 +75,3 @@ def test_grubbs_keeps_its_level() -> None:
     random = np.random.default_rng(3)
     hits = [grubbs(random.normal(size=6).tolist()).is_outlier for _ in range(2000)]  # type: ignore[union-attr]
     assert np.mean(hits) == pytest.approx(0.05, abs=0.012)
-
-
-def test_power_law_of_the_published_means() -> None:
-    law = fit_power_law([7, 8, 9, 10, 11], [120.0, 159.2, 213.8, 300.0, 378.2])
-    assert law is not None and law.exponent_interval is not None
-    assert law.exponent == pytest.approx(2.59, abs=0.005)
-    assert law.exponent_interval == pytest.approx((2.25, 2.93), abs=0.01)
-
-
-def test_power_law_is_exact_on_its_own_points() -> None:
-    diameters = [5.0, 7.0, 11.0, 13.0]
-    law = fit_power_law(diameters, [0.7 * d**2.3 for d in diameters])
-    assert law is not None
-    assert (law.factor, law.exponent, law.r2) == pytest.approx((0.7, 2.3, 1.0))
-    assert law.at(9.0) == pytest.approx(0.7 * 9.0**2.3)
-    assert fit_power_law([8.0, 8.0], [1.0, 2.0]) is None

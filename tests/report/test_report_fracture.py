@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stemcal import cutting
-from stemcal.cutting.shape import Shape
+from stemcal.cutting.end_state import Shape
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration

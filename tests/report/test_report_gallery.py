@@ -59,8 +59,8 @@ def test_energies_have_a_line_each() -> None:
 def test_histogram_counts_all_stems_and_says_what_is_synthetic() -> None:
     from stemcal.measured.diameters import measure_diameters
 
-    data = measure_diameters(Path(__file__).parents[2] / "configs/data/measured-diameters.csv").as_dict()
-    figure = laboratory.diameter_histogram(data)
+    found = measure_diameters(Path(__file__).parents[2] / "configs/data/measured-diameters.csv")
+    figure = laboratory.diameter_histogram(found)
     assert sum(bar.get_height() for bar in figure.axes[0].patches) == 50
     assert figure.get_suptitle() == "synthetic data, not measured"
     x, y = figure.axes[0].lines[0].get_data()

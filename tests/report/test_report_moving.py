@@ -15,7 +15,7 @@ import pytest
 
 from stemcal import cutting
 from stemcal.cli.requested import requestable, write_requested
-from stemcal.cutting.shape import Shape
+from stemcal.cutting.end_state import Shape
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
@@ -38,9 +38,10 @@ def filmed() -> tuple[Any, Film]:
     """A quick coarse cut, and its film."""
     material = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.02)
     how = cutting.Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
+    whole = replace(how, stop_after_peak=False)
     film = Film(OUTPUTS)
-    result = cutting.shear(cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=how), inspect=film)
-    return result, film
+    test = cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=whole)
+    return cutting.shear(test, inspect=film), film
 
 
 @pytest.fixture(scope="module")
@@ -73,11 +74,21 @@ def test_frames_hold_what_the_solver_had(filmed: tuple[Any, Film], frames: list[
         assert np.array_equal(frame.shape.standing, standing)
 
 
-def test_filming_changes_no_force(filmed: tuple[Any, Film]) -> None:
+def test_filming_changes_no_force_and_ends_where_the_stem_breaks(filmed: tuple[Any, Film]) -> None:
+    """A test that ends between two frames: as many frames as in the whole film until then, and its end."""
+    whole, long = filmed
     material = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.02)
     how = cutting.Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
-    alone = cutting.shear(cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=how))
-    assert alone.peak_force == filmed[0].peak_force
+    test = cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=how)
+    alone, film = cutting.shear(test), Film(OUTPUTS)
+    result = cutting.shear(test, inspect=film)
+    assert alone.peak_force == result.peak_force == whole.peak_force
+    packed, until = film.packed(result), result.history.time[-1]
+    assert until < whole.history.time[-1]
+    assert len(packed["travel"]) == sum(time < until for time in long.times) + 1
+    shown = frames_of(result.shape, packed)[-1].shape
+    assert np.array_equal(shown.standing, result.shape.standing)
+    assert shown.tools[0] == pytest.approx(result.shape.tools[0], abs=1e-3)
 
 
 def test_a_film_is_small(filmed: tuple[Any, Film]) -> None:

@@ -14,7 +14,7 @@ import pytest
 from stemcal.cutting import Blade, Stem, Supports
 from stemcal.errors import UsageError
 from stemcal.solvers.deck import deck_text
-from stemcal.solvers.deck.cards import fitted, keyword
+from stemcal.solvers.deck.fixed_width import fitted, keyword
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import _parts, _time_step
 from stemcal.study.spec import load_study

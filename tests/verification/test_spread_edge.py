@@ -87,18 +87,18 @@ def stiffness(history: History) -> float:
     return float(np.polyfit(-history.height[half:, 0], history.force[half:, 0, 2], 1)[0]) / LONG
 
 
-@pytest.mark.parametrize(("h", "tolerance"), [(0.5, 0.03), (0.25, 0.015)])
+@pytest.mark.parametrize(("h", "tolerance"), [(0.5, 0.03), pytest.param(0.25, 0.015, marks=pytest.mark.slow)])
 def test_slope_of_the_static_solution(h: float, tolerance: float) -> None:
     """Nothing but the block gives way: the slope is that of the block under the bell, closer with finer elements."""
     assert stiffness(pressed(h)) == pytest.approx(1.0 / static_compliance(), rel=tolerance)
 
 
 def test_slope_whatever_the_place_of_the_mesh() -> None:
-    """Over nodes, over elements and between, and with a hundredth of the mass."""
+    """Over nodes, over elements and between, and with a tenth of the mass."""
     over_nodes = stiffness(pressed(0.5))
     for shift in (0.25, 0.5):
         assert stiffness(pressed(0.5, shift)) == pytest.approx(over_nodes, rel=0.01)
-    assert stiffness(pressed(0.5, 0.0, 1.0e2)) == pytest.approx(over_nodes, rel=0.005)
+    assert stiffness(pressed(0.5, 0.0, 1.0e3)) == pytest.approx(over_nodes, rel=0.005)
 
 
 def test_the_surface_stays_under_the_edge() -> None:

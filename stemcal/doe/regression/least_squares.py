@@ -104,13 +104,6 @@ class LeastSquares:
         """Type III sum of squares of each column: βⱼ² / (XᵀWX)⁻¹ⱼⱼ."""
         return np.asarray(self.coefficients**2 / np.diag(self.unscaled_covariance))
 
-    @property
-    def standard_errors(self) -> Array | None:
-        """s·√(XᵀWX)⁻¹ⱼⱼ, or None without residual degrees of freedom."""
-        if self.mean_square is None:
-            return None
-        return np.sqrt(self.mean_square * np.diag(self.unscaled_covariance))
-
 
 def fit_least_squares(matrix: Array, response: Array, weights: Array | None = None, blocks: int = 0) -> LeastSquares:
     """Fit by QR; the columns must be independent (see `require_estimable`)."""

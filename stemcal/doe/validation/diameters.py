@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from stemcal.doe.regression.least_squares import Array, fit_least_squares, t_quantile
+from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.doe.validation.equivalence import Sample, compare_means
 from stemcal.errors import UsageError
+from stemcal.power_law import PowerLaw, fit_power_law
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,11 @@ class Exponent:
     value: float
     low: float | None
     high: float | None
+
+    @classmethod
+    def of(cls, law: PowerLaw | None) -> Exponent | None:
+        """Return that of a law, None where there is none."""
+        return None if law is None else cls(law.exponent, *(law.exponent_interval or (None, None)))
 
 
 @dataclass(frozen=True)
@@ -93,8 +98,8 @@ def compare_diameters(
     sizes = [abs(row.error_percent or 0.0) for row in done]
     independent = [abs(row.error_percent or 0.0) for row in done if row.role == "validation"]
     slope = _error_slope(done)
-    lab = power_law_exponent(diameters, measured)
-    model = power_law_exponent([row.diameter for row in done], [row.simulated or 0.0 for row in done])
+    lab = Exponent.of(fit_power_law(diameters, measured))
+    model = Exponent.of(fit_power_law([row.diameter for row in done], [row.simulated or 0.0 for row in done]))
     return Validation(
         rows=rows,
         max_abs_error_percent=max(sizes, default=None),
@@ -168,34 +173,13 @@ def _test_notes(rows: Sequence[ValidationRow], margin_percent: float) -> list[st
     return notes
 
 
-def power_law_exponent(diameters: ArrayLike, forces: ArrayLike) -> Exponent | None:
-    """Fit log force = a + b·log diameter.
-
-    None below two distinct diameters or with a force that is not positive.
-    """
-    d, force = np.asarray(diameters, dtype=float), np.asarray(forces, dtype=float)
-    if len(np.unique(d)) < 2 or np.any(d <= 0.0) or np.any(force <= 0.0):
-        return None
-    slope, error, df = _line(np.log(d), np.log(force))
-    if error is None:
-        return Exponent(slope, None, None)
-    half_width = t_quantile(0.95, df) * error
-    return Exponent(slope, slope - half_width, slope + half_width)
-
-
-def _line(x: Array, y: Array) -> tuple[float, float | None, int]:
-    """Slope of a straight line, its standard error and residual df."""
-    fit = fit_least_squares(np.column_stack([np.ones_like(x), x]), y)
-    errors = fit.standard_errors
-    return float(fit.coefficients[1]), None if errors is None else float(errors[1]), fit.df
-
-
 def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
     """Change of the error per millimetre of diameter, from three diameters on."""
     d = np.array([row.diameter for row in rows])
     if len(np.unique(d)) < 3:
         return None
-    return _line(d, np.array([row.error_percent for row in rows], dtype=float))[0]
+    errors = np.array([row.error_percent for row in rows], dtype=float)
+    return float(fit_least_squares(np.column_stack([np.ones_like(d), d]), errors).coefficients[1])
 
 
 def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
@@ -256,9 +240,9 @@ def _better_curve(rows: Sequence[ValidationRow]) -> str | None:
     n = len(np.unique(d))
     if n < 5:  # AICc of three parameters needs n > 4
         return None
-    ones = np.ones_like(d)
-    straight = fit_least_squares(np.column_stack([ones, d]), force).residual_ss
-    power = fit_least_squares(np.column_stack([ones, np.log(d)]), np.log(force)).residual_ss
+    straight = fit_least_squares(np.column_stack([np.ones_like(d), d]), force).residual_ss
+    law = fit_power_law(d.tolist(), force.tolist())
+    power = float(np.sum(np.log(force / np.array([law.at(x) for x in d])) ** 2)) if law else 0.0
     if min(straight, power) <= 0.0:
         return None
     gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(force)))

@@ -1,7 +1,8 @@
 """The time loop: central differences from one output to the next.
 
-One step reads: add internal forces, meet the tools (erode, look for contact, add contact forces), kick and drift,
-finish (book energies, move the tools and the clock).
+One step reads: find what has failed by its mean strain, add internal forces, meet the tools (erode, look for contact,
+add contact forces), kick and drift, finish (book energies, move the tools and the clock). What fails goes before the
+forces of a step are added: an element whose force stayed while the contact that held it was gone would kick its nodes.
 """
 
 from __future__ import annotations
@@ -109,6 +110,14 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
 
 
 @kernel
+def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Floats) -> bool:
+    """Every `STEP_LIFE` steps, mark as failed what has failed by its mean strain; returns whether anything has."""
+    if exchange.passes == 0 or clock.steps[0] % STEP_LIFE != 0:
+        return False
+    return fail_by_mean_strain(exchange, topology, body.state)
+
+
+@kernel
 def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: Floats) -> bool:
     """Subtract the internal forces, which follow from the deformation of the step just taken.
 
@@ -193,7 +202,6 @@ def meet_tools(
     edge: Floats,
     spread: Floats,
     candidates: Floats,
-    exchange: Floats,
     clock: Floats,
     ledger: Floats,
     friction: Floats,
@@ -201,8 +209,6 @@ def meet_tools(
 ) -> None:
     """Erode what has failed, if anything has, and add the contact forces."""
     eroded, due = 0, clock.steps[0] % STEP_LIFE == 0
-    if exchange.passes > 0:
-        failed = due and fail_by_mean_strain(exchange, topology, body.state)
     if failed:
         eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
         ledger.lost_kinetic[0] += lost
@@ -251,8 +257,9 @@ def march(
         outcome = renew_time_step(body, topology, clock, material, settings)
         if outcome != REACHED:
             return outcome
-        failed = add_forces_inside(body, topology, clock, material)
-        meet_tools(failed, body, topology, tools, edge, spread, candidates, exchange, clock, ledger, friction, settings)
+        apart = fail_in_the_mean(body, topology, exchange, clock)
+        failed = add_forces_inside(body, topology, clock, material) or apart
+        meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, 0, len(ledger.node_sums))
         outcome = finish_step(body, tools, clock, ledger)
         if outcome != REACHED:

@@ -14,7 +14,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import DesignRuns
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 
 if TYPE_CHECKING:

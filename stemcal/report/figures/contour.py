@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, plain, styled
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

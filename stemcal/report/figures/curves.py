@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, new_figure, plain, styled
 from stemcal.report.records import Curve
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
 def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = ()) -> Figure:
-    """Return force over blade travel for all runs; the highlighted ones stand out and are named."""
+    """Return force over blade travel for all runs; the highlighted ones stand out and are named.
+
+    After the stem has broken a curve is dotted: there it tells of the released stem, not of cutting.
+    """
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     figure = new_figure(width=6.4 if len(curves) > 3 else 4.7)
     with styled():
         axes = figure.add_subplot()
         for name, curve in curves.items():
             if name not in highlighted:
-                axes.plot(curve.travel, curve.force, color=FAINT, linewidth=0.7, alpha=0.6)
+                _draw(axes, curve, color=FAINT, linewidth=0.7, alpha=0.6)
         for index, name in enumerate(n for n in curves if n in highlighted):
-            axes.plot(curves[name].travel, curves[name].force, color=colours[index % len(colours)], label=plain(name))
+            _draw(axes, curves[name], color=colours[index % len(colours)], label=plain(name))
         axes.set_xlabel("blade travel, mm")
         axes.set_ylabel("force, N")
         axes.margins(x=0)
@@ -30,6 +35,14 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = ())
         if highlighted:
             axes.legend(loc="upper left")
     return figure
+
+
+def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
+    """Draw a curve as a line until the stem has broken and dotted from there."""
+    end = len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
+    axes.plot(curve.travel[:end], curve.force[:end], **style)
+    after = slice(max(end - 1, 0), None)
+    axes.plot(curve.travel[after], curve.force[after], **{**style, "label": None, "linestyle": ":"})
 
 
 def energies(rows: Mapping[str, Sequence[float]]) -> Figure:

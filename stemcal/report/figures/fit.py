@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, new_figure, styled
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

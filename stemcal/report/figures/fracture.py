@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from stemcal.cutting.shape import Shape
+    from stemcal.cutting.end_state import Shape
 
     Array = NDArray[np.float64]
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from stemcal.cutting.shape import Shape
+    from stemcal.cutting.end_state import Shape
     from stemcal.solvers.film import Frame
 
     Array = NDArray[np.float64]

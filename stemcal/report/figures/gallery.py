@@ -9,7 +9,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stemcal.cutting.shape import Shape
+from stemcal.cutting.end_state import Shape
 from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
@@ -26,7 +26,7 @@ from stemcal.solvers.film import frames_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 
 if TYPE_CHECKING:
@@ -155,7 +155,10 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
         chosen = [label for label in curves if at_solution(label)]
-        caption = "Force over blade travel: validation runs in colour, all others in grey."
+        dotted = (
+            " Dotted: after the stem has broken, not cutting any more." if any(c.broke for c in curves.values()) else ""
+        )
+        caption = f"Force over blade travel: validation runs in colour, all others in grey.{dotted}"
         plots.append(Plot("force-travel", "runs", caption, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for label, record in records.items():

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stemcal.measured.curves import Curve
+    from stemcal.measured.diameters import Diameters
+    from stemcal.measured.shear import ShearTests
 
-Data = Mapping[str, Any]
 SYNTHETIC = "synthetic data, not measured"
 
 
-def diameter_histogram(data: Data) -> Figure:
+def diameter_histogram(found: Diameters) -> Figure:
     """Return the histogram of stem diameters with the fitted normal curve and the limits of the grades."""
     import numpy as np
 
-    values = np.array([stem["diameter"] for stem in data["stems"]])
+    values = np.array([stem.diameter for stem in found.stems])
     edges = np.histogram_bin_edges(values, bins="fd")
-    mean, sd = data["mean"], data["sd"]
+    mean, sd = found.summary.mean, found.summary.sd or 0.0
     x = np.linspace(min(edges[0], mean - 3 * sd), max(edges[-1], mean + 3 * sd), 200)
     # n·w·φ((x − x̄)/s)/s
     curve = len(values) * (edges[1] - edges[0]) * np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
@@ -31,17 +30,17 @@ def diameter_histogram(data: Data) -> Figure:
         axes = figure.add_subplot()
         axes.hist(values, bins=edges.tolist(), color=BLUE, alpha=0.75, edgecolor="white", linewidth=0.6)
         axes.plot(x, curve, color=ORANGE, label=f"normal, {mean:.2f} ± {sd:.2f} mm")
-        for limit in sorted({g[side] for g in data["grades"] for side in ("low", "high")}):
+        for limit in sorted({limit for grade in found.grades for limit in (grade.low, grade.high)}):
             axes.axvline(limit, color=FAINT, linestyle=":", linewidth=0.9)
         axes.set_xlabel("stem diameter, mm")
         axes.set_ylabel("stems")
         axes.set_ylim(top=1.25 * axes.get_ylim()[1])
         axes.locator_params(axis="y", integer=True)
         axes.legend(loc="upper right")
-    return _marked(figure, data)
+    return _marked(figure, found.synthetic)
 
 
-def shear_curves(curves: Mapping[float, Sequence[Curve]], synthetic: bool = False) -> Figure:
+def shear_curves(tests: ShearTests) -> Figure:
     """Return force over travel of all specimens, coloured by grade."""
     import matplotlib
 
@@ -49,47 +48,47 @@ def shear_curves(curves: Mapping[float, Sequence[Curve]], synthetic: bool = Fals
     with styled():
         axes = figure.add_subplot()
         colours = matplotlib.colormaps["viridis"]
-        for number, (grade, specimens) in enumerate(curves.items()):
-            colour = colours(0.9 * number / max(1, len(curves) - 1))
-            for index, curve in enumerate(specimens):
-                label = f"{grade:g} mm" if index == 0 else None
+        for number, grade in enumerate(tests.grades):
+            colour = colours(0.9 * number / max(1, len(tests.grades) - 1))
+            curves = [specimen.curve for specimen in tests.specimens if specimen.grade == grade.diameter]
+            for index, curve in enumerate(curves):
+                label = f"{grade.diameter:g} mm" if index == 0 else None
                 axes.plot(curve.travel, curve.force, color=colour, linewidth=0.8, alpha=0.8, label=label)
         axes.set_xlabel("blade travel after preload, mm")
         axes.set_ylabel("force, N")
         axes.set_ylim(bottom=0)
         axes.margins(x=0)
         axes.legend(loc="upper right")
-    return _marked(figure, {"synthetic": synthetic})
+    return _marked(figure, tests.synthetic)
 
 
-def force_over_diameter(data: Data) -> Figure:
+def force_over_diameter(tests: ShearTests) -> Figure:
     """Return the maximum force of every specimen, the grades' means with intervals, and the power law."""
     import numpy as np
 
     figure = new_figure()
     with styled():
         axes = figure.add_subplot()
-        counted = [s for s in data["specimens"] if not s["excluded"]]
-        dots = [[s[name] for s in counted] for name in ("diameter", "max_force")]
-        axes.plot(*dots, "o", color=FAINT, markersize=3, label="specimens")
-        grades = [g for g in data["grades"] if g["mean_interval"]]
-        reach = [g["mean_interval"][1] - g["mean"] for g in grades]
-        at, means = [g["diameter"] for g in grades], [g["mean"] for g in grades]
-        axes.errorbar(at, means, yerr=reach, fmt="s", color=BLUE, capsize=3, label="mean, 95 %")
-        law = data["power_law"]
-        if law:
-            d = np.linspace(min(dots[0]), max(dots[0]), 100)
-            axes.plot(d, law["factor"] * d ** law["exponent"], color=ORANGE, label=f"∝ d^{law['exponent']:.2f}")
+        counted = [specimen for specimen in tests.specimens if not specimen.excluded]
+        diameters = [specimen.diameter for specimen in counted]
+        axes.plot(diameters, [s.curve.max_force for s in counted], "o", color=FAINT, markersize=3, label="specimens")
+        means = [(g.diameter, g.summary.mean, g.summary.mean_interval) for g in tests.grades]
+        known = [(at, mean, interval[1] - mean) for at, mean, interval in means if interval]
+        at, heights, reach = zip(*known, strict=True) if known else ((), (), ())
+        axes.errorbar(at, heights, yerr=reach, fmt="s", color=BLUE, capsize=3, label="mean, 95 %")
+        if (law := tests.power_law) is not None:
+            d = np.linspace(min(diameters), max(diameters), 100).tolist()
+            axes.plot(d, [law.at(x) for x in d], color=ORANGE, label=f"∝ d^{law.exponent:.2f}")
         axes.set_xlabel("stem diameter, mm")
         axes.set_ylabel("maximum shear force, N")
         axes.set_ylim(bottom=0)
         axes.legend(loc="upper left")
-    return _marked(figure, data)
+    return _marked(figure, tests.synthetic)
 
 
-def _marked(figure: Figure, data: Data) -> Figure:
+def _marked(figure: Figure, synthetic: bool) -> Figure:
     """Write across the figure of made-up data that they are."""
-    if data["synthetic"]:
+    if synthetic:
         with styled():
             figure.suptitle(SYNTHETIC, color=INK, fontsize=8, fontstyle="italic")
     return figure

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import exp, log
 from typing import TYPE_CHECKING
 
-from stemcal.doe.validation.diameters import Exponent
+from stemcal.power_law import fit_power_law
 from stemcal.report.figures.style import BLUE, INK, ORANGE, new_figure, styled
 from stemcal.stages.validate import ValidateResult
 
@@ -58,8 +57,8 @@ def growth(validate: ValidateResult) -> Figure:
         axes = figure.add_subplot()
         axes.set_xscale("log")
         axes.set_yscale("log")
-        _power_law(axes, measured, validate.measured_exponent, "measured", "o", "-", BLUE)
-        _power_law(axes, simulated, validate.simulated_exponent, "simulated", "s", "--", ORANGE)
+        _power_law(axes, measured, "measured", "o", "-", BLUE)
+        _power_law(axes, simulated, "simulated", "s", "--", ORANGE)
         _plain_ticks(axes, [row.diameter for row in rows])
         axes.set_xlabel("stem diameter, mm")
         axes.set_ylabel("maximum force, N")
@@ -67,24 +66,15 @@ def growth(validate: ValidateResult) -> Figure:
     return figure
 
 
-def _power_law(
-    axes: Axes,
-    points: Sequence[tuple[float, float]],
-    exponent: Exponent | None,
-    name: str,
-    mark: str,
-    line: str,
-    colour: str,
-) -> None:
-    """Draw points and, where there is an exponent, c·dⁿ with the geometric mean's c."""
-    if exponent is not None:
-        n = exponent.value
-        c = exp(sum(log(force / d**n) for d, force in points) / len(points))
-        ends = [min(d for d, _ in points), max(d for d, _ in points)]
-        known = exponent.low is not None and exponent.high is not None  # two diameters leave no scatter to tell
-        label = f"{name}: n = {n:.2f}" + (f" ({exponent.low:.2f} to {exponent.high:.2f})" if known else "")
-        axes.plot(ends, [c * d**n for d in ends], linestyle=line, color=colour, label=label)
-    axes.plot([d for d, _ in points], [force for _, force in points], mark, color=colour)
+def _power_law(axes: Axes, points: Sequence[tuple[float, float]], name: str, mark: str, line: str, colour: str) -> None:
+    """Draw points and, where there is one, the law through them."""
+    diameters, forces = [d for d, _ in points], [force for _, force in points]
+    if (law := fit_power_law(diameters, forces)) is not None:
+        ends = [min(diameters), max(diameters)]
+        known = law.exponent_interval  # two diameters leave no scatter to tell
+        label = f"{name}: n = {law.exponent:.2f}" + (f" ({known[0]:.2f} to {known[1]:.2f})" if known else "")
+        axes.plot(ends, [law.at(d) for d in ends], linestyle=line, color=colour, label=label)
+    axes.plot(diameters, forces, mark, color=colour)
 
 
 def _plain_ticks(axes: Axes, diameters: Sequence[float]) -> None:

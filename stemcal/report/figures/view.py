@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stemcal.files.decoding import lenient
 from stemcal.outputs import write_output
 from stemcal.report.figures.fracture import EDGE, PLASTIC, colour_bar, exposed_faces, strain_scale
 from stemcal.report.figures.style import FAINT, new_figure, save, styled
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from stemcal.cutting.shape import Shape
+    from stemcal.cutting.end_state import Shape
 
     Array = NDArray[np.float64]
 
@@ -114,7 +115,7 @@ def _run(command: list[str]) -> str | None:
         return f"pyvista took longer than {PATIENCE:g} s; {remedy}"
     if done.returncode == 0:
         return None
-    last = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:] or ["it said nothing"]
+    last = lenient(done.stderr).strip().splitlines()[-1:] or ["it said nothing"]
     return f"pyvista ended with code {done.returncode} ({last[0][:120]}); {remedy}"
 
 

@@ -9,7 +9,8 @@ from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.sheet import Sheet, force_or_reason
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import Shape, SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.shape import Shape
 
 WIDE = 3  # factors from which a table on the terminal does
 MANY = 4  # factors from which a table's columns bear symbols in place of names

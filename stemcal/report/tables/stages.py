@@ -12,7 +12,7 @@ from stemcal.report.terms import equation, written
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 
 

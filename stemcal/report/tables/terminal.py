@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stemcal.report.numbers import duration, fixed, significant
 from stemcal.report.tables.appendix import shape_sheets
@@ -15,6 +14,8 @@ from stemcal.stages.result import StageResult
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+    from stemcal.cutting import CuttingResult
 
 
 CROWDED = 8  # columns from which the gaps shrink, so that names stay whole in 80 columns
@@ -55,25 +56,26 @@ def drawn(sheet: Sheet) -> list[RenderableType]:
     return [table, *foot, Text("")]
 
 
-def simulation_table(summary: Mapping[str, Any]) -> RenderableType:
+def simulation_table(result: CuttingResult) -> RenderableType:
     """Return the numbers of one virtual shear test, names and values in two columns."""
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    for name, value in _simulation_rows(summary):
+    for name, value in _simulation_rows(result):
         table.add_row(Text(name), Text(value))
     return table
 
 
-def _simulation_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    rate = summary["element_steps_per_second"] / 1e6
+def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
+    rate = result.element_steps_per_second / 1e6
     return [
-        ("Maximum force", f"{significant(summary['peak_force'])} N"),
-        ("  before the filter", f"{significant(summary['peak_force_raw'])} N"),
-        ("  at", f"{summary['peak_time']:.4f} s, {summary['peak_travel']:.3f} mm of travel"),
-        ("Elements", f"{summary['elements']}, {summary['deleted_elements']} of them eroded by then"),
-        ("Steps", f"{summary['steps']} in {duration(summary['wall_seconds'])}, {rate:.1f} M element-steps/s"),
-        ("Energy drift", f"{fixed(summary['energy_drift_percent'], 3)} %"),
-        ("Kinetic energy", f"{fixed(summary['kinetic_ratio_percent'], 3)} % of internal, at most"),
+        ("Maximum force", f"{significant(result.peak_force)} N"),
+        ("  before the filter", f"{significant(result.peak_force_raw)} N"),
+        ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
+        *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
+        ("Elements", f"{result.elements}, {result.deleted_elements} of them eroded by then"),
+        ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
+        ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
+        ("Kinetic energy", f"{fixed(result.kinetic_ratio_percent, 3)} % of internal, at most"),
     ]

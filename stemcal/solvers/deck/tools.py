@@ -7,7 +7,8 @@ from math import ceil, cos, pi, radians, sin, tan
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.parts import Blade, Stem, Supports
+from stemcal.cutting.blade import Blade
+from stemcal.cutting.parts import Stem, Supports
 from stemcal.fem.mesh import Mesh
 
 __all__ = ["blade_mesh", "supports_mesh"]

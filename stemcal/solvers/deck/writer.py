@@ -17,7 +17,7 @@ from stemcal.errors import UsageError
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.cards import fitted, keyword
+from stemcal.solvers.deck.fixed_width import fitted, keyword
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.outside import LsDynaSolver
@@ -97,7 +97,7 @@ def _head(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float) 
     yield f"$ Study {study.name}, outer diameter {diameter:g} mm. Blade down along -z, stem along x."
     if isinstance(solver, EmbeddedSolver):
         yield "$ Without edge spread and internal length of the embedded solver: the force belongs to this mesh."
-    if getattr(solver, "rate_law", "") == "paper":
+    if isinstance(solver, EmbeddedSolver) and solver.rate_law == "paper":
         yield "$ LS-DYNA's rate law is 1 + (rate/C)^(1/P); the study asks for 1 + (rate/C)^P."
 
 
@@ -149,7 +149,7 @@ def _materials(given: Mapping[str, float]) -> Iterator[str]:
 
 
 def _part_cards(solver: EmbeddedSolver | LsDynaSolver) -> Iterator[str]:
-    form = _FORMULATION[getattr(solver, "element", "one_point")]
+    form = _FORMULATION[solver.element if isinstance(solver, EmbeddedSolver) else "one_point"]
     yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": form})
     yield from keyword("SECTION_SOLID", {"secid": BLADE, "elform": 1})
     for title, part in (("stem", STEM), ("blade", BLADE), ("supports", SUPPORTS)):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from stemcal.errors import UsageError
-from stemcal.solvers.deck.cards import LONG, STANDARD, fitted
+from stemcal.solvers.deck.fixed_width import LONG, STANDARD, fitted
 
 __all__ = ["FIELDS", "Material003", "find_material", "replaced"]
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from stemcal.cutting.result import FALLEN, moving_mean
 from stemcal.errors import SimulationFailed
+from stemcal.files.decoding import lenient
 from stemcal.solvers.deck import deck_text
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
 from stemcal.solvers.processes import Ended
@@ -22,7 +23,7 @@ from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.outside import LsDynaSolver
-from stemcal.study.placeholders import template_bytes
+from stemcal.study.spec.placeholders import template_bytes
 
 __all__ = ["LsDyna", "peak_answer"]
 
@@ -147,6 +148,6 @@ def _tail(path: Path) -> str:
         with path.open("rb") as file:
             file.seek(0, 2)
             file.seek(max(0, file.tell() - _TAIL_BYTES))
-            return file.read().decode("utf-8", "replace")
+            return lenient(file.read())
     except OSError:
         return ""

@@ -17,7 +17,7 @@ from stemcal.solvers.programs.rooms import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
 from stemcal.study.outside import ProgramOptions
-from stemcal.study.placeholders import fill
+from stemcal.study.spec.placeholders import fill
 
 __all__ = ["Program", "checked", "executable", "run_in"]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.solvers.protocol import Request
-from stemcal.study.placeholders import DIAMETER, fill, number, template_bytes
+from stemcal.study.spec.placeholders import DIAMETER, fill, number, template_bytes
 
 __all__ = ["Inputs", "file_hash", "values_of"]
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from stemcal.files.decoding import lenient
 from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.rcforc import contact_force
 from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
@@ -50,7 +51,7 @@ def read_text(folder: Path, name: str) -> str:
         raise NoResult("no_result", f"{name} is empty")
     if b"\0" in content:
         raise NoResult("bad_result", f"{name} is no text")
-    return content.decode("utf-8", "replace").removeprefix("\N{ZERO WIDTH NO-BREAK SPACE}")
+    return lenient(content)
 
 
 def _json(text: str, result: Any) -> Series:

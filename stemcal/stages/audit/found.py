@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from stemcal.stages.audit.cells import Audited
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.study.model import Study
 

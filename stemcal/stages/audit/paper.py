@@ -12,7 +12,7 @@ from stemcal.doe.regression.surface import fit_surface
 from stemcal.stages.audit.cells import Agreement, audit_cells, audit_surface, printed_validation, table
 from stemcal.stages.audit.found import Calibrated, Found
 from stemcal.stages.audit.printed import agrees
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 _FAR = 0.1  # coded units

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline, key
-from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, ignore
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Solver
 from stemcal.stages.audit.cells import Agreement
 from stemcal.stages.audit.found import Calibrated, Check, Found
 from stemcal.stages.audit.paper import cells_differ, claims_differ, design_differs, levels_differ
@@ -20,10 +15,11 @@ from stemcal.stages.audit.suspicions import SUSPICIONS
 from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.making import make
-from stemcal.stages.result import Head, StageResult, head_of, leave, read_result
+from stemcal.stages.result import Head, StageResult, read_result
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
 CHECKS: tuple[Check, ...] = (cells_differ, claims_differ, levels_differ, design_differs, *SUSPICIONS)
@@ -59,13 +55,8 @@ class AuditResult(StageResult):
         return f"{self.agree} of {self.of} printed cells agree, {len(self.findings)} findings"
 
 
-def audit(
-    study: Study,
-    folder: StudyFolder,
-    executor: Executor,
-    watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> AuditResult:
+@a_stage
+def audit(work: Work) -> AuditResult:
     """Recompute a paper's printed tables and claims; list what does not agree.
 
     Raises
@@ -73,21 +64,20 @@ def audit(
     UsageError
         If there is nothing to audit: the runs are not printed ones, or nothing is said to be published.
     """
+    study, folder = work.study, work.folder
     if study.solver.kind != "table":
         raise UsageError("audit: recomputes from printed runs; give the spec a solver of kind table with the paper's")
     if study.published is None:
         raise UsageError("audit: the spec has no section published; say there what the paper printed")
-    solver = solver or make_solver(study)
-    with folder:
-        for stage in stages_of(study):
-            make(stage, study, folder, executor, watch, solver)
-        looked_at = Calibrated(
-            read_result(folder, ScreenResult),
-            read_result(folder, SurfaceResult),
-            read_result(folder, InvertResult),
-            read_result(folder, ValidateResult),
-        )
-        return leave(folder, audit_all(study, head_of(study, solver, folder, "audit"), looked_at))
+    for stage in stages_of(study):
+        make(stage, study, folder, work.executor, work.watch, work.solver)
+    looked_at = Calibrated(
+        read_result(folder, ScreenResult),
+        read_result(folder, SurfaceResult),
+        read_result(folder, InvertResult),
+        read_result(folder, ValidateResult),
+    )
+    return audit_all(study, work.head("audit"), looked_at)
 
 
 def audit_all(study: Study, head: Head, stages: Calibrated) -> AuditResult:

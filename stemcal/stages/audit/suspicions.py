@@ -13,7 +13,8 @@ from stemcal.stages.audit.cells import printed_terms, term_of
 from stemcal.stages.audit.found import Calibrated, Check, Found
 from stemcal.stages.invert.single import assess_published
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface import SurfaceResult, error_remark
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.runs import error_remark
 from stemcal.study.model import Study
 
 _STRAIN_RATE = "strain_rate_c"

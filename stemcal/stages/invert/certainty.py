@@ -8,13 +8,7 @@ from math import isfinite
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import Posterior, sample_posterior
-from stemcal.doe.calibration.profile import (
-    Profile,
-    identifiability,
-    moved_together,
-    profiles_of,
-    unseen_directions,
-)
+from stemcal.doe.calibration.profile import Profile, identifiability, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array

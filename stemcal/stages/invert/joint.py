@@ -18,7 +18,7 @@ from stemcal.files.rows import Rows
 from stemcal.stages.invert.certainty import UNITS, Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
-from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
 
 
@@ -45,7 +45,8 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     point = Point.of(surface.assess(study, fit.coded), coding)
     known = certainty_of(study, coding, misfit, region, "the joint fit")
     force = measured_of(target, ["force"])
-    single = _alone(means, force[0], misfit, fit) or misfit_over(force, [surface.fitted])
+    there = force[0] in means  # a joint fit may leave the force at the calibration diameter out
+    single = misfit.alone(means.index(force[0]), fit.misfit) if there else misfit_over(force, [surface.fitted])
     forces_only = len(study.invert.responses) == 1
     source = f"{'' if forces_only else 'the force at '}{force[0].label} alone"
     alone = certainty_of(study, coding, single, region, source)
@@ -67,11 +68,6 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         certainty_alone=alone,
         notes=(*_notes(joint, misfit, fit), *known.sentences, *alone.sentences),
     )
-
-
-def _alone(means: Sequence[Measured], force: Measured, misfit: Misfit, fit: JointFit) -> Misfit | None:
-    """Return the misfit of the force at the calibration diameter by itself; None if the joint fit leaves it out."""
-    return misfit.alone(means.index(force), fit.misfit) if force in means else None
 
 
 def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding) -> JointFitted:

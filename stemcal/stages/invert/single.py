@@ -9,7 +9,7 @@ from stemcal.doe.calibration.region import Region
 from stemcal.stages.invert.certainty import certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
 from stemcal.stages.result import Head, Interval
-from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
 
 

@@ -2,35 +2,21 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from dataclasses import replace
 
-from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, ignore
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Solver
 from stemcal.stages.invert.joint import solve_jointly
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.single import assess_published, solve
-from stemcal.stages.result import head_of, leave, read_fresh
-from stemcal.stages.surface import SurfaceResult
-from stemcal.study.model import Study
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.work import Work, a_stage
 
 __all__ = ["InvertResult", "invert"]
 
 
-def invert(
-    study: Study,
-    folder: StudyFolder,
-    _executor: Executor | None = None,
-    _watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> InvertResult:
+@a_stage
+def invert(work: Work) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
-    solver = solver or make_solver(study)
-    with folder:
-        surface = read_fresh(study, solver, folder, SurfaceResult)
-        head = head_of(study, solver, folder, "invert")
-        result = solve_jointly(study, head, surface) if study.joint_targets else solve(study, head, surface)
-        published, remarks = assess_published(study, surface)
-        return leave(folder, replace(result, published=published, notes=(*result.notes, *remarks)))
+    study, surface = work.study, work.fresh(SurfaceResult)
+    solved = (solve_jointly if study.joint_targets else solve)(study, work.head("invert"), surface)
+    published, remarks = assess_published(study, surface)
+    return replace(solved, published=published, notes=(*solved.notes, *remarks))

@@ -14,14 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step
-from stemcal.doe.calibration.joint_approach import (
-    FIRST_REACH,
-    SHRINK,
-    JointTrial,
-    missed,
-    next_joint_point,
-    through,
-)
+from stemcal.doe.calibration.joint_approach import FIRST_REACH, SHRINK, JointTrial, missed, next_joint_point, through
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -34,7 +27,7 @@ from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ToldRow
 from stemcal.stages.result import Interval
-from stemcal.stages.surface import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import RefineOptions, Study
 
 _SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new

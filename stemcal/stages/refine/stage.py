@@ -3,42 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
-from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, ignore
-from stemcal.runs.stepwise import simulating
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Solver
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import Loop
 from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
-from stemcal.stages.result import Head, head_of, leave, read_fresh
-from stemcal.stages.surface import SurfaceResult
-from stemcal.study.model import Study
+from stemcal.stages.result import Head
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.work import Work, a_stage
 
 __all__ = ["RefineResult", "refine"]
 
 
-def refine(
-    study: Study,
-    folder: StudyFolder,
-    executor: Executor,
-    watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> RefineResult:
+@a_stage
+def refine(work: Work) -> RefineResult:
     """Simulate at the solution and correct it until the simulated force is right, at every diameter of a joint fit."""
-    solver = solver or make_solver(study)
-    with folder:
-        simulate = simulating("refine", study, solver, folder, executor, watch, pictured=True)
-        surface = read_fresh(study, solver, folder, SurfaceResult)
-        solution = read_fresh(study, solver, folder, InvertResult)
-        head = head_of(study, solver, folder, "refine")
-        loop = Loop(study, surface, solution, simulate)
-        loop.run()
-        return leave(folder, closed(head, loop))
+    simulate = work.simulating("refine", pictured=True)
+    surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
+    head = work.head("refine")
+    loop = Loop(work.study, surface, solution, simulate)
+    loop.run()
+    return closed(head, loop)
 
 
 def closed(head: Head, loop: Loop) -> RefineResult:

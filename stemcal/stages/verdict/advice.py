@@ -10,7 +10,7 @@ import numpy as np
 from stemcal.doe.calibration.levelset import extremes
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
-from stemcal.stages.surface import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt
 from stemcal.study.model import EmbeddedSolver, Factor, Study
 

@@ -1,0 +1,62 @@
+"""The two lengths of cutting: the spread edge against a static solution, and failure in the mean of a neighbourhood."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from test_averaging import averaged
+from test_notched_plate import work_to_failure
+from test_spread_edge import SPREAD, pressed, static_compliance, stiffness
+
+from stemcal.fem.mesh import brick
+from verification.case import Case, Topic
+
+
+def edge() -> Topic:
+    """Press the spread edge into an elastic block."""
+    source = "static plane strain, bilinear quadrilaterals of 0.1 mm"
+    exact = 1.0 / static_compliance()
+    cases = [
+        Case(f"elements of {share}: force over travel and length", stiffness(pressed(h)), exact, off, source, "N/mm²")
+        for h, share, off in ((0.5, "a/2", 0.03), (0.25, "a/4", 0.015))
+    ]
+    over_nodes = stiffness(pressed(0.5))
+    for shift, place in ((0.25, "between nodes and elements"), (0.5, "over elements")):
+        slope = stiffness(pressed(0.5, shift))
+        cases.append(Case(f"elements of a/2, edge {place}", slope, over_nodes, 0.01, "the edge over nodes", "N/mm²"))
+    cases.append(
+        Case("a tenth of the mass", stiffness(pressed(0.5, 0.0, 1.0e3)), over_nodes, 0.005, "mass scaling 10⁴", "N/mm²")
+    )
+    drift = pressed(0.5).drift_percent()
+    cases.append(Case("elements of a/2: energy drift", drift, 0.0, 0.5, "energy", "%", relative=False))
+    text = (
+        f"An edge spread over a = {SPREAD:g} mm is pressed into an elastic block. It has no stiffness of its own, so "
+        "the slope of its force is the block's under the bell: that of a static solution which shares no code with the "
+        "solver, wherever the mesh lies, and whatever mass the elements were given."
+    )
+    return Topic("Spread edge", text, tuple(cases))
+
+
+def failure() -> Topic:
+    """Average a peak of strain, and pull a notched plate apart."""
+    cases = [Case("strain of one slice: largest mean, ℓ = 1 mm", slice_mean(), 0.1 / np.sqrt(np.pi), 0.006, "Gauss")]
+    fine, coarse = work_to_failure(0.25, 1.0), work_to_failure(0.5, 1.0)
+    text = "notched plate, ℓ = 1 mm: work to failure, elements of 0.25 mm"
+    cases.append(Case(text, fine, coarse, 0.06, "elements of 0.5 mm", "mJ"))
+    text = (
+        "With an internal length ℓ an element fails by the mean of the plastic strain around it. The mean of a unit "
+        "slice in a bar is a bell of width ℓ; and a plate with a sharp notch takes nearly the same work to its first "
+        "failure whatever its elements, where failure element by element takes "
+        f"{work_to_failure(0.5, 0.0):.1f} mJ with elements of 0.5 mm and {work_to_failure(0.25, 0.0):.1f} mJ with "
+        "elements of 0.25 mm."
+    )
+    return Topic("Failure in the mean", text, tuple(cases))
+
+
+@cache
+def slice_mean() -> float:
+    """Return the largest mean strain where one slice of 0.1 mm in a bar has strain 1."""
+    strain = np.zeros(101)
+    strain[50] = 1.0
+    return float(averaged(brick((10.1, 1.0, 1.0), (101, 1, 1)), strain, 1.0).max())

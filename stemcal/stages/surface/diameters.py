@@ -1,0 +1,45 @@
+"""The design of the surface run at the other diameters of a joint fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stemcal.errors import RunsFailed
+from stemcal.files.rows import Rows
+from stemcal.runs.outcome import outcome_of
+from stemcal.stages.design import Design
+from stemcal.stages.result import reasons_given
+from stemcal.stages.surface.result import AtDiameter, FitSummary, SurfaceResult
+from stemcal.stages.surface.runs import DiameterRun, weighed
+from stemcal.stages.work import Work
+
+
+def run_diameters(work: Work, result: SurfaceResult, design: Design) -> list[AtDiameter]:
+    """Run the design at every diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
+    return [_at_diameter(work, target.diameter, result, design) for target in work.study.joint_targets]
+
+
+def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Design) -> AtDiameter:
+    requests = design.requests(diameter)
+    answers = work.answers(requests)
+    pairs = zip(requests, answers, strict=True)
+    told_of = [DiameterRun(run=r.row + 1, outcome=outcome_of(r, answer, work.solver)) for r, answer in pairs]
+    runs = weighed(work.study, told_of)
+    with reasons_given(requests, answers):
+        told = {name: _summary(result, runs, name, diameter) for name in work.study.invert.responses}
+    further: dict[str, FitSummary] = {name: fit for name, fit in told.items() if name != "force"}
+    return AtDiameter(diameter=diameter, runs=Rows(runs), fit=told["force"], responses=further or None)
+
+
+def _summary(result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float) -> FitSummary:
+    """Return what is kept of the fit to one response."""
+    silent = [run.run for run in runs if run.outcome.ok and run.outcome.response(response) is None]
+    if silent:
+        raise RunsFailed(
+            f"{diameter:g} mm: the record of run {silent[0]} tells no {response}: it was made by another version or "
+            "solver; take another study folder (--out), or leave the response out of invert.responses"
+        )
+    fit = result.refitted(runs, response=response)
+    return FitSummary(
+        Rows(fit.coefficients), fit.r2, fit.adjusted_r2, fit.predicted_r2, fit.press, fit.cv_percent, fit.runs_failed
+    )

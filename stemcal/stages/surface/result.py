@@ -1,0 +1,220 @@
+"""What a response surface comes to: coefficients, analysis of variance, diagnostics, and the surface itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from stemcal.doe.calibration.inversion import Assessment, assess_point
+from stemcal.doe.regression.anova import AnovaRow
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.fit_statistics import Coefficient
+from stemcal.doe.regression.influence import RunDiagnostics
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.reduction import Step
+from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.doe.regression.terms import term_columns, term_names
+from stemcal.doe.regression.transform import BoxCox
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, inline, to_json
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.audit.cells import Audited
+from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval, StageResult
+from stemcal.stages.surface.runs import Answered, DiameterRun, circumstances
+from stemcal.stages.surface.shape import Opinions, RidgeRow, Shape
+from stemcal.study.model import Study
+
+_ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
+_BESIDE = ("value", "standard_error", "low", "high")
+Further = Sequence[tuple[Array, float]]
+
+
+@dataclass(frozen=True)
+class FactorCoding:
+    """How a factor of the surface is coded, in its unit, and what it is called."""
+
+    factor: str
+    center: float
+    half_step: float
+    symbol: str = ""
+    label: str = ""
+    unit: str = "1"
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class ReductionSteps:
+    """How terms were taken out or in."""
+
+    method: str
+    steps: tuple[Step, ...]
+    dropped: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FitSummary:
+    """What is kept of a fit beside the main one."""
+
+    coefficients: Rows[Coefficient]
+    r2: float | None
+    adjusted_r2: float | None
+    predicted_r2: float | None
+    press: float | None
+    cv_percent: float | None
+    runs_failed: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtDiameter:
+    """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
+
+    diameter: float
+    runs: Rows[DiameterRun]
+    fit: FitSummary = inline()
+    responses: dict[str, FitSummary] | None = absent()
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What the surface says of a point: force and 95 % intervals, N; None where a saturated fit knows none."""
+
+    force: float
+    mean_interval: Interval | None
+    prediction_interval: Interval | None
+    inside: bool
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SurfaceResult(StageResult):
+    """The force as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics."""
+
+    name: ClassVar[str] = "rsm"
+
+    head: Head = inline()
+    names: tuple[str, ...]
+    factors: Rows[FactorCoding]
+    coding: dict[str, CodedScale]
+    fixed: dict[str, float]
+    radius: float
+    design: DesignRuns
+    coefficients: Rows[Coefficient]
+    anova: Rows[AnovaRow]
+    r2: float | None
+    adjusted_r2: float | None
+    predicted_r2: float | None
+    adequate_precision: float | None
+    press: float | None
+    cv_percent: float | None
+    lack_of_fit_testable: bool
+    runs_failed: int
+    runs_diagnostics: Rows[RunDiagnostics] = Rows()
+    block_effects: dict[str, float] | None = absent()
+    terms_dropped: tuple[str, ...] = absent(())
+    error_source: str | None = absent()
+    inestimable: str = "refuse"
+    weights: str = "equal"
+    reduction: ReductionSteps | None = absent()
+    canonical: Shape | None = None
+    ridge: Rows[RidgeRow] | None = None
+    box_cox: BoxCox | None = None
+    second_opinion: Opinions | None = None
+    diameters: Rows[AtDiameter] = absent(Rows())
+    pure_error_note: str | None = None
+    published: Audited | None = None
+    notes: tuple[str, ...] = ()
+
+    # ---- the fit
+
+    @cached_property
+    def scales(self) -> Coding:
+        """The coding of the factors, for many points at once."""
+        entries = self.factors
+        return Coding(
+            tuple(e.factor for e in entries), tuple(e.center for e in entries), tuple(e.half_step for e in entries)
+        )
+
+    @cached_property
+    def fitted(self) -> Surface:
+        """The surface, fitted to the runs that the result lists."""
+        return self.refitted(self.design.runs)
+
+    def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = "force") -> Surface:
+        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
+        runs, new = self.design.runs, len(further)
+        coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
+        found = [run.outcome.response(response) for run in answered]
+        values = [float("nan") if value is None else value for value in found] + [value for _, value in further]
+        blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
+        known = circumstances(blocks, answered, response, new)
+        terms = [row.term for row in self.coefficients]
+        return fit_surface(coded, values, self.names, terms, *known, drop=self.inestimable == "drop")
+
+    def force_at(self, coded: Mapping[str, Any]) -> Any:
+        """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""
+        values = np.broadcast_arrays(*(np.asarray(coded[name], dtype=float) for name in self.names))
+        points = np.column_stack([value.ravel() for value in values])
+        return (term_columns(points) @ self.beta).reshape(values[0].shape)
+
+    @cached_property
+    def beta(self) -> Array:
+        """Coefficients of every term of the full quadratic, zero where a term is not there."""
+        known = {row.term: row.value for row in self.coefficients}
+        return np.array([known.get(term, 0.0) for term in term_names(self.names)])
+
+    def predict(self, levels: Mapping[str, float]) -> Prediction:
+        """Return the force at these levels (units of the spec; other factors are passed over) with its intervals."""
+        point = self.scales.to_coded([levels[name] for name in self.names])
+        found = assess_point(self.fitted, point, radius=self.radius)
+        return Prediction(found.predicted, found.mean_interval, found.prediction_interval, found.inside)
+
+    def assess(self, study: Study, coded: Array) -> Assessment:
+        """Return what the surface says of a coded point, and whether it lies inside ranges and design."""
+        return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
+
+    # ---- what others read
+
+    def coefficient(self, term: str) -> Coefficient | None:
+        """Return a term's coefficient."""
+        return next((row for row in self.coefficients if row.term == term), None)
+
+    def anova_row(self, source: str) -> AnovaRow | None:
+        """Return a line of the analysis of variance."""
+        return next((row for row in self.anova if row.source == source), None)
+
+    def factor(self, name: str) -> FactorCoding:
+        """Return how a factor is coded."""
+        return next(entry for entry in self.factors if entry.factor == name)
+
+    def symbols(self) -> dict[str, str]:
+        """Return the symbol of every factor, its name where it has none."""
+        return {entry.factor: entry.symbol or entry.factor for entry in self.factors}
+
+    def tables(self) -> dict[str, Table]:
+        """Return the analysis of variance with the coefficients beside it, and the runs."""
+        terms = {row.term: to_json(row) for row in self.coefficients}
+        rows = [{"source": "1", **terms["1"]}, *({**to_json(row), **terms.get(row.source, {})} for row in self.anova)]
+        return {"rsm": Table.of((*_ANOVA, *_BESIDE), rows), "rsm_runs": self.design.table()}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run, those of a joint fit's diameters first."""
+        for part in self.diameters:
+            for answered in part.runs:
+                yield f"rsm {answered.run} at {part.diameter:g} mm", answered.outcome
+        for run in self.design.runs:
+            yield f"rsm {run.run}", run.outcome
+
+    def summary(self) -> str:
+        """Tell the factors and how well the surface fits."""
+        fit = "" if self.r2 is None else f", R² {self.r2:.4f}"
+        return f"force over {', '.join(self.names)} from {len(self.design.runs)} runs{fit}"
+
+
+def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:
+    """Return the factors' low and high ends, coded."""
+    factors = [study.factor(name) for name in coding.names]
+    return coding.to_coded([f.low for f in factors]), coding.to_coded([f.high for f in factors])

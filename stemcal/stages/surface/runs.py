@@ -1,0 +1,88 @@
+"""The runs of a surface as its fit takes them: weights, blocks, scatter, what repeated ones tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from stemcal.doe.regression.within import Within, moderated_weights
+from stemcal.files.typed import absent, inline
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.result import DesignRun, DesignRuns
+from stemcal.study.model import Study
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiameterRun:
+    """One run of the surface's design at another diameter."""
+
+    run: int
+    outcome: Outcome = inline()
+    weight: float | None = absent()
+
+
+Answered = DesignRun | DiameterRun
+A = TypeVar("A", DesignRun, DiameterRun)
+
+
+def weighed(study: Study, runs: Sequence[A]) -> list[A]:
+    """Add to the runs the weight that their scatter over mesh phases gives them, if the spec asks for it."""
+    if study.rsm.weights != "phases":
+        return list(runs)
+    told = [(run.outcome.sd, run.outcome.phases) for run in runs]
+    weights = moderated_weights([np.nan if sd is None else sd for sd, _ in told], [m or 0 for _, m in told])
+    return [replace(run, weight=float(weight)) for run, weight in zip(runs, weights, strict=True)]
+
+
+def circumstances(
+    blocks: Sequence[str | None] | None, answered: Sequence[Answered], response: str, further: int = 0
+) -> tuple[list[float] | None, list[str] | None, Within | None]:
+    """Return weights, blocks and scatter of runs as `fit_surface` takes them.
+
+    Points added later count to the last block, with the mean weight; their scatter is not counted.
+    """
+    apart = None if blocks is None else [block or "" for block in blocks] + [blocks[-1] or ""] * further
+    weights = within = None
+    if response == "force" and any(run.weight is not None for run in answered):
+        weights = [1.0 if run.weight is None else run.weight for run in answered] + [1.0] * further
+    if response == "force" and any(run.outcome.sd is not None for run in answered):
+        within = _within([run.outcome for run in answered], further)
+    return weights, apart, within
+
+
+def _within(outcomes: Sequence[Outcome], further: int) -> Within:
+    most = max(outcome.phases or 0 for outcome in outcomes)
+    empty = (np.nan,) * most
+    forces = [empty if o.phase_forces is None else o.phase_forces for o in outcomes] + [empty] * further
+    same = all(len(values) == most for values in forces)
+    return Within(
+        np.array([np.nan if o.sd is None else o.sd for o in outcomes] + [np.nan] * further),
+        np.array([o.phases or 0 for o in outcomes] + [0] * further),
+        np.array(forces, dtype=float) if same else None,
+    )
+
+
+def error_remark(design: DesignRuns) -> str | None:
+    """Say what repeated runs, or mesh phases within the runs, tell; None if there are neither.
+
+    A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal.
+    """
+    if phases := max((run.outcome.phases or 1 for run in design.runs), default=1) - 1:
+        return f"Every force is the mean over {phases + 1} places of the mesh; their scatter is the pure error."
+    groups: dict[tuple[float, ...], list[float]] = {}
+    for run in design.runs:
+        if run.force is not None:
+            groups.setdefault(tuple(run.coded.values()), []).append(run.force)
+    repeated = [forces for forces in groups.values() if len(forces) > 1]
+    if not repeated:
+        return None
+    widest = max(repeated, key=lambda forces: max(forces) - min(forces))
+    if max(widest) - min(widest) <= 1e-9 * max(map(abs, widest)):
+        return "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
+    return (
+        f"{len(widest)} runs at the same levels gave {min(widest):g} to {max(widest):g} N. A deterministic "
+        "solver gives one force for one set of levels, so these runs differed in something not recorded."
+    )

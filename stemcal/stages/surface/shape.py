@@ -1,0 +1,99 @@
+"""What stands beside a surface: its shape, the scale its response asks for, a second opinion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.regression.canonical import Canonical, analyse_shape, ridge_path
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.gaussian_process import SecondOpinion, second_opinion
+from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.terms import term_columns, term_names
+from stemcal.doe.regression.transform import BoxCox, box_cox
+from stemcal.files.rows import Rows
+from stemcal.stages.design import Design, design_radius
+from stemcal.study.model import Study
+
+_RIDGE_POINTS = 5
+_MOST_RUNS = 150  # beyond this a Gaussian process takes longer than it is worth
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Stationary point (None where there is no single one) and principal axes of a surface."""
+
+    coded: dict[str, float] | None
+    natural: dict[str, float] | None
+    predicted: float | None
+    coded_radius: float | None
+    inside: bool
+    kind: str
+    eigenvalues: tuple[float, ...]
+    axes: tuple[dict[str, float], ...]
+
+
+@dataclass(frozen=True)
+class RidgeRow:
+    """Where the surface is highest at a distance from the centre; no standard error of a saturated fit."""
+
+    radius: float
+    coded: dict[str, float]
+    predicted: float
+    standard_error: float | None
+
+
+@dataclass(frozen=True)
+class Opinions:
+    """The quadratic against a Gaussian process through the same runs."""
+
+    polynomial_predicted_r2: float | None
+    process_predicted_r2: float | None
+    largest_difference: float
+    typical_difference: float
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What stands beside a surface: its shape, the scale its response asks for, a second opinion."""
+
+    canonical: Shape
+    ridge: Rows[RidgeRow]
+    box_cox: BoxCox | None
+    second_opinion: Opinions | None
+
+
+def shape_of(study: Study, design: Design, surface: Surface) -> tuple[Beside, list[str]]:
+    """Return the shape of a surface, the scale its response asks for and a second opinion, with notes."""
+    shape = analyse_shape(surface)
+    radii = np.linspace(0.0, design_radius(study, len(design.names)), _RIDGE_POINTS)
+    kept = [term in surface.terms for term in term_names(surface.names)]
+    scale = box_cox(term_columns(surface.design)[:, kept], surface.response)
+    other = second_opinion(surface) if len(surface.design) <= _MOST_RUNS else None
+    by_name = design.coding.by_name
+    ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
+    notes = [shape.describe()]
+    notes += [scale.sentence] if scale is not None and scale.advised != 1.0 else []
+    notes += [other.sentence] if other is not None and other.warns else []
+    return Beside(_shape(design.coding, shape), Rows(ridge), scale, _opinions(other)), notes
+
+
+def _shape(coding: Coding, found: Canonical) -> Shape:
+    point = found.point
+    return Shape(
+        None if point is None else coding.by_name(point),
+        None if point is None else coding.by_name(coding.to_natural(point)),
+        found.predicted,
+        found.radius,
+        found.inside,
+        found.kind,
+        tuple(found.eigenvalues.tolist()),
+        tuple(coding.by_name(axis) for axis in found.axes.T),
+    )
+
+
+def _opinions(other: SecondOpinion | None) -> Opinions | None:
+    if other is None:
+        return None
+    return Opinions(other.polynomial_q2, other.process_q2, other.largest_difference, other.typical_difference)

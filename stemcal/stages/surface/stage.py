@@ -1,0 +1,122 @@
+"""The response surface as a stage: its design run, its terms fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from stemcal.doe.regression.reduction import Reduction, reduce_surface
+from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.files.rows import Rows
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.policy import censored_remarks
+from stemcal.solvers.protocol import Solver
+from stemcal.stages.audit.cells import audit_surface, sentences
+from stemcal.stages.base import stage_called
+from stemcal.stages.climb import ClimbResult
+from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
+from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, read_fresh, reasons_given
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface.diameters import run_diameters
+from stemcal.stages.surface.result import FactorCoding, ReductionSteps, SurfaceResult
+from stemcal.stages.surface.runs import circumstances, error_remark, weighed
+from stemcal.stages.surface.shape import shape_of
+from stemcal.stages.work import Work, a_stage
+from stemcal.study.model import CodingEntry, Study
+
+__all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
+
+
+@a_stage
+def fit_response_surface(work: Work) -> SurfaceResult:
+    """Run the design of the surface over the factors that matter and fit it."""
+    study, solver = work.study, work.solver
+    screening = read_before(study, solver, work.folder)
+    head = work.head("rsm")
+    names, chosen = surface_factors(study, solver, screening)
+    design = surface_design(recentred(study, screening), solver, names)
+    requests = design.requests(study.targets.calibrate_at)
+    answers = work.answers(requests)
+    runs = weighed(study, runs_of(design, requests, answers, solver).runs)
+    with reasons_given(requests, answers):
+        fit, reduction = fit_terms(study, design, runs)
+    result, described = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
+    result = replace(result, diameters=Rows(run_diameters(work, result, design)))
+    remarks = [result.pure_error_note] if result.pure_error_note and fit.lack_of_fit_testable else []
+    reduced = [] if reduction is None else [reduction.describe()]
+    notes = [*chosen, *reduced, *fit.notes, *described, *censored_remarks(answers), *remarks]
+    return replace(result, notes=(*notes, *sentences(result.published)))
+
+
+def _result(
+    study: Study, head: Head, design: Design, runs: DesignRuns, fit: Surface, reduction: Reduction | None
+) -> tuple[SurfaceResult, list[str]]:
+    """Return the result without what other diameters add, and what the shape and the scale of the force say."""
+    beside, described = shape_of(study, design, fit)
+    middle = study.midlevels()
+    entries = [_entry(study, design, j) for j in range(len(design.names))]
+    return SurfaceResult(
+        head=head,
+        names=design.names,
+        factors=Rows(entries),
+        coding={e.factor: CodedScale(e.center, e.half_step) for e in entries},
+        fixed={name: level for name, level in middle.items() if name not in design.names},
+        radius=design_radius(study, len(design.names)),
+        design=runs,
+        coefficients=Rows(fit.coefficients),
+        anova=Rows(fit.anova),
+        r2=fit.r2,
+        adjusted_r2=fit.adjusted_r2,
+        predicted_r2=fit.predicted_r2,
+        adequate_precision=fit.adequate_precision,
+        press=fit.press,
+        cv_percent=fit.cv_percent,
+        lack_of_fit_testable=fit.lack_of_fit_testable,
+        runs_failed=fit.runs_failed,
+        runs_diagnostics=Rows(fit.runs_diagnostics),
+        block_effects=fit.block_effects or None,
+        terms_dropped=fit.terms_dropped,
+        error_source=None if fit.error_source == "residual" else fit.error_source,
+        inestimable=study.rsm.inestimable,
+        weights=study.rsm.weights,
+        reduction=None if reduction is None else ReductionSteps(reduction.method, reduction.steps, reduction.dropped),
+        canonical=beside.canonical,
+        ridge=beside.ridge,
+        box_cox=beside.box_cox,
+        second_opinion=beside.second_opinion,
+        pure_error_note=error_remark(runs),
+        published=audit_surface(study, fit.anova, fit.coefficients),
+    ), described
+
+
+def _entry(study: Study, design: Design, j: int) -> FactorCoding:
+    f, coding = study.factor(design.names[j]), design.coding
+    return FactorCoding(f.name, coding.centre[j], coding.half_step[j], f.symbol, f.label, f.unit, f.low, f.high)
+
+
+def read_before(study: Study, solver: Solver, folder: StudyFolder) -> ScreenResult | ClimbResult | None:
+    """Return the screening, or the climb, that the surface follows; None where the spec names its factors."""
+    before = stage_called("rsm").needs(study)
+    if before == "climb":
+        return read_fresh(study, solver, folder, ClimbResult)
+    return read_fresh(study, solver, folder, ScreenResult) if before else None
+
+
+def recentred(study: Study, before: ScreenResult | ClimbResult | None) -> Study:
+    """Return the study with the coding that a climb found; what the spec itself codes stays."""
+    if not isinstance(before, ClimbResult):
+        return study
+    found = {name: CodingEntry(center=e.center, half_step=e.half_step) for name, e in before.coding.items()}
+    return study.model_copy(update={"rsm": study.rsm.model_copy(update={"coding": {**found, **study.rsm.coding}})})
+
+
+def fit_terms(study: Study, design: Design, runs: Sequence[DesignRun]) -> tuple[Surface, Reduction | None]:
+    """Fit the surface to runs as the spec asks; returns it, and how its terms were chosen if they were."""
+    rsm, drop = study.rsm, study.rsm.inestimable == "drop"
+    blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
+    known = circumstances(blocks, runs, "force")
+    forces = [float("nan") if run.force is None else run.force for run in runs]
+    if rsm.reduce == "none":
+        return fit_surface(design.coded, forces, design.names, None, *known, drop=drop), None
+    reduced = reduce_surface(design.coded, forces, design.names, rsm.reduce, rsm.reduce_alpha, *known, drop=drop)
+    return reduced.surface, reduced

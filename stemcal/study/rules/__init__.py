@@ -1,0 +1,54 @@
+"""What must hold between the values of a spec, one rule per function; each yields what it finds wrong.
+
+What is possible but looks like a slip is in `plausible`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from stemcal.study.rules import factors, geometry, outside, surface, targets
+from stemcal.study.spec.draft import Draft, Finding
+
+__all__ = ["broken_rules"]
+
+RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
+    factors.names_differ,
+    factors.ranges_rise,
+    factors.factors_are_known,
+    factors.factors_are_physical,
+    factors.material_is_physical,
+    factors.material_is_given_once,
+    factors.material_is_complete,
+    factors.tangent_stays_below_elastic,
+    factors.design_takes_factors,
+    targets.diameters_differ,
+    targets.calibration_has_target,
+    geometry.stem_reaches_over_supports,
+    geometry.blade_spans_stem,
+    geometry.edge_fits_blade,
+    geometry.elements_fit_stem,
+    geometry.friction_falls,
+    geometry.symmetry_holds,
+    geometry.one_mesh_scatter,
+    surface.surface_factors_exist,
+    surface.surface_design_takes_factors,
+    surface.runs_are_used,
+    surface.surface_weights_known,
+    surface.coding_fits,
+    targets.published_factors_exist,
+    targets.claims_known,
+    targets.joint_diameters_measured,
+    targets.responses_measured,
+    outside.table_answers_something,
+    outside.placeholders_are_known,
+    outside.placeholders_are_used,
+    outside.run_files_differ,
+    outside.reduction_has_what_it_needs,
+    outside.command_names_deck,
+)
+
+
+def broken_rules(draft: Draft) -> list[Finding]:
+    """Return everything the rules find wrong with `draft`."""
+    return [finding for rule in RULES for finding in rule(draft)]

@@ -1,0 +1,152 @@
+"""Rules on factors and fixed material values; each function yields what it finds wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stemcal.study import units
+from stemcal.study.model import Factor
+from stemcal.study.outside import LsDynaSolver
+from stemcal.study.parameters import PARAMETERS
+from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.words import did_you_mean
+
+
+def names_differ(draft: Draft) -> Iterator[Finding]:
+    """No two factors share a name or a symbol."""
+    for key in ("name", "symbol"):
+        seen: dict[str, Factor] = {}
+        for index, factor in draft.factors.items():
+            value = getattr(factor, key)
+            first = seen.setdefault(value, factor)
+            if first is not factor:
+                other = "" if key == "name" else f" ({first.name})"
+                message = f"another factor{other} has the {key} {value!r}"
+                yield Finding(("factors", index, key), message, f"give each factor its own {key}")
+
+
+def ranges_rise(draft: Draft) -> Iterator[Finding]:
+    """Low is below high."""
+    for index, factor in draft.factors.items():
+        unit = "" if factor.unit == "1" else f" {factor.unit}"
+        if factor.low > factor.high:
+            message = f"low {factor.low:g}{unit} is above high {factor.high:g}{unit}"
+            yield Finding(("factors", index, "low"), message, "swap them")
+        elif factor.low == factor.high:
+            message = f"low and high are both {factor.low:g}{unit}"
+            yield Finding(("factors", index, "low"), message, "widen the range or move it to material")
+
+
+def factors_are_known(draft: Draft) -> Iterator[Finding]:
+    """The solver knows the factor and its unit measures the right thing."""
+    if not draft.stem_solver:
+        return
+    for index, factor in draft.factors.items():
+        parameter = PARAMETERS.get(factor.name)
+        if parameter is None:
+            message = f"the {draft.stem_solver} solver has no parameter {factor.name!r}"
+            yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, PARAMETERS))
+            continue
+        try:
+            units.parse_unit(factor.unit, parameter.dimension)
+        except units.UnitError as error:
+            message = error.message
+            if factor.unit == "1":
+                message = f"{parameter.label} needs a unit"
+            path: NodePath = ("factors", index, "unit")
+            yield Finding(path, message, error.remedy)
+
+
+def factors_are_physical(draft: Draft) -> Iterator[Finding]:
+    """Low and high are values a material can have."""
+    for index, factor in draft.factors.items():
+        parameter = PARAMETERS.get(factor.name)
+        if not draft.stem_solver or parameter is None or not _unit_fits(factor):
+            continue
+        for level in ("low", "high"):
+            given = getattr(factor, level)
+            wrong = parameter.outside(units.from_internal(factor.internal(given), parameter.unit))
+            if wrong:
+                unit = "" if factor.unit == "1" else f" {factor.unit}"
+                remedy = f"correct {level}; {parameter.label} in plants is {_plausible(factor.name)}"
+                yield Finding(("factors", index, level), f"{level} {given:g}{unit} {wrong}", remedy)
+
+
+def material_is_physical(draft: Draft) -> Iterator[Finding]:
+    """Fixed values are values a material can have."""
+    for name, value in (draft.material.given() if draft.material else {}).items():
+        parameter = PARAMETERS[name]
+        shown = units.from_internal(value, parameter.unit)
+        wrong = parameter.outside(shown)
+        if wrong:
+            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+            remedy = f"{parameter.label} in plants is {_plausible(name)}"
+            yield Finding(("material", name), f"{shown:g}{unit} {wrong}", remedy)
+
+
+def material_is_given_once(draft: Draft) -> Iterator[Finding]:
+    """A parameter is a factor or fixed, not both."""
+    for name in draft.material.given() if draft.material else ():
+        if name in draft.names:
+            remedy = "remove it here, or there if it is not to be calibrated"
+            yield Finding(("material", name), f"{name} is a factor too", remedy, at_key=True)
+
+
+def material_is_complete(draft: Draft) -> Iterator[Finding]:
+    """The solver has a value for each of its nine parameters; the user's own deck has them."""
+    own_deck = isinstance(draft.solver, LsDynaSolver) and (draft.solver.deck or draft.solver.decks)
+    if not draft.stem_solver or draft.material is None or not draft.names or own_deck:
+        return
+    given = draft.material.given()
+    for name, parameter in PARAMETERS.items():
+        if name in given or name in draft.names:
+            continue
+        low, high = parameter.plausible
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        message = f"the {draft.stem_solver} solver needs {name} ({low:g} to {high:g}{unit})"
+        yield Finding(("material",), message, "add it to material, or to factors to calibrate it")
+
+
+def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
+    """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
+    if not draft.stem_solver or draft.material is None:
+        return
+    tangent = _extreme(draft, "tangent_modulus", "high")
+    elastic = _extreme(draft, "elastic_modulus", "low")
+    if tangent and elastic and tangent[1] >= elastic[1]:
+        message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
+        yield Finding(tangent[0], message, "lower it, or raise elastic_modulus")
+
+
+def design_takes_factors(draft: Draft) -> Iterator[Finding]:
+    """The screening design exists for so many factors; pyDOE3 has 4, 12 and 20 runs times powers of two."""
+    if draft.screen is None or draft.screen.design != "plackett-burman-pydoe":
+        return
+    count = len(draft.names)
+    runs = 4 * (count // 4 + 1)
+    if not any(runs % core == 0 and (runs // core).bit_count() == 1 for core in (1, 12, 20)):
+        message = f"plackett-burman-pydoe has no design of {runs} runs, which {count} factors need"
+        yield Finding(("screen", "design"), message, "write plackett-burman")
+
+
+def _extreme(draft: Draft, name: str, level: str) -> tuple[NodePath, float] | None:
+    fixed = draft.material.given().get(name) if draft.material else None
+    for index, factor in draft.factors.items():
+        if factor.name == name and _unit_fits(factor):
+            return ("factors", index, level), factor.internal(getattr(factor, level))
+    return None if fixed is None else (("material", name), fixed)
+
+
+def _unit_fits(factor: Factor) -> bool:
+    try:
+        units.parse_unit(factor.unit, PARAMETERS[factor.name].dimension)
+    except units.UnitError:
+        return False
+    return True
+
+
+def _plausible(name: str) -> str:
+    parameter = PARAMETERS[name]
+    low, high = parameter.plausible
+    return f"{low:g} to {high:g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")

@@ -1,0 +1,66 @@
+"""Rules on what the virtual test is made of: stem, blade, supports, contact and the mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stemcal.study.spec.draft import Draft, Finding
+
+
+def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
+    """The specimen lies on both supports."""
+    if draft.supports and draft.specimen and draft.supports.clearance >= draft.specimen.length:
+        message = (
+            f"the supports are {draft.supports.clearance:g} mm apart, the specimen is only "
+            f"{draft.specimen.length:g} mm long"
+        )
+        yield Finding(("supports", "clearance"), message, "move them closer or take a longer specimen")
+
+
+def blade_spans_stem(draft: Draft) -> Iterator[Finding]:
+    """The edge is longer than every stem is wide."""
+    if draft.blade is None:
+        return
+    for path, diameter in draft.diameters.items():
+        if draft.blade.length < diameter:
+            message = f"the stem is {diameter:g} mm wide, the blade only {draft.blade.length:g} mm long"
+            yield Finding(path, message, "check blade.length and the unit of the diameter")
+
+
+def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
+    """The rounding of the edge is smaller than half the thickness."""
+    if draft.blade and draft.blade.edge_radius > draft.blade.thickness / 2:
+        message = f"{draft.blade.edge_radius:g} mm is more than half the blade's thickness"
+        yield Finding(("blade", "edge_radius"), message, f"stay below {draft.blade.thickness / 2:g} mm")
+
+
+def elements_fit_stem(draft: Draft) -> Iterator[Finding]:
+    """An element is smaller than the radius of the thinnest stem."""
+    if draft.embedded is None or not draft.diameters:
+        return
+    thinnest = min(draft.diameters.values())
+    if draft.embedded.element_size.at(thinnest) > thinnest / 2:
+        message = f"elements of {draft.embedded.element_size} are too large for a {thinnest:g} mm stem"
+        yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
+
+
+def friction_falls(draft: Draft) -> Iterator[Finding]:
+    """Sliding does not rub more than sticking."""
+    contact = draft.contact
+    if contact and contact.dynamic_friction > contact.static_friction:
+        message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
+        yield Finding(("contact", "dynamic_friction"), message, "swap them")
+
+
+def symmetry_holds(draft: Draft) -> Iterator[Finding]:
+    """A blade ground on one side has no mirror plane along the stem."""
+    if draft.embedded and draft.blade and draft.blade.bevel == "one" and draft.embedded.symmetry == "quarter":
+        message = "a quarter model needs a blade with two bevels, blade.bevel is 'one'"
+        yield Finding(("solver", "symmetry"), message, "write symmetry: half")
+
+
+def one_mesh_scatter(draft: Draft) -> Iterator[Finding]:
+    """Phases sample the mesh's place evenly, a perturbation draws it: not both."""
+    if draft.embedded and draft.embedded.perturb is not None and draft.embedded.phases > 1:
+        message = "stands beside phases, which shift the mesh themselves"
+        yield Finding(("solver", "perturb"), message, "leave out one of them")

@@ -1,0 +1,112 @@
+"""Rules on what answers in place of the embedded solver: templates, results, the user's own deck, tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from stemcal.errors import UsageError
+from stemcal.study.outside import CommandSolver, CsvResult, JsonResult, LsDynaSolver, RegexResult, ResultReader
+from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.spec.placeholders import DIAMETER, placeholders, template_bytes
+from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.words import did_you_mean, listed
+
+_MOST_UNKNOWN = 20
+_RESERVED = {"program-output.txt"}
+
+
+def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
+    """Templates and arguments name factors of the study or the diameter, nothing else."""
+    if not isinstance(draft.solver, CommandSolver):
+        return
+    known = (*draft.names, DIAMETER)
+    for index, path in enumerate(draft.solver.templates):
+        yield from _unknown_in_file(("solver", "templates", index), path, known)
+    for index, argument in enumerate(draft.solver.command):
+        for _, name in placeholders(argument.encode()):
+            if name not in known or index == 0:
+                message = f"{{{{{name[:60]}}}}} is no factor" if index else "the program itself cannot be a placeholder"
+                yield Finding(("solver", "command", index), message, did_you_mean(name, known) if index else "name it")
+
+
+def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
+    try:
+        content = template_bytes(path)
+    except (OSError, UsageError) as error:
+        yield Finding(node, f"cannot be read: {error}", "check the file")
+        return
+    unknown = [(line, name) for line, name in placeholders(content) if name not in known]
+    for line, name in unknown[:_MOST_UNKNOWN]:
+        yield Finding(node, f"{path.name}:{line}: {{{{{name[:60]}}}}} is no factor", did_you_mean(name, known))
+
+
+def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
+    """Every factor stands in a template or an argument; one that does not has no effect."""
+    solver = draft.solver
+    if not isinstance(solver, CommandSolver):
+        return
+    try:
+        contents = [template_bytes(path) for path in solver.templates]
+    except (OSError, UsageError):
+        return
+    used = {name for text in contents for _, name in placeholders(text)}
+    used |= {name for argument in solver.command for _, name in placeholders(argument.encode())}
+    for index, factor in draft.factors.items():
+        if factor.name not in used:
+            message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
+            yield Finding(("factors", index, "name"), message, "write it where its value belongs")
+
+
+def run_files_differ(draft: Draft) -> Iterator[Finding]:
+    """The files of a run have different names, also where case does not count."""
+    if not isinstance(draft.solver, CommandSolver):
+        return
+    seen = set(_RESERVED)
+    for key in ("templates", "files"):
+        for index, path in enumerate(getattr(draft.solver, key)):
+            if path.name.lower() in seen:
+                message = f"{path.name} is the name of another file in the run folder"
+                yield Finding(("solver", key, index), message, "rename one of them")
+            seen.add(path.name.lower())
+
+
+def reduction_has_what_it_needs(draft: Draft) -> Iterator[Finding]:
+    """``at``, ``mean_over`` and ``work`` know where, and what the numbers are plotted along."""
+    if not isinstance(draft.solver, CommandSolver):
+        return
+    result = draft.solver.result
+    if result.reduction == "at" and result.at is None:
+        yield Finding(("solver", "result"), "reduction at needs a place", "add at: 2.5")
+    if result.reduction == "mean_over" and (result.over is None or result.over[0] > result.over[1]):
+        yield Finding(("solver", "result"), "reduction mean_over needs a range", "add over: [0, 1]")
+    along = _has_abscissa(result)
+    if result.reduction in ("at", "mean_over", "work") and not along:
+        remedy = "add a group (?P<x>…)" if result.kind == "regex" else "add along: NAME"
+        yield Finding(("solver", "result"), f"reduction {result.reduction} needs what it is plotted along", remedy)
+
+
+def _has_abscissa(result: ResultReader) -> bool:
+    """Whether a reader knows what its numbers are plotted along; named readers do."""
+    if isinstance(result, RegexResult):
+        return "(?P<x>" in result.pattern
+    return result.along is not None if isinstance(result, JsonResult | CsvResult) else True
+
+
+def command_names_deck(draft: Draft) -> Iterator[Finding]:
+    """LS-DYNA is told its deck."""
+    if not isinstance(draft.solver, LsDynaSolver):
+        return
+    names = [name for argument in draft.solver.command[1:] for _, name in placeholders(argument.encode())]
+    for name in names:
+        if name != "deck":
+            yield Finding(("solver", "command"), f"{{{{{name[:60]}}}}} has no meaning here", "write i={{deck}}")
+    if "deck" not in names:
+        yield Finding(("solver", "command"), "the command does not name the deck", 'add an argument "i={{deck}}"')
+
+
+def table_answers_something(draft: Draft) -> Iterator[Finding]:
+    """A table solver has at least one table."""
+    solver = draft.solver
+    if solver and solver.kind == "table" and not (solver.screen or solver.rsm or solver.validate):
+        yield Finding(("solver",), "no table is given", "add " + listed(["screen", "rsm", "validate"]))

@@ -1,0 +1,130 @@
+"""Values that are possible but look like a slip of the unit: far from what plant stems and blades are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from stemcal.study import units
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.parameters import PARAMETERS
+from stemcal.study.spec.draft import Finding
+from stemcal.study.spec.lengths import Length
+from stemcal.study.spec.strict_yaml import NodePath
+
+__all__ = ["doubts"]
+
+_RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
+    ("specimen", "outer_diameter"): (1, 100, "mm"),
+    ("specimen", "length"): (5, 1000, "mm"),
+    ("blade", "length"): (5, 1000, "mm"),
+    ("blade", "width"): (1, 500, "mm"),
+    ("blade", "thickness"): (0.1, 50, "mm"),
+    ("blade", "edge_angle"): (5, 120, "deg"),
+    ("blade", "edge_radius"): (1e-3, 2, "mm"),
+    ("blade", "edge_spread"): (0.05, 10, "mm"),
+    ("material", "internal_length"): (0.05, 20, "mm"),
+    ("supports", "clearance"): (0.1, 500, "mm"),
+    ("supports", "fillet_radius"): (0.01, 50, "mm"),
+    ("loading", "speed"): (0.01, 1e5, "mm/s"),
+    ("loading", "duration"): (1e-5, 1000, "s"),
+    ("loading", "gap"): (0, 10, "mm"),
+    ("solver", "element_size"): (0.05, 10, "mm"),
+    ("solver", "failure_length"): (0.01, 50, "mm"),
+    ("solver", "filter_window"): (1e-5, 1, "s"),
+    ("solver", "time_limit"): (1, 1e7, "s"),
+    ("runs", "time_limit"): (0.1, 1e7, "s"),
+}
+
+
+def doubts(study: Study) -> list[Finding]:
+    """Return what looks like a wrong unit; nothing here is certainly wrong."""
+    return [*_sizes(study), *_mesh(study), *_targets(study), *_materials(study), *_factors(study), *_agreement(study)]
+
+
+def _sizes(study: Study) -> Iterator[Finding]:
+    for path, (low, high, unit) in _RANGES.items():
+        value = getattr(getattr(study, path[0]), path[1], None)
+        if isinstance(value, Length):
+            value = value.at(study.specimen.outer_diameter)
+        if value:  # none, or none of it, is no slip
+            yield from _doubt(path, value, low, high, unit)
+
+
+def _mesh(study: Study) -> Iterator[Finding]:
+    """Elements of more than half a length cannot resolve it, and without the lengths the force is the mesh's."""
+    solver = study.solver
+    if not isinstance(solver, EmbeddedSolver):
+        return
+    lengths = {
+        ("blade", "edge_spread"): study.blade.edge_spread,
+        ("material", "internal_length"): study.material.internal_length,
+    }
+    diameters = sorted({study.targets.calibrate_at, *(target.diameter for target in study.targets.forces)})
+    for path, length in lengths.items():
+        least = min(diameters, key=length.at)
+        if length.at(least) == 0.0:
+            message = "without this length the force belongs to the mesh: finer elements give another one"
+            yield Finding(path, message, "write d/8 for blade.edge_spread, d/4.5 for material.internal_length")
+            continue
+        coarse = [d for d in diameters if solver.element_size.at(d) > 0.5 * length.at(d) * (1.0 + 1e-9)]
+        if coarse:
+            whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
+            message = f"elements of {solver.element_size} are more than half of {whole}"
+            remedy = f"take at most {0.5 * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
+            yield Finding(("solver", "element_size"), message, remedy)
+
+
+def _targets(study: Study) -> Iterator[Finding]:
+    for index, target in enumerate(study.targets.forces):
+        path = ("targets", "forces", index)
+        yield from _doubt((*path, "diameter"), target.diameter, 1, 100, "mm")
+        yield from _doubt((*path, "force"), target.force, 1, 1e5, "N")
+        for name in ("sd", "travel_sd", "work_sd"):
+            if getattr(target, name) == 0.0:
+                message = "a scatter of none gives this mean nearly all the weight of a joint fit"
+                yield Finding((*path, name), message, "leave it out if it is not known")
+        if target.travel is not None and target.travel > study.loading.stroke:
+            message = (
+                f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
+            )
+            yield Finding((*path, "travel"), message, "lengthen loading.duration")
+
+
+def _materials(study: Study) -> Iterator[Finding]:
+    for name, value in study.material.given().items():
+        parameter = PARAMETERS[name]
+        shown = units.from_internal(value, parameter.unit)
+        yield from _doubt(("material", name), shown, *parameter.plausible, parameter.unit)
+
+
+def _factors(study: Study) -> Iterator[Finding]:
+    for index, factor in enumerate(study.factors):
+        path = ("factors", index)
+        try:
+            unit = units.parse_unit(factor.unit)
+        except units.UnitError as error:
+            meant = error.remedy if "did you mean" in error.remedy else "levels are used as written"
+            yield Finding((*path, "unit"), error.message, meant)
+            continue
+        parameter = PARAMETERS.get(factor.name)
+        if parameter is None or unit.dimension != parameter.dimension:
+            continue
+        for level in ("low", "high"):
+            shown = units.from_internal(factor.internal(getattr(factor, level)), parameter.unit)
+            yield from _doubt((*path, level), shown, *parameter.plausible, parameter.unit)
+
+
+def _agreement(study: Study) -> Iterator[Finding]:
+    at, stem = study.targets.calibrate_at, study.specimen.outer_diameter
+    if not math.isclose(at, stem, rel_tol=1e-9):
+        message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
+        yield Finding(("specimen", "outer_diameter"), message, "every stage takes its diameter from targets")
+
+
+def _doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
+    if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+        return
+    shown = "" if unit == "1" else f" {unit}"
+    message = f"{value:.6g}{shown} is far from what stems and blades have ({low:g} to {high:g}{shown})"
+    yield Finding(path, message, "check the unit")

@@ -1,0 +1,87 @@
+"""Rules on the response surface: its factors, design, weights, blocks and coding."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stemcal.study.model import RsmOptions
+from stemcal.study.parameters import PARAMETERS
+from stemcal.study.spec.draft import Draft, Finding
+from stemcal.words import did_you_mean
+
+MOST_CCD_FACTORS = 8
+SPACE_FILLING = ("latin-hypercube", "sobol")
+
+
+def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
+    """`rsm.factors` names factors of the study, each once."""
+    if draft.rsm is None or isinstance(draft.rsm.factors, str):
+        return
+    chosen = draft.rsm.factors
+    for index, name in enumerate(chosen):
+        path = ("rsm", "factors", index)
+        if name not in draft.names:
+            remedy = did_you_mean(name, draft.names)
+            yield Finding(path, f"{name[:60]!r} is not a factor of this study", remedy)
+        elif name in chosen[:index]:
+            yield Finding(path, f"{name} stands here twice", "remove one")
+    if len(chosen) < 2:
+        yield Finding(("rsm", "factors"), "a response surface needs two factors or more", "add another")
+    if len(chosen) > MOST_CCD_FACTORS:
+        message = f"{len(chosen)} factors make {2 ** min(len(chosen), 60)} corner runs"
+        yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
+
+
+def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
+    """The design of the surface exists for its factors and has runs enough for a quadratic."""
+    if draft.rsm is None or isinstance(draft.rsm.factors, str):
+        return
+    k, rsm = len(draft.rsm.factors), draft.rsm
+    if rsm.design == "box-behnken" and not 3 <= k <= 7:
+        yield Finding(("rsm", "design"), f"box-behnken exists for 3 to 7 factors, not {k}", "write central-composite")
+    least = (k + 1) * (k + 2) // 2
+    if rsm.design in SPACE_FILLING and rsm.runs is not None and rsm.runs < least:
+        message = f"{rsm.runs} runs cannot carry the {least} coefficients of {k} factors"
+        yield Finding(("rsm", "runs"), message, f"take {2 * least}")
+
+
+def runs_are_used(draft: Draft) -> Iterator[Finding]:
+    """`rsm.runs` is for designs whose size is free."""
+    if draft.rsm and draft.rsm.runs is not None and draft.rsm.design not in SPACE_FILLING:
+        message = f"the size of {draft.rsm.design} follows from the factors"
+        yield Finding(("rsm", "runs"), message, "leave it out or write design: " + " or ".join(SPACE_FILLING))
+
+
+def surface_weights_known(draft: Draft) -> Iterator[Finding]:
+    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set."""
+    rsm = draft.rsm
+    if rsm and rsm.weights == "phases" and not (draft.embedded and draft.embedded.phases > 1):
+        yield Finding(("rsm", "weights"), "the solver gives no scatter over mesh phases", "write solver.phases: 4")
+    if rsm and rsm.blocks == "orthogonal" and (rsm.design != "central-composite" or rsm.alpha != "rotatable"):
+        message = "orthogonal blocks are those of a central composite and set its alpha themselves"
+        yield Finding(("rsm", "blocks"), message, "write design: central-composite and leave alpha out")
+
+
+def coding_fits(draft: Draft) -> Iterator[Finding]:
+    """`rsm.coding` belongs to factors, lies within their ranges and keeps the corners physical."""
+    if draft.rsm is None:
+        return
+    for name in draft.rsm.coding:
+        if name not in draft.names:
+            message = f"{name[:60]!r} is not a factor of this study"
+            yield Finding(("rsm", "coding", name), message, did_you_mean(name, draft.names), at_key=True)
+    yield from _coding_in_range(draft, draft.rsm)
+
+
+def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
+    for factor in draft.factors.values():
+        entry = rsm.coding.get(factor.name)
+        if entry is None:
+            continue
+        path = ("rsm", "coding", factor.name)
+        if factor.low < factor.high and not factor.low <= entry.center <= factor.high:
+            message = f"{entry.center:g} is outside the factor's range {factor.low:g} to {factor.high:g}"
+            yield Finding((*path, "center"), message, f"take {factor.centre:g} or so")
+        elif draft.embedded and factor.name in PARAMETERS and entry.center - entry.half_step <= 0:
+            message = f"center - half_step = {entry.center - entry.half_step:g} is not above 0"
+            yield Finding((*path, "half_step"), message, "take a smaller half_step")

@@ -1,0 +1,80 @@
+"""A spec half read: the sections that are valid by themselves, for rules that look across them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from stemcal.study.model import (
+    Blade,
+    Contact,
+    EmbeddedSolver,
+    Factor,
+    InvertOptions,
+    Material,
+    Published,
+    RsmOptions,
+    ScreenOptions,
+    Specimen,
+    Supports,
+    TableSolver,
+    Targets,
+)
+from stemcal.study.outside import CommandSolver, LsDynaSolver
+from stemcal.study.spec.strict_yaml import NodePath
+
+__all__ = ["Draft", "Finding"]
+
+
+class Finding(NamedTuple):
+    """Something wrong at `path`; `at_key` when the key itself is at fault."""
+
+    path: NodePath
+    message: str
+    remedy: str = ""
+    at_key: bool = False
+
+
+@dataclass(frozen=True)
+class Draft:
+    """Valid sections; None where a section is not valid, so that each rule checks what there is.
+
+    `factors` holds the valid ones by their index; `names` are the names of all, valid or not.
+    """
+
+    factors: dict[int, Factor] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    specimen: Specimen | None = None
+    blade: Blade | None = None
+    supports: Supports | None = None
+    contact: Contact | None = None
+    material: Material | None = None
+    solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | None = None
+    targets: Targets | None = None
+    screen: ScreenOptions | None = None
+    rsm: RsmOptions | None = None
+    invert: InvertOptions | None = None
+    published: Published | None = None
+
+    @property
+    def embedded(self) -> EmbeddedSolver | None:
+        """The embedded solver, if that is what answers."""
+        return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+
+    @property
+    def stem_solver(self) -> str:
+        """The name of the solver if its factors are parameters of the stem's material, else an empty text."""
+        if self.embedded is not None:
+            return "embedded"
+        return "LS-DYNA" if isinstance(self.solver, LsDynaSolver) else ""
+
+    @property
+    def diameters(self) -> dict[NodePath, float]:
+        """Every stem diameter of the spec with its place, mm."""
+        found: dict[NodePath, float] = {}
+        if self.specimen is not None:
+            found["specimen", "outer_diameter"] = self.specimen.outer_diameter
+        if self.targets is not None:
+            for index, target in enumerate(self.targets.forces):
+                found["targets", "forces", index, "diameter"] = target.diameter
+        return found

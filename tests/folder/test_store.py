@@ -1,0 +1,266 @@
+"""Records that survive, damage that is seen, a lock that holds."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import random
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fakes import ENVIRONMENT
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stemcal.errors import FolderLocked, StemcalError, UsageError
+from stemcal.files import durable
+from stemcal.files.durable import as_json, canonical, digest
+from stemcal.files.rows import Table
+from stemcal.folder.store import StudyFolder
+
+KEY = "0123456789abcdef" * 2
+
+
+def record(**extra: Any) -> dict[str, Any]:
+    return {"key": KEY, "status": "ok", "force": 120.1, "details": {"curve": [0.1, 2.0, 1e-9]}, **extra}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> StudyFolder:
+    with StudyFolder(tmp_path / "study") as folder:
+        yield folder
+
+
+# ---- records
+
+
+def test_what_is_saved_is_loaded(folder: StudyFolder) -> None:
+    folder.save(record(message="Kraft fällt auf 0 N — 切割"))
+    loaded = folder.load(KEY)
+    assert loaded == {"record_version": 1, **record(message="Kraft fällt auf 0 N — 切割")}
+    assert folder.keys() == [KEY]
+
+
+def test_numbers_come_back_bit_by_bit(folder: StudyFolder) -> None:
+    rng = random.Random(1)
+    values = [rng.uniform(-1, 1) * 10 ** rng.randint(-300, 300) for _ in range(500)]
+    folder.save(record(details={"values": np.array(values)}))
+    loaded = folder.load(KEY)
+    assert loaded is not None and loaded["details"]["values"] == values
+
+
+def test_missing_is_none(folder: StudyFolder) -> None:
+    assert folder.load(KEY) is None
+
+
+@pytest.mark.parametrize("key", ["../../etc/passwd", "", "g" * 32, "0" * 33, "0" * 31 + "\n"])
+def test_keys_are_no_paths(folder: StudyFolder, key: str) -> None:
+    with pytest.raises(ValueError, match="no key"):
+        folder.load(key)
+
+
+def test_every_flipped_bit_is_seen(folder: StudyFolder) -> None:
+    folder.save(record())
+    path = folder.record_path(KEY)
+    whole = path.read_bytes()
+    for index in range(len(whole)):
+        path.write_bytes(whole[:index] + bytes([whole[index] ^ (1 << index % 8)]) + whole[index + 1 :])
+        assert folder.peek(KEY) is None, f"byte {index} of {len(whole)}"
+    path.write_bytes(whole)
+    assert folder.peek(KEY) is not None
+
+
+def test_every_truncation_is_seen(folder: StudyFolder) -> None:
+    folder.save(record())
+    path = folder.record_path(KEY)
+    whole = path.read_bytes()
+    for length in range(len(whole)):
+        path.write_bytes(whole[:length])
+        assert folder.peek(KEY) is None, f"{length} of {len(whole)} bytes"
+
+
+def test_a_damaged_record_is_set_aside(folder: StudyFolder) -> None:
+    folder.save(record())
+    path = folder.record_path(KEY)
+    path.write_bytes(path.read_bytes().replace(b"120.1", b"121.1"))
+    assert folder.load(KEY) is None
+    assert not path.exists()
+    assert len(list((folder.runs / "damaged").iterdir())) == 1
+    assert "record_damaged" in (folder.path / "log.jsonl").read_text(encoding="utf-8")
+    folder.save(record())
+    assert folder.load(KEY) is not None
+
+
+def test_a_record_under_another_name_is_refused(folder: StudyFolder) -> None:
+    folder.save(record())
+    other = "f" * 32
+    folder.record_path(other).write_bytes(folder.record_path(KEY).read_bytes())
+    assert folder.load(other) is None
+
+
+@pytest.mark.parametrize("junk", [b"", b"[]", b"null", b"{}", b"\xff\xfe", b"[" * 100_000, b'{"sha256": 1}'])
+def test_junk_is_damage(folder: StudyFolder, junk: bytes) -> None:
+    folder.record_path(KEY).write_bytes(junk)
+    assert folder.load(KEY) is None
+
+
+def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder.save(record())
+    monkeypatch.setattr("stemcal.folder.store.MAX_RECORD_BYTES", 100)
+    assert folder.peek(KEY) is None
+
+
+# ---- JSON
+
+
+def test_not_a_number_becomes_null() -> None:
+    assert json.loads(as_json({"a": [np.nan, float("inf"), np.float64(2.5), np.int64(3), np.bool_(True)]})) == {
+        "a": [None, None, 2.5, 3, True]
+    }
+
+
+@given(st.dictionaries(st.text(), st.floats() | st.text() | st.integers() | st.none()))
+def test_json_of_anything_reads_back_to_the_same_digest(content: dict[str, Any]) -> None:
+    assert digest(json.loads(as_json(content).encode("utf-8", "surrogatepass"))) == digest(content)
+    assert canonical(content) == canonical(dict(reversed(content.items())))
+
+
+def test_unknown_objects_are_refused() -> None:
+    with pytest.raises(TypeError, match="no place in JSON"):
+        as_json({"a": object()})
+
+
+# ---- stages and tables
+
+
+def test_stage_files(folder: StudyFolder) -> None:
+    folder.write_stage("screen", {"stage": "screen", "x": np.float64(0.1)})
+    assert (folder.path / "screen.json").read_bytes() == b'{\n  "stage": "screen",\n  "x": 0.1\n}\n'
+    assert folder.read_stage("screen") == {"stage": "screen", "x": 0.1}
+    with pytest.raises(UsageError, match="run `stemcal rsm SPEC` first"):
+        folder.read_stage("rsm")
+    (folder.path / "screen.json").write_bytes(b'{"stage": "scr')
+    with pytest.raises(UsageError, match="damaged"):
+        folder.read_stage("screen")
+
+
+def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
+    folder.write_csv("t", Table(("factor", "value"), (("a,b", 0.1), ("é", None))))
+    assert (folder.path / "t.csv").read_bytes() == 'factor,value\n"a,b",0.1\né,\n'.encode()
+
+
+# ---- lock
+
+
+LOCKER = """
+import sys, time
+from stemcal.files.rows import Table
+from stemcal.folder.store import StudyFolder
+with StudyFolder(sys.argv[1]):
+    print("locked", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_a_second_process_is_refused_and_a_killed_one_leaves_no_lock(tmp_path: Path) -> None:
+    other = subprocess.Popen(
+        [sys.executable, "-c", LOCKER, str(tmp_path)], stdout=subprocess.PIPE, text=True, env=ENVIRONMENT
+    )
+    try:
+        assert other.stdout is not None and other.stdout.readline() == "locked\n"
+        with pytest.raises(FolderLocked, match=f"process {other.pid} on ") as refused:
+            StudyFolder(tmp_path).lock()
+        assert refused.value.exit_code == 5
+    finally:
+        other.kill()
+        other.communicate()
+    with StudyFolder(tmp_path):
+        pass
+
+
+def test_who_looks_does_not_disturb(tmp_path: Path) -> None:
+    """`holder` takes the lock for a moment; whoever wants to work waits that long."""
+    looker = StudyFolder(tmp_path / "study")
+    assert looker.holder() is None and not looker.path.exists()
+    with StudyFolder(looker.path) as folder:
+        folder.sign(stage="screen", workers=2)
+        held = looker.holder()
+        assert held is not None and (held.pid, held.stage, held.workers) == (os.getpid(), "screen", 2)
+    assert looker.holder() is None
+    for _ in range(20):
+        stop = threading.Event()
+        busy = threading.Thread(target=lambda stop=stop: [looker.holder() for _ in iter(stop.is_set, True)])
+        busy.start()
+        with StudyFolder(looker.path):
+            pass
+        stop.set()
+        busy.join()
+
+
+def test_the_holder_may_lock_again(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path)
+    with folder, folder:
+        pass
+    with StudyFolder(tmp_path):
+        pass
+    assert not (tmp_path / ".lock.holder").exists()
+
+
+def test_two_folder_objects_of_one_process_exclude_each_other(tmp_path: Path) -> None:
+    with StudyFolder(tmp_path), pytest.raises(FolderLocked):
+        StudyFolder(tmp_path).lock()
+
+
+def test_leftovers_of_a_killed_writer_are_removed(tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / ".writing-1-0.tmp").touch()
+    with StudyFolder(tmp_path) as folder:
+        assert list(folder.runs.iterdir()) == []
+
+
+def test_a_file_in_the_way_is_a_clear_message(tmp_path: Path) -> None:
+    (tmp_path / "study").touch()
+    with pytest.raises(StemcalError, match="choose another place with --out"):
+        StudyFolder(tmp_path / "study").lock()
+
+
+# ---- disk errors
+
+
+@pytest.mark.parametrize("step", ["fsync", "_replace", "write"])
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EIO])
+def test_a_failing_disk_loses_nothing(
+    folder: StudyFolder, monkeypatch: pytest.MonkeyPatch, step: str, number: int
+) -> None:
+    folder.save(record())
+    before = folder.record_path(KEY).read_bytes()
+
+    def fail(*_: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    with monkeypatch.context() as patch:
+        if step == "fsync":
+            patch.setattr(os, "fsync", fail)
+        elif step == "_replace":
+            patch.setattr(durable, "_replace", fail)
+        else:
+            patch.setattr(Path, "open", fail)
+        with pytest.raises(StemcalError, match="make room or mend the disk"):
+            folder.save(record(force=1.0))
+    assert folder.record_path(KEY).read_bytes() == before
+    assert [path.name for path in folder.runs.iterdir()] == [f"{KEY}.json"]
+    folder.save(record(force=2.0))
+    loaded = folder.load(KEY)
+    assert loaded is not None and loaded["force"] == 2.0
+
+
+def test_a_log_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
+    with StudyFolder(tmp_path) as folder:
+        (tmp_path / "log.jsonl").mkdir()
+        folder.log("event")
