@@ -25,6 +25,8 @@ TOPICS = (
     "Rebound and momentum",
     "Sliding block",
     "Taylor bar",
+    "Spread edge",
+    "Failure in the mean",
     "Full model and quarter model",
     "Energy balance of the shear test",
     "Determinism",
