@@ -35,6 +35,12 @@ def say(*parts: RenderableType) -> None:
         console.print(part)
 
 
+def say_whole(*lines: str) -> None:
+    """Print lines on stdout that are never broken, so that the paths in them can be copied."""
+    for line in lines:
+        stdout().print(line, soft_wrap=True)
+
+
 def say_json(data: Any) -> None:
     """Print `data` as JSON on stdout, in ASCII so that no terminal encoding can spoil it."""
     sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=True) + "\n")

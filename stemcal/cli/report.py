@@ -18,7 +18,7 @@ def report(spec: Spec, out: Out = None, figures: Figures = True, as_json: AsJson
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
-    from stemcal.cli.console import say, say_json
+    from stemcal.cli.console import say_json, say_whole
     from stemcal.cli.plot import draw_all
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.report.page.render import write_page
@@ -30,4 +30,4 @@ def report(spec: Spec, out: Out = None, figures: Figures = True, as_json: AsJson
     if as_json:
         say_json({"schema_version": 1, "stage": "report", "page": str(page), "figures": drawn and str(drawn)})
     else:
-        say(f"Report: {page}", *([f"Figures: {drawn}"] if drawn else []))
+        say_whole(f"Report: {page}", *([f"Figures: {drawn}"] if drawn else []))

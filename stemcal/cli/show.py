@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stemcal.cli.console import note, say, say_json, warn
+from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
@@ -62,7 +62,8 @@ def show_run(results: Results, verdict: Verdict, page: Path, folder: StudyFolder
     warn_of_runs(results, folder)
     failed = warn_of_failed(*results.done())
     if not as_json:
-        say(*verdict.lines(), f"Report: {page}")
+        say(*verdict.lines())
+        say_whole(f"Report: {page}")
     if failed:
         raise typer.Exit(SOME_RUNS_FAILED)
 

@@ -10,12 +10,19 @@ import pytest
 from commanding import REPLAY, STAGES, command, process
 
 
-def test_run_leaves_every_file_and_shows_the_result(tmp_path: Path) -> None:
-    result = command("run", REPLAY, "--out", tmp_path / "study")
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
+    """Run the replay; return its folder and what the command said."""
+    folder = tmp_path_factory.mktemp("finished") / "study"
+    return folder, command("run", REPLAY, "--out", folder)
+
+
+def test_run_leaves_every_file_and_shows_the_result(finished: tuple[Path, Any]) -> None:
+    folder, result = finished
     assert result.exit_code == 0
     for name in (*STAGES, "report"):
         suffix = "html" if name == "report" else "json"
-        assert (tmp_path / "study" / f"{name}.{suffix}").is_file()
+        assert (folder / f"{name}.{suffix}").is_file()
     assert "18.37" in result.stdout
     assert "17.63 to 18.96" in result.stdout
     assert "Largest error 7.83 %" in result.stdout
@@ -30,10 +37,8 @@ def test_stages_one_by_one_print_their_file_as_json(tmp_path: Path) -> None:
         assert json.loads(result.stdout) == json.loads((tmp_path / f"{name}.json").read_text("utf-8"))
 
 
-def test_json_is_pure_in_a_process(
-    tmp_path: Path,
-) -> None:
-    done = process(tmp_path, "run", REPLAY, "--json", PYTHONUTF8="0", PYTHONIOENCODING="ascii")
+def test_json_is_pure_in_a_process(finished: tuple[Path, Any], tmp_path: Path) -> None:
+    done = process(tmp_path, "run", REPLAY, "--out", finished[0], "--json", PYTHONUTF8="0", PYTHONIOENCODING="ascii")
     found = json.loads(done.stdout)
     assert done.returncode == 0
     assert found["stage"] == "run"
@@ -51,12 +56,12 @@ def test_default_folder_is_named_after_the_study(tmp_path: Path) -> None:
     assert (tmp_path / "runs" / "paper-replay" / "screen.json").is_file()
 
 
-def test_running_again_changes_no_byte(tmp_path: Path) -> None:
-    command("run", REPLAY, "--out", tmp_path)
+def test_running_again_changes_no_byte(finished: tuple[Path, Any]) -> None:
+    folder, _ = finished
     names = [*(f"{name}.json" for name in STAGES), *(f"{name}.csv" for name in STAGES), "report.html"]
-    before = [(tmp_path / name).read_bytes() for name in names]
-    assert command("run", REPLAY, "--out", tmp_path).exit_code == 0
-    assert [(tmp_path / name).read_bytes() for name in names] == before
+    before = [(folder / name).read_bytes() for name in names]
+    assert command("run", REPLAY, "--out", folder).exit_code == 0
+    assert [(folder / name).read_bytes() for name in names] == before
 
 
 def test_stage_before_is_missing(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ def test_reference_pages_are_up_to_date() -> None:
     assert "| PRESS |" in generated.glossary()
 
 
+@pytest.mark.slow
 def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     """Equations are drawn as MathML and no page asks for anything from elsewhere."""
     for needed in ("sphinx", "furo", "myst_nb"):
