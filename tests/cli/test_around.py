@@ -81,6 +81,7 @@ def test_plot_lists_draws_and_refuses(done: Path) -> None:
     assert "no figure 'pie'; there are pareto, half-normal" in refused.stderr
 
 
+@pytest.mark.slow
 def test_report_writes_figures_once(done: Path) -> None:
     assert command("report", REPLAY, "--out", done).exit_code == 0
     figures = done / "figures"

@@ -22,6 +22,7 @@ def test_audit_as_json_is_its_file(tmp_path: Path) -> None:
     assert json.loads(result.stdout) == json.loads((tmp_path / "audit.json").read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_a_table_can_neither_refine_nor_climb(tmp_path: Path) -> None:
     command("run", REPLAY, "--out", tmp_path, "--quiet")
     for name in ("refine", "climb"):

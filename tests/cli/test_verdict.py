@@ -83,6 +83,7 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
     assert told["verdict"] == "not_calibrated" and told["reasons"][0]["rule"] == "reach"
 
 
+@pytest.mark.slow
 def test_forces_of_a_table_are_a_reservation(tmp_path: Path) -> None:
     said = command("run", REPLAY, "--out", tmp_path / "out")
     ending = " ".join(said.stdout.split())

@@ -61,6 +61,7 @@ def test_read_files_of_any_testing_machine(clone: Path) -> None:
     assert printed and all("Maximum shear force by grade" in text for text in printed.values())
 
 
+@pytest.mark.slow
 def test_have_your_own_program_answer(clone: Path) -> None:
     """The page's three files are a whole study: F = τ·π/4·d²(1 − κ²)(1 + µ) meets the measured force."""
     page = HOWTO / "own-solver.md"
@@ -72,6 +73,7 @@ def test_have_your_own_program_answer(clone: Path) -> None:
     assert rows[0]["simulated"] / rows[1]["simulated"] == pytest.approx((7 / 8) ** 2)
 
 
+@pytest.mark.slow
 def test_analyse_runs_that_you_have(clone: Path) -> None:
     printed = give(commands(HOWTO / "past-runs.md"), clone)
     assert "18.37" in printed["stemcal invert configs/paper-replay.yaml"]

@@ -222,6 +222,7 @@ def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Pat
     return study, copy
 
 
+@pytest.mark.slow
 def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) -> None:
     assert set(requestable(*with_film)) == {"animation-8mm", "view-8mm"}
     path = write_requested(*with_film, "animation", "gif")
@@ -230,6 +231,7 @@ def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) 
         write_requested(*with_film, "animation-7mm", "gif")
 
 
+@pytest.mark.slow
 def test_the_page_shows_mesh_cut_and_frames(with_film: tuple[Any, StudyFolder]) -> None:
     text = render(*with_film)
     for begin in (

@@ -39,6 +39,7 @@ def work_to_failure(h: float, length: float) -> float:
     return float(history.external[int(np.argmax(history.deleted > 0)) - 1])
 
 
+@pytest.mark.slow
 def test_work_to_failure_is_the_materials_not_the_meshs() -> None:
     """Halving the elements at the notch's corner costs a local criterion a good part of the work, this one little."""
     assert work_to_failure(0.25, 1.0) == pytest.approx(work_to_failure(0.5, 1.0), rel=0.06)

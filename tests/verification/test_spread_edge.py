@@ -93,6 +93,7 @@ def test_slope_of_the_static_solution(h: float, tolerance: float) -> None:
     assert stiffness(pressed(h)) == pytest.approx(1.0 / static_compliance(), rel=tolerance)
 
 
+@pytest.mark.slow
 def test_slope_whatever_the_place_of_the_mesh() -> None:
     """Over nodes and over elements."""
     assert stiffness(pressed(0.5, 0.5)) == pytest.approx(stiffness(pressed(0.5)), rel=0.01)
