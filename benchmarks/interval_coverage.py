@@ -1,6 +1,6 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
-python benchmarks/coverage.py
+python benchmarks/interval_coverage.py
 
 Draws laboratories at a known truth: five diameters, n forces at each about the true one with a coefficient of
 variation of 5 %. Counts how often the interval of each of two parameters holds the truth, by profile and by posterior,
