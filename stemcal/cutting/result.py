@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,14 +124,21 @@ def moving_mean(values: Array, window: int) -> Array:
     return np.asarray((total[high] - total[low]) / (high - low))
 
 
-def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
-    """Return the first row at which the stem has broken, None if it has not.
+def is_broken(force: Any, largest: Any, deleted: Any, drop: float) -> Any:
+    """Tell, of one moment or of many, whether the stem has broken: break detection as testing machines have it.
 
-    Elements have failed, and the force (R,) has dropped by the share `drop` of its largest value before: break
-    detection as testing machines have it. What follows is the released stem that swings against the blade.
+    Elements have failed (`deleted` counts them), and the force has dropped by the share `drop` of the largest before;
+    a drop of 1 detects no break.
     """
-    largest = np.maximum.accumulate(force)
-    broken = (deleted > 0) & (largest > 0.0) & (force <= (1.0 - drop) * largest) & (drop < 1.0)
+    return (deleted > 0) & (largest > 0.0) & (force <= (1.0 - drop) * largest) & (drop < 1.0)
+
+
+def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
+    """Return the first row at which the stem has broken (`is_broken`), None if it has not.
+
+    What follows is the released stem that swings against the blade.
+    """
+    broken = is_broken(force, np.maximum.accumulate(force), deleted, drop)
     return int(np.argmax(broken)) if broken.any() else None
 
 
@@ -140,7 +148,7 @@ class BreakWatch:
     Parameters
     ----------
     drop : float
-        As in `break_row`.
+        As in `is_broken`.
     window : int
         Outputs that the filter's moving mean takes.
     """
@@ -158,8 +166,7 @@ class BreakWatch:
             return False
         filtered = sum(value for value, _ in latest) / len(latest)
         self._peak = max(self._peak, filtered)
-        fallen = self._peak > 0.0 and filtered <= (1.0 - self._drop) * self._peak and self._drop < 1.0
-        return fallen and latest[len(latest) // 2][1] > 0
+        return bool(is_broken(filtered, self._peak, latest[len(latest) // 2][1], self._drop))
 
 
 # The stroke was long enough if the force ends below this share of its peak.

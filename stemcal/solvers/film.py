@@ -31,43 +31,49 @@ class Frame:
     shape: Shape
 
 
+@dataclass(frozen=True)
+class Moment:
+    """What is kept of one output: time in s, nodes (N, 3) in mm, whether each element stands (M,), its strain (M,)."""
+
+    time: float
+    nodes: Array
+    standing: NDArray[np.bool_]
+    plastic_strain: Array
+
+
 class Film:
     """Called at the outputs of a simulation, keeps about `FRAMES` of them, evenly in time, and the end."""
 
     def __init__(self, outputs: int) -> None:
         self.every = max(1, outputs // FRAMES)
         self.seen = 0
-        self.times: list[float] = []
-        self.nodes: list[Array] = []
-        self.standing: list[NDArray[np.bool_]] = []
-        self.strains: list[Array] = []
+        self.moments: list[Moment] = []
 
     def __call__(self, time: float, state: State) -> None:
         """Keep the state if it is its turn."""
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
-            self.times.append(time)
-            self.nodes.append(state.body.x.copy())
-            self.standing.append(standing)
-            self.strains.append(state.body.state[:, PLASTIC_STRAIN, :].reshape(-1)[: len(standing)].copy())
+            strain = state.body.state[:, PLASTIC_STRAIN, :].reshape(-1)[: len(standing)].copy()
+            self.moments.append(Moment(time, state.body.x.copy(), standing, strain))
         self.seen += 1
 
     def packed(self, result: CuttingResult) -> dict[str, Any]:
         """Return the frames as JSON values, to be read with the shape that the test ended in; {} if it is too fine."""
         shape, history = result.shape, result.history
-        if shape is None or not self.times or len(shape.nodes) > LARGEST:
+        if shape is None or not self.moments or len(shape.nodes) > LARGEST:
             return {}
-        ended = int(self.times[-1] < history.time[-1])  # between two frames, where the stem broke
-        times = [*self.times, *[float(history.time[-1])] * ended]
-        nodes, standing = [*self.nodes, *[shape.nodes] * ended], [*self.standing, *[shape.standing] * ended]
-        moved = [_held(at - shape.reference, shape.hexes[held]) for at, held in zip(nodes, standing, strict=True)]
+        moments, end = self.moments, float(history.time[-1])
+        if moments[-1].time < end:  # between two frames, where the stem broke
+            moments = [*moments, Moment(end, shape.nodes, shape.standing, shape.plastic_strain)]
+        times = [moment.time for moment in moments]
+        moved = [_held(moment.nodes - shape.reference, shape.hexes[moment.standing]) for moment in moments]
         return {
             "travel": _at(times, history.time, history.travel),
             "force": _at(times, history.time, history.force_filtered),
             "stroke": round(float(history.travel[-1]), 4),
-            "standing": _packed(np.packbits(np.array(standing), axis=1)),
+            "standing": _packed(np.packbits(np.array([moment.standing for moment in moments]), axis=1)),
             "displacement": _quantised(np.array(moved)),
-            "plastic_strain": _quantised(np.array([*self.strains, *[shape.plastic_strain] * ended])),
+            "plastic_strain": _quantised(np.array([moment.plastic_strain for moment in moments])),
         }
 
 
