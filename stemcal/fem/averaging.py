@@ -30,12 +30,17 @@ def exchange(
     """
     elements = len(mesh.hexes)
     if length == 0.0:
-        return Exchange(np.zeros((0, 6)), 0, failure_strain, np.zeros(0), np.zeros(0))
+        return Exchange(np.zeros((0, 6)), 0, failure_strain, *_means(0))
     rate = _conductances(mesh, neighbours, shares) / (shares * mesh.volumes())[:, None]
     time = 0.25 * length**2
     # a pass hands over at most half of what an element has: with all of it, neighbours would only change places
     passes = max(1, ceil(2.0 * time * float(rate.sum(axis=1).max())))
-    return Exchange(rate * time / passes, passes, failure_strain, np.zeros(elements), np.zeros(elements))
+    return Exchange(rate * time / passes, passes, failure_strain, *_means(elements))
+
+
+def _means(elements: int) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+    """Return mean, scratch and known strain of so many elements, and that none has been looked at."""
+    return np.zeros(elements), np.zeros(elements), np.zeros(elements), np.zeros(1, dtype=np.int64)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32], shares: Array) -> Array:

@@ -28,6 +28,9 @@ from stemcal.fem.kernels.compile import kernel
 Floats = Any
 Array = NDArray[np.float64]
 
+# Means are worked out anew from this share of the failure strain on, so that no rounding hides a failure.
+_ROUNDED = 1.0 - 1.0e-9
+
 
 class Exchange(NamedTuple):
     """How plastic strain spreads over neighbours; `stemcal.fem.averaging.exchange` makes it."""
@@ -37,6 +40,8 @@ class Exchange(NamedTuple):
     failure_strain: float
     mean: Array  # (E,) the mean strain, changes
     next: Array  # (E,) scratch
+    known: Array  # (E,) the strain that the mean was last worked out from, changes
+    standing: NDArray[np.int64]  # (1,) how many elements stood then, changes
 
 
 @kernel
@@ -45,7 +50,7 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
     mean, after, share = exchange.mean, exchange.next, exchange.share
     neighbours, standing = topology.neighbours, topology.standing
     for e in range(mean.shape[0]):
-        mean[e] = state[e // LANES, PLASTIC_STRAIN, e % LANES]
+        exchange.known[e] = mean[e] = state[e // LANES, PLASTIC_STRAIN, e % LANES]
     for _ in range(exchange.passes):
         for e in range(mean.shape[0]):
             gained = 0.0
@@ -59,8 +64,28 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
 
 
 @kernel
+def may_have_failed(exchange: Floats, topology: Floats, state: Array) -> bool:
+    """Return whether any mean strain can have reached the failure strain since the means were worked out.
+
+    A mean weighs strains with shares of one: it has grown by no more than the strain that has grown most. Where
+    elements have gone since, the means are others.
+    """
+    mean, grown, standing = 0.0, 0.0, 0
+    for e in range(exchange.mean.shape[0]):
+        if topology.standing[e]:
+            standing += 1
+            mean = max(mean, exchange.mean[e])
+            grown = max(grown, state[e // LANES, PLASTIC_STRAIN, e % LANES] - exchange.known[e])
+    changed = standing != exchange.standing[0]
+    exchange.standing[0] = standing
+    return changed or mean + grown >= _ROUNDED * exchange.failure_strain
+
+
+@kernel
 def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> bool:
     """Mark as failed the elements whose mean strain has reached the failure strain; returns whether there are any."""
+    if not may_have_failed(exchange, topology, state):
+        return False
     spread_strains(exchange, topology, state)
     failed = False
     for e in range(exchange.mean.shape[0]):

@@ -34,18 +34,20 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
     for c in range(begin, end):
         work, external, fastest, total, kinetic = 0.0, 0.0, 0.0, 0.0, 0.0
         for n in range(c * CHUNK, min((c + 1) * CHUNK, x.shape[0])):
-            speed2, product = 0.0, 0.0
+            speed2, product, pushed, loaded = 0.0, 0.0, 0.0, 0.0
             for i in range(3):
                 old, force = v[n, i], f[n, i] + push[n, i]
                 new = (old + kick * force * inverse_mass[n]) * free[n, i] + driven[n, i]
-                work += push[n, i] * (old + new)
-                external += loads[n, i] * (old + new) * free[n, i] - 2.0 * (force - loads[n, i]) * driven[n, i]
+                pushed += push[n, i] * (old + new)
+                loaded += loads[n, i] * (old + new) * free[n, i] - 2.0 * (force - loads[n, i]) * driven[n, i]
                 v[n, i] = new
                 x[n, i] += drift * new
                 speed2 += new * new
                 product += old * new
                 f[n, i] = loads[n, i]
                 push[n, i] = 0.0
+            work += pushed
+            external += loaded
             fastest = max(fastest, speed2)
             total += speed2
             kinetic += body.mass[n] * product

@@ -70,6 +70,10 @@ class SpreadEdge(NamedTuple):
     sources: Ints  # (N,) the node that feels a force on each: itself, or for a ghost the node that it mirrors
     found: Ints  # (L, Q) face under each sample, −1 none, changes
     place: Array  # (L, Q, 6) ξ, η, height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
+    line_sums: Array  # (L, 3) Σ w, Σ w z and Σ w crown of the samples that meet a face, changes
+    line_sizes: Ints  # (L,) nodes under each line, changes
+    line_nodes: Ints  # (L, 4 Q), changes
+    line_hold: Array  # (L, 4 Q, 3) Σ w N, Σ w N n_x/n_z (its sign turned beyond a mirror) and Σ w N n_y/n_z, changes
     sizes: Ints  # (R,) nodes of each row, changes
     nodes: Ints  # (R, K), changes
     shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
@@ -88,18 +92,18 @@ def take_hold(
 ) -> None:
     """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force."""
     find_surface(edge, faces, crowns, count, x, tip)
+    for line in range(edge.along.shape[0]):
+        gather_line(edge, line, faces)
     for j in range(edge.lines.shape[0]):
+        edge.shape[j, : edge.sizes[j]] = 0.0
+        edge.normal[j, : edge.sizes[j]] = 0.0
         edge.sizes[j], edge.crown[j] = 0, 0.0
-        total, height = mean_height(edge, j)
-        if height < tip - _NEAR * edge.spread:
-            continue  # nothing comes so far before the next look
-        for m in range(edge.lines.shape[1]):
-            line = edge.lines[j, m]
-            for q in range(edge.weight.shape[0]):
-                if line >= 0 and edge.found[line, q] >= 0:
-                    weight = edge.bell[j, m] * edge.weight[q] / total
-                    edge.crown[j] += weight * edge.place[line, q, 3]
-                    add_sample(edge, j, edge.place[line, q], edge.image[j, m], faces[edge.found[line, q]], weight)
+        total, height, crown = mean_height(edge, j)
+        if height >= tip - _NEAR * edge.spread:  # nothing that lies deeper comes so far before the next look
+            edge.crown[j] = crown
+            for m in range(edge.lines.shape[1]):
+                if edge.lines[j, m] >= 0:
+                    add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
     work_out_compliance(edge, free, inverse_mass)
 
 
@@ -134,51 +138,70 @@ def find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array, 
 
 
 @inlined
-def mean_height(edge: Floats, j: int) -> Floats:
-    """Return the sum of a row's weights over the samples that have met a face, and the mean height of these."""
-    total, height = 0.0, 0.0
-    for m in range(edge.lines.shape[1]):
-        line = edge.lines[j, m]
-        for q in range(edge.weight.shape[0]):
-            if line >= 0 and edge.found[line, q] >= 0:
-                weight = edge.bell[j, m] * edge.weight[q]
-                total += weight
-                height += weight * (edge.place[line, q, 2] + edge.place[line, q, 3])
-    return total, height / total if total > 0.0 else -1.0e30
-
-
-@kernel
-def add_sample(edge: Floats, j: int, place: Array, image: float, face: Any, weight: float) -> None:
-    """Add a sample, of a weight in its row's sum of one, to the nodes of the face that it meets."""
-    shape = shape_functions(place[0], place[1])
-    for corner in range(4):
-        source = edge.sources[face[corner]]
-        k = place_of(edge, j, source)
-        if k < 0:
+def gather_line(edge: Floats, line: int, faces: Any) -> None:
+    """Sum up the samples of a line that have met a face: weights, heights, and what falls to each node."""
+    edge.line_hold[line, : edge.line_sizes[line]] = 0.0
+    edge.line_sizes[line] = 0
+    total, height, crown = 0.0, 0.0, 0.0
+    for q in range(edge.weight.shape[0]):
+        face, weight = edge.found[line, q], edge.weight[q]
+        if face < 0:
             continue
-        share = weight * shape[corner]
-        edge.shape[j, k, 0] += 0.0 if edge.mirrored else share
-        edge.shape[j, k, 1] += image * share
-        edge.shape[j, k, 2] += share
-        edge.normal[j, k, 0] += (share if source == face[corner] else -share) * place[4]
-        edge.normal[j, k, 1] += share * place[5]
-        edge.normal[j, k, 2] += share
+        total += weight
+        height += weight * edge.place[line, q, 2]
+        crown += weight * edge.place[line, q, 3]
+        shape = shape_functions(edge.place[line, q, 0], edge.place[line, q, 1])
+        for corner in range(4):
+            node = faces[face, corner]
+            source, share = edge.sources[node], weight * shape[corner]
+            k = place_of(edge.line_sizes, edge.line_nodes, line, source)
+            edge.line_hold[line, k, 0] += share
+            edge.line_hold[line, k, 1] += (share if source == node else -share) * edge.place[line, q, 4]
+            edge.line_hold[line, k, 2] += share * edge.place[line, q, 5]
+    edge.line_sums[line, 0], edge.line_sums[line, 1], edge.line_sums[line, 2] = total, height, crown
 
 
 @inlined
-def place_of(edge: Floats, j: int, node: int) -> int:
+def mean_height(edge: Floats, j: int) -> Floats:
+    """Return the sum of a row's weights over the samples that have met a face, their mean height, and mean crown."""
+    total, height, crown = 0.0, 0.0, 0.0
+    for m in range(edge.lines.shape[1]):
+        line = edge.lines[j, m]
+        if line >= 0:
+            total += edge.bell[j, m] * edge.line_sums[line, 0]
+            height += edge.bell[j, m] * edge.line_sums[line, 1]
+            crown += edge.bell[j, m] * edge.line_sums[line, 2]
+    return (total, (height + crown) / total, crown / total) if total > 0.0 else (0.0, -1.0e30, 0.0)
+
+
+@inlined
+def add_line(edge: Floats, j: int, line: int, image: float, share: float) -> None:
+    """Add a share of a line's hold on its nodes to that of a row."""
+    for m in range(edge.line_sizes[line]):
+        k = place_of(edge.sizes, edge.nodes, j, edge.line_nodes[line, m])
+        if k < 0:
+            continue
+        held = share * edge.line_hold[line, m, 0]
+        edge.shape[j, k, 0] += 0.0 if edge.mirrored else held
+        edge.shape[j, k, 1] += image * held
+        edge.shape[j, k, 2] += held
+        edge.normal[j, k, 0] += share * edge.line_hold[line, m, 1]
+        edge.normal[j, k, 1] += share * edge.line_hold[line, m, 2]
+        edge.normal[j, k, 2] += held
+
+
+@inlined
+def place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
     """Return where a row keeps a node, taking it in if it is new; −1 if the row is full."""
-    for k in range(edge.sizes[j]):
-        if edge.nodes[j, k] == node:
+    for k in range(sizes[row]):
+        if nodes[row, k] == node:
             return k
-    k = edge.sizes[j]
-    if k == edge.nodes.shape[1]:
+    k = sizes[row]
+    if k == nodes.shape[1]:
         return -1
-    edge.sizes[j] = k + 1
-    edge.nodes[j, k] = node
-    edge.shape[j, k, :] = 0.0
-    edge.normal[j, k, :] = 0.0
-    return k
+    sizes[row] = k + 1
+    nodes[row, k] = node
+    return int(k)
 
 
 @kernel
