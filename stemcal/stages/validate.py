@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
@@ -11,7 +11,7 @@ from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewh
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.outcome import Outcome, outcome_of
+from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
@@ -81,11 +81,9 @@ class ValidateResult(StageResult):
     @property
     def beside_formula(self) -> str:
         """What a formula without mechanics reaches at the diameters that were not fitted; empty if there are none."""
-        formula, model = self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
-        if formula is None or model is None:
-            return ""
-        fitted = [f"{row.diameter:g}" for row in self.compared if row.role == "calibration"]
-        return compared_elsewhere(formula, model, f"{joined(fitted)} mm")
+        return _beside_formula(
+            self.compared, self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
+        )
 
     def tables(self) -> dict[str, Table]:
         """Return the comparison."""
@@ -118,7 +116,7 @@ def validate(work: Work) -> ValidateResult:
     head = work.head("validate")
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
-    outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+    outcomes = work.outcomes(requests, answers)
     found = compare_diameters(
         [target.diameter for target in targets],
         [target.force for target in targets],
@@ -128,8 +126,10 @@ def validate(work: Work) -> ValidateResult:
         study.targets.equivalent_within_percent,
     )
     published = audit_validation(study)
+    formula = _formula(found.rows)
+    beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
-    result = ValidateResult(
+    return ValidateResult(
         head=head,
         parameters=parameters,
         rows=Rows(_row(*parts) for parts in zip(targets, found.rows, outcomes, strict=True)),
@@ -140,12 +140,18 @@ def validate(work: Work) -> ValidateResult:
         error_slope_percent_per_mm=found.error_slope_percent_per_mm,
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
-        formula_max_abs_error_percent=_formula(found.rows),
+        formula_max_abs_error_percent=formula,
         published=published,
-        notes=(*found.notes, *remarks),
+        notes=(*found.notes, *([beside] if beside else []), *remarks),
     )
-    beside = [result.beside_formula] if result.beside_formula else []
-    return replace(result, notes=(*found.notes, *beside, *remarks))
+
+
+def _beside_formula(rows: Sequence[ValidationRow], formula: float | None, model: float | None) -> str:
+    """Say what formula and model reach at the diameters that were not fitted; empty if there are none."""
+    if formula is None or model is None:
+        return ""
+    fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
+    return compared_elsewhere(formula, model, f"{joined(fitted)} mm")
 
 
 def _formula(rows: Sequence[ValidationRow]) -> float | None:
