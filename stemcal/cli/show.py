@@ -55,7 +55,11 @@ def show_run(results: Results, verdict: Verdict, page: Path, folder: StudyFolder
     else:
         from stemcal.report.tables.terminal import stage_tables
 
-        shown = [result for result in (results.inversion, results.refinement, results.validation) if result is not None]
+        shown = [
+            result
+            for result in (results.inversion, results.refinement, results.mesh, results.validation)
+            if result is not None
+        ]
         say(*(part for result in shown for part in stage_tables(result, verdict.holds)))
         if not quiet:
             _show_notes(results, verdict)

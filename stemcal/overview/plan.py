@@ -20,6 +20,7 @@ from stemcal.stages.design import Design, screening_design, surface_design, surf
 from stemcal.stages.surface.stage import read_before
 from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
+from stemcal.words import counted
 
 USUAL_FACTORS = 3
 
@@ -86,7 +87,12 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
 def _decided_later(study: Study) -> list[str]:
     """Say how many runs may come on top, one by one."""
     later = {"climb": study.climb and study.climb.steps + 1, "refine": study.refine and study.refine.budget}
-    return [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
+    notes = [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
+    if study.mesh is not None:
+        diameters, sizes = max(len(study.joint_targets), 1), len(study.mesh.sizes)
+        places = f"{study.mesh.phases} places of the mesh" + (f" and {counted(sizes, 'element size')}" if sizes else "")
+        notes.append(f"mesh simulates the solution at {places}, at {counted(diameters, 'diameter')}.")
+    return notes
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:

@@ -7,6 +7,7 @@ the verdict is "not calibrated" they are not shown, and it is said that they are
 from __future__ import annotations
 
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.stages.verdict.result import Verdict
@@ -25,6 +26,8 @@ def shown_notes(result: StageResult, verdict: Verdict) -> tuple[str, ...]:
 
 
 def _claims(result: StageResult) -> set[str]:
+    if isinstance(result, MeshResult):
+        return set(result.certainty.sentences)
     if isinstance(result, InvertResult):
         return {sentence for part in result.known for sentence in part.sentences}
     if isinstance(result, ValidateResult):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import ClassVar
 
+from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
@@ -13,13 +15,13 @@ from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
-from stemcal.solvers.protocol import Request, Solver
+from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.base import stage_called
 from stemcal.stages.invert.certainty import UNITS, measured_of
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, StageResult, read_fresh
+from stemcal.stages.result import Head, Interval, StageResult, read_fresh
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 from stemcal.words import joined
@@ -42,7 +44,10 @@ class FurtherRow:
 
 @dataclass(frozen=True, kw_only=True)
 class ValidateRow:
-    """One diameter: measured and simulated force compared, and what came of the run."""
+    """One diameter: measured and simulated force compared, and what came of the run.
+
+    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem.
+    """
 
     compared: ValidationRow = inline()
     status: str = "ok"
@@ -50,6 +55,7 @@ class ValidateRow:
     reason: str = ""
     message: str = ""
     key: str = ""
+    mesh_interval: Interval | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
 
@@ -117,6 +123,8 @@ def validate(work: Work) -> ValidateResult:
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = work.outcomes(requests, answers)
+    scatter = work.fresh(MeshResult).scatter if study.mesh is not None else None
+    own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
     found = compare_diameters(
         [target.diameter for target in targets],
         [target.force for target in targets],
@@ -124,6 +132,7 @@ def validate(work: Work) -> ValidateResult:
         [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
+        None if own is None else (sqrt(own.variance), own.df),
     )
     published = audit_validation(study)
     formula = _formula(found.rows)
@@ -132,7 +141,7 @@ def validate(work: Work) -> ValidateResult:
     return ValidateResult(
         head=head,
         parameters=parameters,
-        rows=Rows(_row(*parts) for parts in zip(targets, found.rows, outcomes, strict=True)),
+        rows=Rows(_row(*parts, scatter) for parts in zip(targets, found.rows, outcomes, strict=True)),
         max_abs_error_percent=found.max_abs_error_percent,
         mean_abs_error_percent=found.mean_abs_error_percent,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
@@ -172,12 +181,12 @@ def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
     """Return the level of every factor at the solution; refined if the spec asks for that."""
-    if stage_called("validate").needs(study) == "refine":
+    if study.refine is not None:
         return read_fresh(study, solver, folder, RefineResult).parameters
     return read_fresh(study, solver, folder, InvertResult).parameters
 
 
-def _row(target: Target, compared: ValidationRow, outcome: Outcome) -> ValidateRow:
+def _row(target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None) -> ValidateRow:
     further = [
         FurtherRow(mean.response, UNITS[mean.response], mean.value, mean.sd, value, error_percent(mean.value, value))
         for mean in measured_of(target, ["travel", "work"])
@@ -190,6 +199,7 @@ def _row(target: Target, compared: ValidationRow, outcome: Outcome) -> ValidateR
         reason=outcome.reason,
         message=outcome.message,
         key=outcome.key,
+        mesh_interval=None if scatter is None or compared.simulated is None else scatter.interval(compared.simulated),
         further=Rows(further),
     )
 

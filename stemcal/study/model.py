@@ -30,6 +30,7 @@ __all__ = [
     "InvertOptions",
     "Loading",
     "Material",
+    "MeshOptions",
     "Published",
     "RefineOptions",
     "RsmOptions",
@@ -380,6 +381,16 @@ class RefineOptions(_Frozen):
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
 
 
+class MeshOptions(_Frozen):
+    """Which other meshes the solution is simulated on: `phases` places along the stem, elements of other `sizes`.
+
+    Their scatter enters every interval; what a size does to all diameters alike is told beside the calibrated values.
+    """
+
+    phases: Annotated[Whole, Field(ge=2, le=50)] = 5
+    sizes: Annotated[tuple[StemLength, ...], Field(max_length=10)] = ()
+
+
 class RunsOptions(_Frozen):
     """What becomes of runs that fail, and how long one may take.
 
@@ -431,6 +442,7 @@ class StudyForm(_Frozen):
     rsm: RsmOptions = RsmOptions()
     invert: InvertOptions = InvertOptions()
     refine: RefineOptions | None = None
+    mesh: MeshOptions | None = None
     runs: RunsOptions = RunsOptions()
     published: Published | None = None
 

@@ -72,6 +72,7 @@ def compare_diameters(
     calibration_diameter: float | Sequence[float] | None,
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
     margin_percent: float = 10.0,
+    simulated_scatter: tuple[float, float] | None = None,
 ) -> Validation:
     """Compare forces; error = 100·(measured − simulated)/measured.
 
@@ -86,12 +87,14 @@ def compare_diameters(
         Standard deviation and number of specimens of each measured force, None where unknown.
     margin_percent : float
         The difference, of the measured force, within which both count as equal.
+    simulated_scatter : (share, df), optional
+        Standard deviation of a simulated force as a share of it, by its mesh, and the degrees of freedom behind it.
     """
     scatter = scatter or [(None, None)] * len(diameters)
     if not len(diameters) == len(measured) == len(simulated):
         raise UsageError("validation: diameters, measured and simulated forces differ in number")
     rows = tuple(
-        _tested(_row(float(d), float(m), s, calibration_diameter), *spread, margin_percent)
+        _tested(_row(float(d), float(m), s, calibration_diameter), *spread, margin_percent, simulated_scatter)
         for d, m, s, spread in zip(diameters, measured, simulated, scatter, strict=True)
     )
     done = [row for row in rows if row.error_percent is not None]
@@ -134,7 +137,9 @@ def _row(
     return ValidationRow(diameter, measured, float(simulated), error_percent(measured, simulated), role)
 
 
-def _tested(row: ValidationRow, sd: float | None, n: int | None, margin_percent: float) -> ValidationRow:
+def _tested(
+    row: ValidationRow, sd: float | None, n: int | None, margin_percent: float, scatter: tuple[float, float] | None
+) -> ValidationRow:
     """Add what the scatter of the measured force says about the difference."""
     simulated = row.simulated
     if simulated is None:
@@ -142,7 +147,9 @@ def _tested(row: ValidationRow, sd: float | None, n: int | None, margin_percent:
     row = replace(row, sd=sd, n=n, simulation_error_percent=-(row.error_percent or 0.0))
     if not sd or n is None or n < 2:
         return row
-    found = compare_means(Sample(row.measured, sd, n), Sample(simulated), 0.01 * margin_percent * row.measured)
+    share, df = scatter or (0.0, None)
+    computed = Sample(simulated, share * simulated, df=df)
+    found = compare_means(Sample(row.measured, sd, n), computed, 0.01 * margin_percent * row.measured)
     return replace(
         row,
         measured_low=found.low,

@@ -180,7 +180,7 @@ def _doubtful(doubt: Doubt) -> str:
         "hourglass": "hourglass energy",
         "kinetic": "kinetic energy",
         "drift": "drift of the energy balance",
-        "stroke": "the force had not fallen when the stroke ended",
+        "stroke": "the force was not clearly past its maximum when the stroke ended",
     }[doubt.kind]
     return words if doubt.worst is None else f"{words} up to {_size(doubt.worst)} %"
 
