@@ -42,7 +42,7 @@ SPECIMENS = (3, 6, 30)
 DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
 TRUTH, SIDE, VARIATION = np.array([0.3, -0.2]), 1.68, 0.05
 REGION = Region(np.full(2, -SIDE), np.full(2, SIDE), None)
-NODES, NODES_MESH = 101, 51
+NODES, NODES_MESH = 101, 61
 SHARED, APART, KNOWN = 0.01, 0.01, 1e-5
 
 
@@ -115,12 +115,13 @@ def student(lab: Laboratory, fitted: list[Surface]) -> Held:
     return Held([bool(part <= 3.8415) for part in rise], _in_middle(-0.5 * deviance), bool(deviance.min() > 7.8147))
 
 
-def _by_misfit(misfit: Misfit, nodes: int = NODES) -> Held:
-    density = log_posterior(misfit, REGION, _points(nodes)).reshape(nodes, nodes)
+def _by_misfit(misfit: Misfit, axes: list[Array] | None = None) -> Held:
+    axes = axes or _axes()
+    density = log_posterior(misfit, REGION, _points(axes)).reshape([axis.size for axis in axes])
     best = _least(misfit, [])
     least, allowed = misfit.value(best), allowed_rises(misfit, best)
     profile = [misfit.value(_least(misfit, [j])) - least <= allowed[j] for j in range(2)]
-    return Held(profile, _in_middle(density, nodes), chance_of(misfit, least) < 0.05)
+    return Held(profile, _in_middle(density, axes), chance_of(misfit, least) < 0.05)
 
 
 def _least(misfit: Misfit, held: list[int]) -> Array:
@@ -138,21 +139,33 @@ def _least(misfit: Misfit, held: list[int]) -> Array:
     return x
 
 
-def _axes(nodes: int = NODES) -> list[Array]:
+def _axes() -> list[Array]:
     """Return the nodes of the grid along each factor; one of them is the truth."""
-    grid = np.linspace(-SIDE, SIDE, nodes)
+    grid = np.linspace(-SIDE, SIDE, NODES)
     return [grid + (value - grid[np.argmin(np.abs(grid - value))]) for value in TRUTH]
 
 
-def _points(nodes: int = NODES) -> Array:
-    return np.stack(np.meshgrid(*_axes(nodes), indexing="ij"), axis=-1).reshape(-1, 2)
+def _around_truth(misfit: Misfit) -> list[Array]:
+    """Return nodes about the truth, dense within a standard deviation of each factor and wider beyond."""
+    covariance = np.diag(misfit.variance)
+    if misfit.shared is not None:
+        covariance += np.outer(misfit.shared, misfit.shared)
+    slopes = misfit.beta @ term_gradient(TRUTH)
+    errors = np.sqrt(np.diag(np.linalg.inv(slopes.T @ np.linalg.solve(covariance, slopes))))
+    steps = np.sinh(np.linspace(-4.0, 4.0, NODES_MESH)) / np.sinh(4.0) * 30.0
+    return [value + error * steps for value, error in zip(TRUTH, errors, strict=True)]
 
 
-def _in_middle(density: Array, nodes: int = NODES) -> list[bool]:
+def _points(axes: list[Array] | None = None) -> Array:
+    return np.stack(np.meshgrid(*(axes or _axes()), indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _in_middle(density: Array, axes: list[Array] | None = None) -> list[bool]:
     """Tell whether the truth lies within the middle 95 % of each factor's marginal distribution."""
-    weight = np.exp(density - density.max())
+    axes = axes or _axes()
+    weight = np.exp(density - density.max()) * np.outer(*(np.gradient(axis) for axis in axes))
     found = []
-    for axis, grid in enumerate(_axes(nodes)):
+    for axis, grid in enumerate(axes):
         marginal = weight.sum(axis=1 - axis)
         below = (np.cumsum(marginal) - 0.5 * marginal) / marginal.sum()
         found.append(bool(0.025 <= below[int(np.argmin(np.abs(grid - TRUTH[axis])))] <= 0.975))
@@ -194,7 +207,7 @@ def coverage_of_mesh(n: int, specimens: int, variation: float, studies: int = ST
         lab = laboratory(specimens, np.full(d, variation), 0.0, random)
         scatter = scatter_of(factors[:, 0], factors[:, 1:], np.zeros((d, 0)))
         misfit = misfit_of(observations(lab, fitted, told=True)).with_mesh(scatter, 0.0)
-        held = _by_misfit(misfit, NODES_MESH)
+        held = _by_misfit(misfit, _around_truth(misfit))
         if study < COMPARED:
             assert holds(misfit, REGION, TRUTH) == held.profile, f"stemcal's own search disagrees in study {study}"
         counts += [*held.profile, *held.posterior, held.rejected]

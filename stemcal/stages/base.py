@@ -166,7 +166,7 @@ STAGES: tuple[Stage, ...] = (
         "audit",
         "AuditResult",
         ("targets", "published", "loading"),
-        lambda _study: "validate",
+        lambda study: _before_validation(study) if study.unvalidated else "validate",
         """Recompute a paper's printed tables and claims and list what does not agree, cell by cell.
 
         The spec has a solver of kind table with the paper's runs, and under published what it printed.

@@ -408,7 +408,11 @@ class RunsOptions(_Frozen):
 
 
 class Published(_Frozen):
-    """Printed results to compare with, when a published study is analysed again."""
+    """Printed results to compare with, when a published study is analysed again.
+
+    `runs` says whether the paper's runs were computed, so that repeated ones must agree; `bounds` in which units its
+    coded equation is searched; `rate_law` which form it prints; `called` what it calls a factor.
+    """
 
     screening: SpecFile | None = None
     coefficients: SpecFile | None = None
@@ -418,6 +422,10 @@ class Published(_Frozen):
     levels: SpecFile | None = None
     design: SpecFile | None = None
     claims: dict[str, PrintedText] = {}
+    runs: Literal["computed", "measured"] | None = None
+    bounds: Literal["coded", "natural"] | None = None
+    rate_law: Literal["paper", "cowper_symonds"] | None = None
+    called: dict[str, PrintedText] = {}
 
 
 class StudyForm(_Frozen):
@@ -510,6 +518,11 @@ class Study(StudyForm):
     def calibration_target(self) -> Target:
         """The target at the diameter the parameters are calibrated at."""
         return min(self.targets.forces, key=lambda target: abs(target.diameter - self.targets.calibrate_at))
+
+    @property
+    def unvalidated(self) -> bool:
+        """Whether the tables that answer have none for the validation."""
+        return isinstance(self.solver, TableSolver) and self.solver.validate is None
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:

@@ -16,7 +16,7 @@ that relative deviations of all diameters can be compared.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
@@ -31,7 +31,7 @@ class MeshScatter:
     """Relative variances of one force by the place of the mesh, and by how many degrees of freedom they are known.
 
     `common` is the part that all diameters share; `mean_factor` is the mean over the placements over the force of the
-    study's own mesh; `placements` counts them.
+    study's own mesh; `placements` counts them, `diameters` where they were simulated.
     """
 
     own: float
@@ -40,6 +40,7 @@ class MeshScatter:
     common_df: float
     mean_factor: float
     placements: int
+    diameters: int = 1
 
     @property
     def variance(self) -> float:
@@ -66,9 +67,7 @@ class MeshScatter:
 
     def over(self, phases: int) -> MeshScatter:
         """Return the scatter of a mean over so many places."""
-        return MeshScatter(
-            self.own / phases, self.own_df, self.common / phases, self.common_df, self.mean_factor, self.placements
-        )
+        return replace(self, own=self.own / phases, common=self.common / phases)
 
 
 @dataclass(frozen=True)
@@ -110,7 +109,7 @@ def scatter_of(own: ArrayLike, placed: Array, sized: Array) -> MeshScatter:
     within = _interaction(whole) / df
     between = diameters * float(places.mean(axis=0).var(ddof=1))
     common = max((between - within) / diameters, 0.0)
-    return MeshScatter(within, df, common, float(count - 1), mean_factor, count)
+    return MeshScatter(within, df, common, float(count - 1), mean_factor, count, diameters)
 
 
 def _interaction(table: Array) -> float:

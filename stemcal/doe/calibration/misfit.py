@@ -59,13 +59,15 @@ class Observation:
 class Source:
     """One source of error: its variance at each observation, and the degrees of freedom behind it.
 
-    A `shared` one moves all observations together, each by its own standard deviation.
+    A `shared` one moves all observations together, each by its own standard deviation; it was told by a mean square
+    over so many diameters, less the part of each diameter by itself.
     """
 
     name: str
     variance: Array
     df: float
     shared: bool = False
+    diameters: int = 1
 
     def only(self, kept: Sequence[int]) -> Source:
         """Keep some of the observations."""
@@ -193,9 +195,19 @@ class Misfit:
         known, force = self if self.scale_known else self.scaled(least), [o.kind == "force" for o in self.observations]
         size = np.where(force, known.measured, 0.0) ** 2
         own = Source("mesh", size * mesh.own, mesh.own_df)
-        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, shared=True)
+        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.diameters)
         added = [own] if self.scale_known else []
         return known.of_sources([*known.sources, *added, *([common] if mesh.common > 0.0 else [])])
+
+    def _as_mean_squares(self, parts: Array, g: Array) -> None:
+        """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
+        names = [source.name for source in self.sources]
+        shared = next((i for i, source in enumerate(self.sources) if source.shared), None)
+        if shared is not None and "mesh" in names:
+            own = names.index("mesh")
+            moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / self.sources[shared].diameters
+            parts[shared] += moved
+            parts[own] = np.maximum(parts[own] - moved, 0.0)
 
     def of_sources(self, sources: Sequence[Source]) -> Misfit:
         """Return it with these sources of error alone."""
@@ -228,6 +240,7 @@ class Misfit:
                 for source in self.sources
             ]
         )
+        self._as_mean_squares(parts, g)
         doubt = sum(part**2 / source.df for part, source in zip(parts, self.sources, strict=True))
         return np.where(doubt > 0.0, parts.sum(axis=0) ** 2 / np.where(doubt > 0.0, doubt, 1.0), whole)
 

@@ -131,13 +131,19 @@ def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
     from scipy.stats.qmc import Sobol
 
     even = 1.0 - (Sobol(len(misfit.sources), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
+    told = next((s.variance for s in misfit.sources if s.name == "mesh"), np.zeros_like(misfit.variance))
     drawn = [
-        source.variance
+        (source.variance + (told / source.diameters if source.shared else 0.0))
         * (source.df / chdtri(source.df, u)[:, None] if np.isfinite(source.df) else np.ones((len(u), 1)))
         for source, u in zip(misfit.sources, even.T, strict=True)
     ]
-    own = sum((v for v, s in zip(drawn, misfit.sources, strict=True) if not s.shared), start=np.zeros_like(drawn[0]))
-    shared = sum((v for v, s in zip(drawn, misfit.sources, strict=True) if s.shared), start=np.zeros_like(drawn[0]))
+    own, shared = np.zeros_like(drawn[0]), np.zeros_like(drawn[0])
+    mesh = next((v for v, s in zip(drawn, misfit.sources, strict=True) if s.name == "mesh"), np.zeros_like(drawn[0]))
+    for variance, source in zip(drawn, misfit.sources, strict=True):
+        if source.shared:  # c² = (MS − s²)/D: what is drawn is MS
+            shared += np.maximum(variance - mesh / source.diameters, 0.0)
+        else:
+            own += variance
     return np.maximum(own, np.finfo(float).tiny), np.sqrt(shared)
 
 

@@ -116,10 +116,10 @@ def climb_sheet(stage: ClimbResult) -> Sheet:
 
 def audit_sheet(stage: AuditResult) -> Sheet:
     """Return what an audit found."""
-    rows = [(str(row.number), row.found.kind, row.found.sentence) for row in stage.findings]
+    rows = [(str(row.number), row.found.consequence, row.found.sentence) for row in stage.findings]
     tables = "; ".join(f"{name} {count.agree} of {count.of}" for name, count in stage.tables_agree.items())
     foot = (f"Printed cells that agree: {tables}.",)
-    return Sheet("What does not agree", ("", "Kind", "Finding"), tuple(rows), texts=3, foot=foot)
+    return Sheet("What does not agree", ("", "Touches", "Finding"), tuple(rows), texts=3, foot=foot)
 
 
 def refine_sheet(stage: RefineResult) -> Sheet:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stemcal.report.numbers import fixed, short, significant
+from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.sheet import Sheet, force_or_reason
 from stemcal.stages.mesh.result import MeshResult
 
@@ -20,10 +20,8 @@ def mesh_sheet(stage: MeshResult) -> Sheet:
         )
         rows.append((short(row.diameter), name, force_or_reason(force, row.outcome.reason), apart, ends))
     scatter = stage.scatter
-    foot = (
-        f"Standard deviation over {scatter.placements} places {fixed(scatter.sd_percent)} % "
-        f"({fixed(100.0 * scatter.common**0.5)} % shared by all diameters).",
-    )
+    shared = f" ({fixed(100.0 * scatter.common**0.5)} % shared by all diameters)" if scatter.diameters > 1 else ""
+    foot = (f"Standard deviation over {scatter.placements} places {fixed(scatter.sd_percent)} %{shared}.",)
     columns = ("Diameter,\nmm", "Mesh", "Force, N", "Against\nown, %", "From to, N")
     return Sheet("The solution on other meshes", columns, tuple(rows), texts=2, foot=foot)
 
@@ -45,5 +43,12 @@ def budget_sheet(stage: MeshResult) -> Sheet:
         "Laboratory: of the measured mean. Surface: of one more simulation. Mesh: of its place along the stem.",
         *([f"Laboratory: {taken}."] if taken else []),
     )
+    if stage.prediction_interval is not None:
+        claim = (
+            "At the solution of the surface a simulation with the mesh at any place gives "
+            f"{interval(stage.prediction_interval)} N (95 %)."
+        )
+        foot = (*foot, claim)
     columns = ("Diameter,\nmm", "Source", "Sd, N", "Share of\nvariance, %", "df")
-    return Sheet("What the error of the force is made of", columns, rows, texts=2, foot=foot)
+    claiming = foot[-1:] if stage.prediction_interval is not None else ()
+    return Sheet("What the error of the force is made of", columns, rows, texts=2, foot=foot, claiming=claiming)

@@ -92,11 +92,9 @@ class Carried:
 
     @property
     def notes(self) -> list[str]:
-        """Say what the mesh's scatter is not in, and repeat what the intervals tell now."""
-        notes = list(self.certainty.sentences)
-        if any(mean.response != "force" for mean in self.means):
-            notes.append("The scatter of travel and work over the places of the mesh is in no interval.")
-        return notes
+        """Say what the mesh's scatter is not in."""
+        forces_only = all(mean.response == "force" for mean in self.means)
+        return [] if forces_only else ["The scatter of travel and work over the places of the mesh is in no interval."]
 
 
 def _ranges(misfit: Misfit, region: Region, names: Sequence[str]) -> dict[str, Interval]:

@@ -69,7 +69,6 @@ class MeshResult(StageResult):
     def widened(self, inversion: InvertResult) -> InvertResult:
         """Return an inversion with the intervals that hold the scatter of the mesh, and the sentences on them."""
         old = {sentence for part in inversion.known for sentence in part.sentences}
-        known = [part for part in (self.certainty, self.certainty_alone) if part is not None]
         mean, one = self.mean_interval, self.prediction_interval
         return replace(
             inversion,
@@ -80,9 +79,14 @@ class MeshResult(StageResult):
             certainty_alone=self.certainty_alone,
             notes=(
                 *(note for note in inversion.notes if note not in old),
-                *(sentence for part in known for sentence in part.sentences),
+                *(sentence for part in self.known for sentence in part.sentences),
             ),
         )
+
+    @property
+    def known(self) -> list[Certainty]:
+        """What is known of the parameters with the mesh's scatter counted, as of an inversion."""
+        return [part for part in (self.certainty, self.certainty_alone) if part is not None]
 
     def budget_at(self, diameter: float) -> Sequence[BudgetRow]:
         """Return the sources of error at one diameter."""
