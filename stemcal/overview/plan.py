@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import describe_aliases
 from stemcal.doe.designs.power import DesignQuality, judge_design
@@ -72,7 +72,12 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
     stages = [_count(part, study, solver, folder) for part in wanted]
     seconds = [stage.seconds for stage in stages]
     notes = [part.remark for part in wanted if part.remark]
-    foretold = [note for part in wanted if part.design is not None for note in foretell(part.design)]
+    foretold = [
+        note
+        for part in wanted
+        if part.design is not None
+        for note in foretell(_without_copies(part.design, part.requests, solver))
+    ]
     return Plan(
         1,
         "plan",
@@ -117,7 +122,7 @@ def _count(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None
         len(distinct) - len(missing),
         len(missing),
         sum(solver.cost_estimate(request) for request in missing) if isinstance(solver, Estimating) else None,
-        None if part.design is None else _quality(part.design),
+        None if part.design is None else _quality(_without_copies(part.design, part.requests, solver)),
     )
 
 
@@ -164,6 +169,17 @@ def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked
 
 
 # ---- what a design can find
+
+
+def _without_copies(design: Design, requests: Sequence[Request], solver: Solver) -> Design:
+    """Return a design without the runs that repeat another's record: they tell nothing, and count for no test."""
+    rows: dict[str, int] = {}
+    for row, request in enumerate(requests[: len(design.coded)]):
+        rows.setdefault(record_key(solver, request), row)
+    kept = list(rows.values())
+    if len(kept) == len(design.coded):
+        return design
+    return replace(design, coded=design.coded[kept], levels=tuple(design.levels[row] for row in kept), blocks=None)
 
 
 def foretell(design: Design) -> list[str]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from stemcal.doe.regression.blocks import block_columns
 from stemcal.doe.regression.canonical import Canonical, analyse_shape, ridge_path
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import SecondOpinion, second_opinion
@@ -64,12 +66,16 @@ class Beside:
     second_opinion: Opinions | None
 
 
-def shape_of(study: Study, design: Design, surface: Surface) -> tuple[Beside, list[str]]:
-    """Return the shape of a surface, the scale its response asks for and a second opinion, with notes."""
+def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[str | None]) -> tuple[Beside, list[str]]:
+    """Return the shape of a surface, the scale its response asks for and a second opinion, with notes.
+
+    `blocks` are those of the runs that succeeded; the scale is judged with the same blocks as the fit has.
+    """
     shape = analyse_shape(surface)
     radii = np.linspace(0.0, design_radius(study, len(design.names)), _RIDGE_POINTS)
     kept = [term in surface.terms for term in term_names(surface.names)]
-    scale = box_cox(term_columns(surface.design)[:, kept], surface.response)
+    apart, _ = block_columns(blocks if any(blocks) else None, np.ones(len(surface.design), dtype=bool))
+    scale = box_cox(np.column_stack([term_columns(surface.design)[:, kept], apart]), surface.response)
     other = second_opinion(surface) if len(surface.design) <= _MOST_RUNS else None
     by_name = design.coding.by_name
     ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
