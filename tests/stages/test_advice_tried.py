@@ -48,6 +48,12 @@ def judged(folder: Path, mass: str, step: str, forces: tuple[float, float]) -> V
     return verdict_of(study, place)
 
 
+def doubtful(verdict: Verdict) -> int:
+    """Return in how many runs the kinetic energy is doubtful."""
+    told = [re.match(r"in (\d+) of \d+ runs .*kinetic", reason.sentence) for reason in verdict.reasons]
+    return sum(int(match[1]) for match in told if match)
+
+
 @pytest.mark.slow
 def test_a_stem_too_heavy_and_after_the_advice(tmp_path: Path) -> None:
     """What is measured is what the solver gives with little mass, at a known truth."""
@@ -63,5 +69,5 @@ def test_a_stem_too_heavy_and_after_the_advice(tmp_path: Path) -> None:
     advised = re.match(r"`mass_scaling: (\S+)` and `time_step: (\S+) us` under `solver`", remedy)
     assert advised is not None
     after = judged(tmp_path / "after", advised[1], advised[2], (seven, eight))
-    assert not any(reason.rule == "physics" and "kinetic" in reason.sentence for reason in after.reasons)
-    assert after.verdict != "not_calibrated"
+    assert after.verdict == "with_reservations"
+    assert doubtful(after) <= 0.25 * doubtful(before)
