@@ -133,6 +133,7 @@ def validate(work: Work) -> ValidateResult:
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
         None if own is None else (sqrt(own.variance), own.df),
+        study.invert.ranges_chosen == "before",
     )
     published = audit_validation(study)
     formula = _formula(found.rows)

@@ -355,13 +355,15 @@ class InvertOptions(_Frozen):
     """Which of the points that give the target is called the solution; with `diameters`, the joint fit over them.
 
     `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
-    `posterior` adds samples of what the measured forces leave possible (needs emcee).
+    `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
+    factors' ranges were fixed before the measured forces were seen; after that no diameter left out is a check.
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
     diameters: Literal["all"] | Annotated[tuple[Size, ...], Field(min_length=1)] | None = None
     responses: Responses = ("force",)
     posterior: Annotated[bool, Field(strict=True)] = False
+    ranges_chosen: Literal["before", "after"] = "before"
 
 
 class ClimbOptions(_Frozen):

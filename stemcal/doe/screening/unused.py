@@ -18,6 +18,7 @@ from stemcal.errors import UsageError
 def unused_columns(design: Array) -> Array | None:
     """Return the columns left of a Plackett–Burman design, (n, n − 1 − k); None if the runs are not those of one."""
     n, k = design.shape
+    design = np.round(design, 6)
     if n % 4 or not 1 <= k < n - 1 or not np.all(np.abs(design) == 1.0):
         return None
     try:

@@ -73,6 +73,7 @@ def compare_diameters(
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
     margin_percent: float = 10.0,
     simulated_scatter: tuple[float, float] | None = None,
+    left_out_checks: bool = True,
 ) -> Validation:
     """Compare forces; error = 100·(measured − simulated)/measured.
 
@@ -89,6 +90,8 @@ def compare_diameters(
         The difference, of the measured force, within which both count as equal.
     simulated_scatter : (share, df), optional
         Standard deviation of a simulated force as a share of it, by its mesh, and the degrees of freedom behind it.
+    left_out_checks : bool
+        Whether fitted diameters left out in turn are an independent check; not where ranges were chosen by them.
     """
     scatter = scatter or [(None, None)] * len(diameters)
     if not len(diameters) == len(measured) == len(simulated):
@@ -112,7 +115,7 @@ def compare_diameters(
         error_slope_percent_per_mm=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=tuple(_notes(rows, slope, lab, model) + _test_notes(rows, margin_percent)),
+        notes=tuple(_notes(rows, slope, lab, model, left_out_checks) + _test_notes(rows, margin_percent)),
     )
 
 
@@ -203,16 +206,22 @@ def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
 
 
 def _notes(
-    rows: Sequence[ValidationRow], slope: float | None, lab: Exponent | None, model: Exponent | None
+    rows: Sequence[ValidationRow],
+    slope: float | None,
+    lab: Exponent | None,
+    model: Exponent | None,
+    left_out_checks: bool,
 ) -> list[str]:
     fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
     notes = []
     if len(fitted) == 1:
         notes.append(f"{fitted[0]} mm is the calibration diameter: its error is not an independent check.")
     elif fitted:
+        others = "those of the diameters left out in turn, in the inversion, are"
+        if not left_out_checks:
+            others = "nor are those left out in turn, since the ranges were chosen after seeing the forces"
         notes.append(
-            f"The parameters were fitted at {', '.join(fitted)} mm: errors there are no independent check; those of "
-            "the diameters left out in turn, in the inversion, are."
+            f"The parameters were fitted at {', '.join(fitted)} mm: errors there are no independent check; {others}."
         )
     failed = [f"{row.diameter:g} mm" for row in rows if row.simulated is None]
     if failed:

@@ -11,6 +11,7 @@ from stemcal.doe.regression.blocks import block_columns
 from stemcal.doe.regression.canonical import Canonical, analyse_shape, ridge_path
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import SecondOpinion, second_opinion
+from stemcal.doe.regression.sobol import SobolIndex, sobol_indices
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.regression.transform import BoxCox, box_cox
@@ -64,6 +65,7 @@ class Beside:
     ridge: Rows[RidgeRow]
     box_cox: BoxCox | None
     second_opinion: Opinions | None
+    sobol: tuple[SobolIndex, ...]
 
 
 def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[str | None]) -> tuple[Beside, list[str]]:
@@ -82,7 +84,10 @@ def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[st
     notes = [shape.describe()]
     notes += [scale.sentence] if scale is not None and scale.advised != 1.0 else []
     notes += [other.sentence] if other is not None and other.warns else []
-    return Beside(_shape(design.coding, shape), Rows(ridge), scale, _opinions(other)), notes
+    factors = [study.factor(name) for name in design.names]
+    ends = (design.coding.to_coded([getattr(f, end) for f in factors]) for end in ("low", "high"))
+    indices = sobol_indices(surface.names, surface.beta.copy(), *ends)
+    return Beside(_shape(design.coding, shape), Rows(ridge), scale, _opinions(other), indices), notes
 
 
 def _shape(coding: Coding, found: Canonical) -> Shape:

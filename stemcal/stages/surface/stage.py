@@ -84,6 +84,7 @@ def _result(
         ridge=beside.ridge,
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
+        sobol=Rows(beside.sobol),
         pure_error_note=error_remark(runs),
         published=audit_surface(study, fit.anova, fit.coefficients),
     ), described
