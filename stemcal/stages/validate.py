@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import ClassVar
 
 from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
+from stemcal.doe.validation.discrepancy import FEWEST, Corrected, Discrepancy, corrected, discrepancy
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
@@ -46,7 +47,8 @@ class FurtherRow:
 class ValidateRow:
     """One diameter: measured and simulated force compared, and what came of the run.
 
-    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem.
+    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem; `corrected` is the
+    measured force that one scale for what the model misses at the other fitted diameters predicts.
     """
 
     compared: ValidationRow = inline()
@@ -56,6 +58,7 @@ class ValidateRow:
     message: str = ""
     key: str = ""
     mesh_interval: Interval | None = absent()
+    corrected: Corrected | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
 
@@ -76,6 +79,7 @@ class ValidateResult(StageResult):
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None
     formula_max_abs_error_percent: float | None = None
+    discrepancy: Discrepancy | None = absent()
     published: Audited | None = None
     notes: tuple[str, ...] = ()
 
@@ -137,12 +141,18 @@ def validate(work: Work) -> ValidateResult:
     )
     published = audit_validation(study)
     formula = _formula(found.rows)
+    ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
+    rows = [
+        replace(_row(*parts, scatter), corrected=_corrected(parts[1], ratios))
+        for parts in zip(targets, found.rows, outcomes, strict=True)
+    ]
+    missed = discrepancy(list(ratios.values()))
     beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
     return ValidateResult(
         head=head,
         parameters=parameters,
-        rows=Rows(_row(*parts, scatter) for parts in zip(targets, found.rows, outcomes, strict=True)),
+        rows=Rows(rows),
         max_abs_error_percent=found.max_abs_error_percent,
         mean_abs_error_percent=found.mean_abs_error_percent,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
@@ -151,9 +161,36 @@ def validate(work: Work) -> ValidateResult:
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
         formula_max_abs_error_percent=formula,
+        discrepancy=missed,
         published=published,
-        notes=(*found.notes, *([beside] if beside else []), *remarks),
+        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, rows), *remarks),
     )
+
+
+def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
+    """Return measured over simulated force at the fitted diameters."""
+    fitted = [row for row in rows if row.role == "calibration" and row.simulated]
+    return {row.diameter: row.measured / (row.simulated or 1.0) for row in fitted}
+
+
+def _corrected(row: ValidationRow, ratios: Mapping[float, float]) -> Corrected | None:
+    """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
+    others = [ratio for diameter, ratio in ratios.items() if diameter != row.diameter]
+    return corrected(row.simulated, others) if row.simulated and len(ratios) >= FEWEST else None
+
+
+def _discrepancy_notes(study: Study, missed: Discrepancy | None, rows: Sequence[ValidateRow]) -> list[str]:
+    if study.invert.discrepancy != "scale":
+        return []
+    if missed is None:
+        return [f"One scale for what the model misses needs {FEWEST} fitted diameters with a force (invert.diameters)."]
+    told = [(row.compared.measured, row.corrected.interval) for row in rows if row.corrected is not None]
+    held = sum(low <= measured <= high for measured, (low, high) in told)
+    return [
+        f"One scale for what the model misses: measured = {missed.scale:.3f}·simulated, sd {missed.sd_percent:.1f} % "
+        f"over {missed.diameters} fitted diameters. The 95 % interval predicted without the diameter itself holds the "
+        f"measured force at {held} of {len(told)}."
+    ]
 
 
 def _beside_formula(rows: Sequence[ValidationRow], formula: float | None, model: float | None) -> str:

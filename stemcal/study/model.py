@@ -357,6 +357,8 @@ class InvertOptions(_Frozen):
     `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
     `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
     factors' ranges were fixed before the measured forces were seen; after that no diameter left out is a check.
+    `discrepancy` takes one scale with scatter for what the model misses over the fitted diameters, and gives prediction
+    intervals of the measured forces.
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
@@ -364,6 +366,7 @@ class InvertOptions(_Frozen):
     responses: Responses = ("force",)
     posterior: Annotated[bool, Field(strict=True)] = False
     ranges_chosen: Literal["before", "after"] = "before"
+    discrepancy: Literal["none", "scale"] = "none"
 
 
 class ClimbOptions(_Frozen):

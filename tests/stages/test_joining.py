@@ -13,6 +13,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.rules import verdict_of
@@ -141,3 +142,13 @@ def test_ranges_chosen_after_the_forces_leave_no_check(tmp_path: Path) -> None:
     assert any("nor are those left out in turn" in note for note in checked.notes)
     verdict = verdict_of(study, folder, Results(validation=checked))
     assert any("no diameter checks the result" in reason.sentence for reason in verdict.reasons)
+
+
+def test_one_scale_for_what_the_model_misses(tmp_path: Path) -> None:
+    _, folder = solved(tmp_path, "invert: {diameters: all, discrepancy: scale}\n")
+    study = load_study(tmp_path / "joint.yaml")
+    found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
+    assert found.discrepancy is not None and found.discrepancy.scale == pytest.approx(1.0, abs=1e-3)
+    assert all(row.corrected is not None for row in found.rows)
+    assert any("holds the measured force at" in note for note in found.notes)
+    assert any(sheet.title == "With one scale for what the model misses" for sheet in sheets_of(found))
