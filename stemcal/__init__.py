@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stemcal.python.study import Curve, Simulated, calibrate, load_study, open_results, simulate
     from stemcal.stages.climb import ClimbResult
     from stemcal.stages.invert.result import InvertResult
+    from stemcal.stages.mesh.result import MeshResult
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.screen import ScreenResult
     from stemcal.stages.surface.result import SurfaceResult
@@ -36,6 +37,7 @@ _NAMES = {
     "ClimbResult": "stemcal.stages.climb",
     "SurfaceResult": "stemcal.stages.surface.result",
     "InvertResult": "stemcal.stages.invert.result",
+    "MeshResult": "stemcal.stages.mesh.result",
     "RefineResult": "stemcal.stages.refine.result",
     "ValidateResult": "stemcal.stages.validate",
     "Study": "stemcal.study.model",
@@ -44,6 +46,7 @@ __all__ = [
     "ClimbResult",
     "Curve",
     "InvertResult",
+    "MeshResult",
     "RefineResult",
     "ScreenResult",
     "Simulated",

@@ -5,6 +5,7 @@
     fit_surface   central composite rows → forces → regression, ANOVA      rsm.json
     invert        surface + target → parameters and how well known         invert.json
     refine        simulate at the solution, correct it, again              refine.json
+    mesh          the solution on other meshes, if the spec asks for it    mesh.json
     validate      every diameter → measured against simulated              validate.json
     audit         printed tables and claims against recomputed ones        audit.json
 
@@ -26,6 +27,7 @@ from stemcal.stages.base import stages_of
 from stemcal.stages.climb import climb
 from stemcal.stages.invert.stage import invert
 from stemcal.stages.making import make
+from stemcal.stages.mesh.stage import mesh
 from stemcal.stages.refine.stage import refine
 from stemcal.stages.result import read_result
 from stemcal.stages.screen import screen
@@ -33,7 +35,19 @@ from stemcal.stages.surface.stage import fit_response_surface as fit_surface
 from stemcal.stages.validate import ValidateResult, validate
 from stemcal.study.model import Study
 
-__all__ = ["Progress", "audit", "calibrate", "climb", "fit_surface", "invert", "plan", "refine", "screen", "validate"]
+__all__ = [
+    "Progress",
+    "audit",
+    "calibrate",
+    "climb",
+    "fit_surface",
+    "invert",
+    "mesh",
+    "plan",
+    "refine",
+    "screen",
+    "validate",
+]
 
 
 def calibrate(

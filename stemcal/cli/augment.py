@@ -43,6 +43,7 @@ def augment(
     from stemcal.cli.show import show_stage
     from stemcal.overview import augment as augmenting
     from stemcal.stages.making import make
+    from stemcal.stages.verdict.rules import verdict_of
     from stemcal.study.spec.amend import rewrite
 
     study = read_study(spec)
@@ -58,4 +59,4 @@ def augment(
     with opened(spec, out, workers, executor, quiet) as work:
         for name in added.stages:
             result = make(stage_called(name), work.study, work.folder, work.executor, work.watch)
-            show_stage(result, work.folder, as_json, quiet)
+            show_stage(result, verdict_of(work.study, work.folder), work.folder, as_json, quiet)

@@ -20,17 +20,25 @@ if TYPE_CHECKING:
 SOME_RUNS_FAILED = 3
 
 
-def show_stage(result: StageResult, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
-    """Print a stage's tables (or its JSON) on stdout, warnings and notes on stderr; leave with 3 if runs failed."""
+def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
+    """Print a stage's tables (or its JSON) on stdout, warnings and notes on stderr; leave with 3 if runs failed.
+
+    Where what is done so far says that the study is not calibrated, no interval is shown as if it held.
+    """
     if as_json:
         say_json(result.to_json())
     else:
         from stemcal.report.tables.terminal import stage_tables
 
-        say(*stage_tables(result))
+        say(*stage_tables(result, verdict.may_hold))
     if not quiet:
-        for sentence in result.notes:
+        from stemcal.report.verdict import claims_of, shown_notes
+
+        for sentence in shown_notes(result, verdict.may_hold):
             note(f"note: {sentence}")
+        if claims_of(result) and not verdict.holds:
+            reasons = [reason for reason in verdict.reasons if reason.rule != "unfinished"] or list(verdict.reasons)
+            note(f"note: {verdict.word}: {reasons[0].sentence}.")
     warn_of_runs(result, folder)
     leave_if_failed(result)
 
@@ -55,7 +63,11 @@ def show_run(results: Results, verdict: Verdict, page: Path, folder: StudyFolder
     else:
         from stemcal.report.tables.terminal import stage_tables
 
-        shown = [result for result in (results.inversion, results.refinement, results.validation) if result is not None]
+        shown = [
+            result
+            for result in (results.inversion, results.refinement, results.mesh, results.validation)
+            if result is not None
+        ]
         say(*(part for result in shown for part in stage_tables(result, verdict.holds)))
         if not quiet:
             _show_notes(results, verdict)
@@ -72,7 +84,7 @@ def _show_notes(results: Results, verdict: Verdict) -> None:
     from stemcal.report.verdict import shown_notes
 
     for result in results.done():
-        for sentence in shown_notes(result, verdict):
+        for sentence in shown_notes(result, verdict.holds):
             note(f"{result.name}: {sentence}")
 
 

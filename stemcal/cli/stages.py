@@ -48,9 +48,11 @@ def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as
     from stemcal.cli.session import opened
     from stemcal.cli.show import show_stage
     from stemcal.stages.making import make
+    from stemcal.stages.verdict.rules import verdict_of
 
     with opened(spec, out, workers, executor, quiet) as work:
         result = make(stage, work.study, work.folder, work.executor, work.watch)
+        verdict = verdict_of(work.study, work.folder)
     if shortfall := result.shortfall():
         warn(shortfall)
-    show_stage(result, work.folder, as_json, quiet)
+    show_stage(result, verdict, work.folder, as_json, quiet)

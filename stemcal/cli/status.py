@@ -61,7 +61,9 @@ def _foot(found: Status) -> list[str]:
             listed = ", ".join(f"{reason} ({count})" for reason, count in stage.reasons.items())
             lines.append(f"{stage.stage}: failed: {listed}; `stemcal runs SPEC --status failed` tells more.")
         if stage.censored:
-            lines.append(f"{stage.stage}: {stage.censored} forces still rose when the stroke ended.")
+            lines.append(
+                f"{stage.stage}: {stage.censored} forces not clearly past their maximum when the stroke ended."
+            )
         if stage.damaged:
             lines.append(f"{stage.stage}: {stage.damaged} records are damaged; their runs will be done again.")
         if stage.changed:

@@ -84,5 +84,6 @@ def shear(
 
     history = simulate(model, test.loading.duration, report, inspect)
     wall = time.perf_counter() - started
-    result = evaluate(force_history(test, history, scale), history, how.break_drop, len(model.mesh.hexes), wall)
+    curve = force_history(test, history, scale)
+    result = evaluate(curve, history, how.break_drop, len(model.mesh.hexes), wall, filter_rows(test))
     return replace(result, shape=shape_of(model, history, how.symmetry))

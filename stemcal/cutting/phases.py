@@ -56,5 +56,6 @@ def mean_over_phases(results: Sequence[CuttingResult]) -> CuttingResult:
         kinetic_ratio_percent=max(result.kinetic_ratio_percent for result in results),
         hourglass_ratio_percent=max(result.hourglass_ratio_percent for result in results),
         stroke_was_enough=all(result.stroke_was_enough for result in results),
+        stroke_end=next((r.stroke_end for r in results if not r.stroke_was_enough), results[0].stroke_end),
         warnings=tuple(dict.fromkeys(warning for result in results for warning in result.warnings)),
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
 from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 
@@ -52,6 +53,8 @@ class CuttingResult:
         Elements of the mesh that was computed, and how many of them were eroded by the time of the peak.
     stroke_was_enough : bool
         Whether the stem has broken, or the force has fallen clearly below its peak by the end of the stroke.
+    stroke_end : str
+        How the curve ends (`cutting.stroke`).
     energy_drift_percent : float
         Largest error of the energy balance against the largest work done.
     kinetic_ratio_percent : float
@@ -82,6 +85,7 @@ class CuttingResult:
     peak_sd: float | None = None
     phase_peaks: tuple[float, ...] = ()
     break_travel: float | None = None
+    stroke_end: End = "fallen"
     shape: Shape | None = None
 
 
@@ -169,8 +173,6 @@ class BreakWatch:
         return bool(is_broken(filtered, self._peak, latest[len(latest) // 2][1], self._drop))
 
 
-# The stroke was long enough if the force ends below this share of its peak.
-FALLEN = 0.9
 # Ratios of energies mean nothing before the blade has done this share of its work.
 _BEGINNING = 0.1
 # Shares above which a result is to be looked at before it is used, percent.
@@ -179,7 +181,9 @@ _MOST_HOURGLASS = 10.0
 _MOST_DRIFT = 2.0
 
 
-def evaluate(curve: ForceHistory, history: History, drop: float, elements: int, wall: float) -> CuttingResult:
+def evaluate(
+    curve: ForceHistory, history: History, drop: float, elements: int, wall: float, window: int
+) -> CuttingResult:
     """Return the peak of a force curve until the stem breaks (`break_row`) and the measures of trust in it.
 
     Raises
@@ -191,7 +195,7 @@ def evaluate(curve: ForceHistory, history: History, drop: float, elements: int, 
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:
         raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
-    fallen = broken is not None or bool(curve.force_filtered[-1] < FALLEN * curve.force_filtered[peak])
+    end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
     checks = {
         "energy_drift_percent": history.drift_percent(),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
@@ -210,8 +214,9 @@ def evaluate(curve: ForceHistory, history: History, drop: float, elements: int, 
         energy_drift_percent=checks["energy_drift_percent"],
         kinetic_ratio_percent=checks["kinetic_ratio_percent"],
         hourglass_ratio_percent=checks["hourglass_ratio_percent"],
-        stroke_was_enough=fallen,
-        warnings=(*_warnings(fallen, float(curve.travel[-1]), **checks), *_after_break(curve, peak, broken)),
+        stroke_was_enough=end.was_enough,
+        stroke_end=end.kind,
+        warnings=(*_warnings(end, **checks), *_after_break(curve, peak, broken)),
         history=curve,
         break_travel=None if broken is None else float(curve.travel[broken]),
     )
@@ -245,19 +250,15 @@ def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
 
 
 def _warnings(
-    fallen: bool,
-    stroke: float,
+    end: StrokeEnd,
     energy_drift_percent: float,
     kinetic_ratio_percent: float,
     hourglass_ratio_percent: float,
 ) -> tuple[str, ...]:
     """Return what a careful engineer would want to know about a run before using its force."""
     said = []
-    if not fallen:
-        said.append(
-            f"the force has not fallen after its peak within the {stroke:.3g} mm stroke: the true maximum may be "
-            "larger; lengthen loading.duration"
-        )
+    if not end.was_enough:
+        said.append(f"{end.sentence}; lengthen loading.duration")
     if energy_drift_percent > _MOST_DRIFT:
         said.append(f"the energy balance drifts by {energy_drift_percent:.1f} %; lower solver.time_step_safety")
     if kinetic_ratio_percent > _MOST_KINETIC:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import describe_aliases
 from stemcal.doe.designs.power import DesignQuality, judge_design
@@ -20,6 +20,7 @@ from stemcal.stages.design import Design, screening_design, surface_design, surf
 from stemcal.stages.surface.stage import read_before
 from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
+from stemcal.words import counted
 
 USUAL_FACTORS = 3
 
@@ -71,7 +72,12 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
     stages = [_count(part, study, solver, folder) for part in wanted]
     seconds = [stage.seconds for stage in stages]
     notes = [part.remark for part in wanted if part.remark]
-    foretold = [note for part in wanted if part.design is not None for note in foretell(part.design)]
+    foretold = [
+        note
+        for part in wanted
+        if part.design is not None
+        for note in foretell(_without_copies(part.design, part.requests, solver))
+    ]
     return Plan(
         1,
         "plan",
@@ -86,7 +92,12 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
 def _decided_later(study: Study) -> list[str]:
     """Say how many runs may come on top, one by one."""
     later = {"climb": study.climb and study.climb.steps + 1, "refine": study.refine and study.refine.budget}
-    return [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
+    notes = [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
+    if study.mesh is not None:
+        diameters, sizes = max(len(study.joint_targets), 1), len(study.mesh.sizes)
+        places = f"{study.mesh.phases} places of the mesh" + (f" and {counted(sizes, 'element size')}" if sizes else "")
+        notes.append(f"mesh simulates the solution at {places}, at {counted(diameters, 'diameter')}.")
+    return notes
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
@@ -111,7 +122,7 @@ def _count(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None
         len(distinct) - len(missing),
         len(missing),
         sum(solver.cost_estimate(request) for request in missing) if isinstance(solver, Estimating) else None,
-        None if part.design is None else _quality(part.design),
+        None if part.design is None else _quality(_without_copies(part.design, part.requests, solver)),
     )
 
 
@@ -158,6 +169,17 @@ def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked
 
 
 # ---- what a design can find
+
+
+def _without_copies(design: Design, requests: Sequence[Request], solver: Solver) -> Design:
+    """Return a design without the runs that repeat another's record: they tell nothing, and count for no test."""
+    rows: dict[str, int] = {}
+    for row, request in enumerate(requests[: len(design.coded)]):
+        rows.setdefault(record_key(solver, request), row)
+    kept = list(rows.values())
+    if len(kept) == len(design.coded):
+        return design
+    return replace(design, coded=design.coded[kept], levels=tuple(design.levels[row] for row in kept), blocks=None)
 
 
 def foretell(design: Design) -> list[str]:

@@ -164,7 +164,7 @@ GLOSSARY: tuple[Entry, ...] = (
           ("energy_drift_percent", "energy balance")),
     Entry("time step", "Smallest element over the speed of sound, times a safety factor.",
           "R. Courant, K. Friedrichs, H. Lewy, Math. Ann. 100 (1928) 32", ("time_step_safety",)),
-    Entry("censored", "A force that still rose when the stroke ended: the true maximum is at least that.",
+    Entry("censored", "A force not clearly past its maximum when the stroke ended: the true one is at least that.",
           "W. Nelson, Applied Life Data Analysis, Wiley 1982", ("stroke",)),
     Entry("quorum", "Share of a stage's runs that must succeed for its statistics to be made.", _MONT),
     Entry("penalty contact", "Pushes a node back in proportion to how deep it lies in a tool.", _BELY,

@@ -34,25 +34,38 @@ def judged(answer: Answer, policy: RunsOptions) -> Answer:
     details = {name: value for name, value in answer.details.items() if not isinstance(value, list | dict)}
     details |= measures(answer.details)
     if is_censored(answer) and policy.censored == "fail":
-        message = f"the force still rose when the stroke ended: it is at least {answer.force:g} N"
+        message = f"{ending(answer)}: it is at least {answer.force:g} N"
         return Answer("failed", None, CENSORED, message, details)
     return replace(answer, details=details)
 
 
+_ENDINGS = {
+    "rising": "the force still rose when the stroke ended",
+    "regained": "a peak was passed and partly regained when the stroke ended",
+    "falling": "a peak was passed, but the force had fallen little when the stroke ended",
+}
+
+
+def ending(answer: Answer) -> str:
+    """Say how the force of a censored run ended, as far as the solver tells."""
+    return _ENDINGS.get(str(answer.details.get("stroke_end")), "the force had not fallen when the stroke ended")
+
+
 def is_censored(answer: Answer) -> bool:
-    """Whether the force is only a lower bound: it still rose when the stroke ended."""
+    """Whether the force is only a lower bound: the stroke ended before the maximum was clearly passed."""
     return answer.reason == CENSORED or (answer.ok and answer.details.get("stroke_was_enough") is False)
 
 
 def censored_remarks(answers: Sequence[Answer]) -> list[str]:
     """Return a note on the rows whose force is only a lower bound."""
-    rows = [str(row + 1) for row, answer in enumerate(answers) if is_censored(answer)]
-    if not rows:
-        return []
-    numbers = f"{'run' if len(rows) == 1 else 'runs'} {', '.join(rows)}"
+    rows: dict[str, list[str]] = {}
+    for row, answer in enumerate(answers):
+        if is_censored(answer):
+            rows.setdefault(ending(answer), []).append(str(row + 1))
     return [
-        f"In {numbers} the force still rose when the stroke ended: such a force is a lower bound. Give the blade "
-        "a longer way (loading.duration) or say what such runs count as (runs.censored)."
+        f"In {'run' if len(numbers) == 1 else 'runs'} {', '.join(numbers)} {ended}: such a force is a lower bound. "
+        "Give the blade a longer way (loading.duration) or say what such runs count as (runs.censored)."
+        for ended, numbers in rows.items()
     ]
 
 

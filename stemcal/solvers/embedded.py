@@ -35,6 +35,7 @@ from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.spec.lengths import Length
 
 # Points of the force-travel curve that a run's record keeps.
 _CURVE_POINTS = 200
@@ -95,6 +96,45 @@ class Embedded:
         """Return roughly how many seconds a request takes on one core."""
         return sum(_seconds(test) for test in self._tests(request))
 
+    @property
+    def phases(self) -> int:
+        """Over how many places of the mesh its answers are means."""
+        return _options(self.study).phases
+
+    def in_phases(self, count: int) -> Embedded:
+        """Return it with the mean over `count` places of the mesh as the answer."""
+        return self._with(phases=count, perturb=None)
+
+    def of_size(self, element_size: Length) -> Embedded:
+        """Return it with elements of another size, at one place; the time step follows, so that as much mass is added.
+
+        An own number of elements through the wall follows too.
+        """
+        options, diameter = _options(self.study), self.study.targets.calibrate_at
+        ratio = element_size.at(diameter) / options.element_size.at(diameter)
+        through = options.elements_through_wall
+        return self._with(
+            element_size=element_size,
+            phases=1,
+            time_step=None if options.time_step is None else options.time_step * ratio,
+            elements_through_wall=None if through is None else max(1, round(through / ratio)),
+        )
+
+    def _with(self, **changes: object) -> Embedded:
+        options = _options(self.study).model_copy(update=changes)
+        return Embedded(self.study.model_copy(update={"solver": options}))
+
+    def belongings(self, diameter: float) -> dict[str, str]:
+        """Return the lengths that decide when elements fail, and a failure strain that is no factor."""
+        study, strain = self.study, self.study.material.failure_strain
+        lengths = {
+            "element_size": _options(study).element_size,
+            "edge_spread": study.blade.edge_spread,
+            "internal_length": study.material.internal_length,
+        }
+        found = {name: _told(length, diameter) for name, length in lengths.items()}
+        return found if strain is None else {**found, "failure_strain": f"{strain:g}"}
+
     def _tests(self, request: Request) -> tuple[ShearTest, ...]:
         return shear_tests(self.study, request.levels, request.diameter, request.row)
 
@@ -136,8 +176,7 @@ def shear_tests(
 ) -> tuple[ShearTest, ...]:
     """Return the shear tests whose mean answers: one, or one for each mesh phase the study asks for."""
     test = shear_test(study, levels, diameter)
-    solver = study.solver
-    assert isinstance(solver, EmbeddedSolver)
+    solver = _options(study)
     if solver.perturb is not None:
         return (perturbed(test, solver.perturb, replicate),)
     return in_phases(test, solver.phases)
@@ -145,9 +184,7 @@ def shear_tests(
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
-    solver = study.solver
-    if not isinstance(solver, EmbeddedSolver):
-        raise TypeError(f"the study's solver is of kind {solver.kind}, not embedded")
+    solver = _options(study)
     blade, contact = study.blade, study.contact
     return ShearTest(
         material=Material(
@@ -172,6 +209,22 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         ),
         discretisation=_discretisation(solver, diameter),
     )
+
+
+def _options(study: Study) -> EmbeddedSolver:
+    solver = study.solver
+    if not isinstance(solver, EmbeddedSolver):
+        raise TypeError(f"the study's solver is of kind {solver.kind}, not embedded")
+    return solver
+
+
+def _told(length: Length, diameter: float) -> str:
+    """Write a length as the spec does, a share of the diameter also in mm.
+
+    >>> _told(Length(divisor=16.0), 8.0), _told(Length(0.5), 8.0)
+    ('d/16 (0.5 mm)', '0.5 mm')
+    """
+    return str(length) if length.divisor is None else f"{length} ({length.at(diameter):.3g} mm)"
 
 
 def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
@@ -240,7 +293,7 @@ def _details(result: CuttingResult) -> dict[str, Any]:
     }
     if result.phase_peaks:
         scalars["phase_peaks"] = list(result.phase_peaks)
-    return {**scalars, "warnings": list(result.warnings), "curve": curve}
+    return {**scalars, "stroke_end": result.stroke_end, "warnings": list(result.warnings), "curve": curve}
 
 
 def _over_phases(results: Sequence[CuttingResult]) -> dict[str, list[float]]:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from stemcal.study.spec.lengths import Length
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,29 @@ class Readied(Protocol):
 
     def get_ready(self) -> None:
         """Make this process ready."""
+
+
+@runtime_checkable
+class Meshed(Protocol):
+    """A solver that can put its mesh elsewhere and make its elements of another size."""
+
+    def in_phases(self, count: int) -> Solver:
+        """Itself with the mean over `count` places of the mesh as the answer; the details' `phase_peaks` tell each."""
+
+    def of_size(self, element_size: Length) -> Solver:
+        """Itself with elements of another size, at the place where its mesh stands."""
+
+    @property
+    def phases(self) -> int:
+        """Over how many places of the mesh its answers are means."""
+
+
+@runtime_checkable
+class Belonging(Protocol):
+    """A solver with settings that calibrated values belong to: with others the same values give another force."""
+
+    def belongings(self, diameter: float) -> dict[str, str]:
+        """The settings by name, as they are at a stem diameter."""
 
 
 class Immediate:

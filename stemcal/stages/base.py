@@ -61,6 +61,13 @@ def _before_surface(study: Study) -> str | None:
     return "screen" if study.rsm.factors == "significant" else None
 
 
+def _before_validation(study: Study) -> str:
+    """The last stage at the solution that the study asks for."""
+    if study.mesh is not None:
+        return "mesh"
+    return "invert" if study.refine is None else "refine"
+
+
 STAGES: tuple[Stage, ...] = (
     Stage(
         "screen",
@@ -126,13 +133,29 @@ STAGES: tuple[Stage, ...] = (
         pictured=True,
     ),
     Stage(
+        "mesh",
+        "Mesh",
+        "stemcal.stages.mesh.stage",
+        "mesh",
+        "MeshResult",
+        ("mesh", "invert", "targets"),
+        lambda study: "invert" if study.refine is None else "refine",
+        """Simulate the solution with the mesh at other places and elements of other sizes, and put their scatter into
+        every interval.
+
+        mesh.phases places along the stem, at each diameter that was fitted; mesh.sizes tell what the element size does,
+        to which the calibrated values belong. With a section mesh in the spec it is part of `stemcal run`.
+        """,
+        lambda study: study.mesh is not None,
+    ),
+    Stage(
         "validate",
         "Validation",
         "stemcal.stages.validate",
         "validate",
         "ValidateResult",
         ("targets",),
-        lambda study: "invert" if study.refine is None else "refine",
+        _before_validation,
         "Simulate every measured diameter with the calibrated parameters.",
         pictured=True,
     ),
@@ -143,7 +166,7 @@ STAGES: tuple[Stage, ...] = (
         "audit",
         "AuditResult",
         ("targets", "published", "loading"),
-        lambda _study: "validate",
+        lambda study: _before_validation(study) if study.unvalidated else "validate",
         """Recompute a paper's printed tables and claims and list what does not agree, cell by cell.
 
         The spec has a solver of kind table with the paper's runs, and under published what it printed.

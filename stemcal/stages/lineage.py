@@ -24,7 +24,7 @@ _PROBED = frozenset({"stage", "row", "levels", "diameter"})  # of the probe, not
 # Keys that earlier versions did not know, and what they hold where nobody uses them: then they are no input, so that
 # stage files of those versions stay fresh.
 _UNUSED_RSM = {"axial": None, "blocks": "none", "weights": "equal", "inestimable": "refuse"}
-_UNUSED_INVERT = {"responses": ["force"]}
+_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
 _UNUSED_TARGET = {"travel": None, "travel_sd": None, "work": None, "work_sd": None}
 
 

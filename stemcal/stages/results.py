@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
@@ -12,6 +12,7 @@ from stemcal.solvers import make_solver
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.lineage import require_fresh
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult, read_result
 from stemcal.stages.screen import ScreenResult
@@ -22,19 +23,25 @@ from stemcal.study.model import Study
 
 @dataclass(frozen=True)
 class Results:
-    """The result of every stage that is done; None of one that is not. `stale` says why others are left out."""
+    """The result of every stage that is done; None of one that is not. `stale` says why others are left out.
+
+    Where the mesh's scatter is known the inversion has it in its intervals.
+    """
 
     screen: ScreenResult | None = None
     climb: ClimbResult | None = None
     surface: SurfaceResult | None = None
     inversion: InvertResult | None = None
     refinement: RefineResult | None = None
+    mesh: MeshResult | None = None
     validation: ValidateResult | None = None
     stale: tuple[str, ...] = ()
 
     def done(self) -> Iterator[StageResult]:
         """Yield the results that are there, in the order of the stages."""
-        everything = (self.screen, self.climb, self.surface, self.inversion, self.refinement, self.validation)
+        everything = (
+            self.screen, self.climb, self.surface, self.inversion, self.refinement, self.mesh, self.validation,
+        )  # fmt: skip
         yield from (result for result in everything if result is not None)
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
@@ -74,6 +81,10 @@ def fresh_results(study: Study, folder: StudyFolder) -> Results:
         read(SurfaceResult),
         read(InvertResult),
         read(RefineResult),
+        read(MeshResult),
         read(ValidateResult),
     )
-    return Results(*found, stale=tuple(dict.fromkeys(reasons)))
+    results = Results(*found, stale=tuple(dict.fromkeys(reasons)))
+    if results.mesh is None or results.inversion is None:
+        return results
+    return replace(results, inversion=results.mesh.widened(results.inversion))

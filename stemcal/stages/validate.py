@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import ClassVar
 
+from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
+from stemcal.doe.validation.discrepancy import FEWEST, Corrected, Discrepancy, corrected, discrepancy
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.outcome import Outcome, outcome_of
+from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
-from stemcal.solvers.protocol import Request, Solver
+from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.base import stage_called
 from stemcal.stages.invert.certainty import UNITS, measured_of
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, StageResult, read_fresh
+from stemcal.stages.result import Head, Interval, StageResult, read_fresh
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 from stemcal.words import joined
@@ -42,7 +45,11 @@ class FurtherRow:
 
 @dataclass(frozen=True, kw_only=True)
 class ValidateRow:
-    """One diameter: measured and simulated force compared, and what came of the run."""
+    """One diameter: measured and simulated force compared, and what came of the run.
+
+    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem; `corrected` is the
+    measured force that one scale for what the model misses at the other fitted diameters predicts.
+    """
 
     compared: ValidationRow = inline()
     status: str = "ok"
@@ -50,6 +57,8 @@ class ValidateRow:
     reason: str = ""
     message: str = ""
     key: str = ""
+    mesh_interval: Interval | None = absent()
+    corrected: Corrected | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
 
@@ -70,6 +79,7 @@ class ValidateResult(StageResult):
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None
     formula_max_abs_error_percent: float | None = None
+    discrepancy: Discrepancy | None = absent()
     published: Audited | None = None
     notes: tuple[str, ...] = ()
 
@@ -81,11 +91,9 @@ class ValidateResult(StageResult):
     @property
     def beside_formula(self) -> str:
         """What a formula without mechanics reaches at the diameters that were not fitted; empty if there are none."""
-        formula, model = self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
-        if formula is None or model is None:
-            return ""
-        fitted = [f"{row.diameter:g}" for row in self.compared if row.role == "calibration"]
-        return compared_elsewhere(formula, model, f"{joined(fitted)} mm")
+        return _beside_formula(
+            self.compared, self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
+        )
 
     def tables(self) -> dict[str, Table]:
         """Return the comparison."""
@@ -118,7 +126,9 @@ def validate(work: Work) -> ValidateResult:
     head = work.head("validate")
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
-    outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+    outcomes = work.outcomes(requests, answers)
+    scatter = work.fresh(MeshResult).scatter if study.mesh is not None else None
+    own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
     found = compare_diameters(
         [target.diameter for target in targets],
         [target.force for target in targets],
@@ -126,13 +136,23 @@ def validate(work: Work) -> ValidateResult:
         [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
+        None if own is None else (sqrt(own.variance), own.df),
+        study.invert.ranges_chosen == "before",
     )
     published = audit_validation(study)
+    formula = _formula(found.rows)
+    ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
+    rows = [
+        replace(_row(*parts, scatter), corrected=_corrected(parts[1], ratios))
+        for parts in zip(targets, found.rows, outcomes, strict=True)
+    ]
+    missed = discrepancy(list(ratios.values()))
+    beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
-    result = ValidateResult(
+    return ValidateResult(
         head=head,
         parameters=parameters,
-        rows=Rows(_row(*parts) for parts in zip(targets, found.rows, outcomes, strict=True)),
+        rows=Rows(rows),
         max_abs_error_percent=found.max_abs_error_percent,
         mean_abs_error_percent=found.mean_abs_error_percent,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
@@ -140,12 +160,45 @@ def validate(work: Work) -> ValidateResult:
         error_slope_percent_per_mm=found.error_slope_percent_per_mm,
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
-        formula_max_abs_error_percent=_formula(found.rows),
+        formula_max_abs_error_percent=formula,
+        discrepancy=missed,
         published=published,
-        notes=(*found.notes, *remarks),
+        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, rows), *remarks),
     )
-    beside = [result.beside_formula] if result.beside_formula else []
-    return replace(result, notes=(*found.notes, *beside, *remarks))
+
+
+def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
+    """Return measured over simulated force at the fitted diameters."""
+    fitted = [row for row in rows if row.role == "calibration" and row.simulated]
+    return {row.diameter: row.measured / (row.simulated or 1.0) for row in fitted}
+
+
+def _corrected(row: ValidationRow, ratios: Mapping[float, float]) -> Corrected | None:
+    """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
+    others = [ratio for diameter, ratio in ratios.items() if diameter != row.diameter]
+    return corrected(row.simulated, others) if row.simulated and len(ratios) >= FEWEST else None
+
+
+def _discrepancy_notes(study: Study, missed: Discrepancy | None, rows: Sequence[ValidateRow]) -> list[str]:
+    if study.invert.discrepancy != "scale":
+        return []
+    if missed is None:
+        return [f"One scale for what the model misses needs {FEWEST} fitted diameters with a force (invert.diameters)."]
+    told = [(row.compared.measured, row.corrected.interval) for row in rows if row.corrected is not None]
+    held = sum(low <= measured <= high for measured, (low, high) in told)
+    return [
+        f"One scale for what the model misses: measured = {missed.scale:.3f}·simulated, sd {missed.sd_percent:.1f} % "
+        f"over {missed.diameters} fitted diameters. The 95 % interval predicted without the diameter itself holds the "
+        f"measured force at {held} of {len(told)}."
+    ]
+
+
+def _beside_formula(rows: Sequence[ValidationRow], formula: float | None, model: float | None) -> str:
+    """Say what formula and model reach at the diameters that were not fitted; empty if there are none."""
+    if formula is None or model is None:
+        return ""
+    fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
+    return compared_elsewhere(formula, model, f"{joined(fitted)} mm")
 
 
 def _formula(rows: Sequence[ValidationRow]) -> float | None:
@@ -166,12 +219,12 @@ def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
     """Return the level of every factor at the solution; refined if the spec asks for that."""
-    if stage_called("validate").needs(study) == "refine":
+    if study.refine is not None:
         return read_fresh(study, solver, folder, RefineResult).parameters
     return read_fresh(study, solver, folder, InvertResult).parameters
 
 
-def _row(target: Target, compared: ValidationRow, outcome: Outcome) -> ValidateRow:
+def _row(target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None) -> ValidateRow:
     further = [
         FurtherRow(mean.response, UNITS[mean.response], mean.value, mean.sd, value, error_percent(mean.value, value))
         for mean in measured_of(target, ["travel", "work"])
@@ -184,6 +237,7 @@ def _row(target: Target, compared: ValidationRow, outcome: Outcome) -> ValidateR
         reason=outcome.reason,
         message=outcome.message,
         key=outcome.key,
+        mesh_interval=None if scatter is None or compared.simulated is None else scatter.interval(compared.simulated),
         further=Rows(further),
     )
 

@@ -11,6 +11,7 @@ from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.stepwise import SimulateAt, simulating
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
@@ -42,6 +43,11 @@ class Work:
     def answers(self, requests: Sequence[Request]) -> list[Answer]:
         """Answer every request, from the records or by computing."""
         return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
+
+    def outcomes(self, requests: Sequence[Request], answers: Sequence[Answer] | None = None) -> list[Outcome]:
+        """Return what is told of each request, answered now unless its `answers` are there already."""
+        found = self.answers(requests) if answers is None else answers
+        return [outcome_of(request, answer, self.solver) for request, answer in zip(requests, found, strict=True)]
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
         """Return what simulates one point at some diameters."""

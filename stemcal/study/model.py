@@ -30,6 +30,7 @@ __all__ = [
     "InvertOptions",
     "Loading",
     "Material",
+    "MeshOptions",
     "Published",
     "RefineOptions",
     "RsmOptions",
@@ -354,13 +355,18 @@ class InvertOptions(_Frozen):
     """Which of the points that give the target is called the solution; with `diameters`, the joint fit over them.
 
     `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
-    `posterior` adds samples of what the measured forces leave possible (needs emcee).
+    `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
+    factors' ranges were fixed before the measured forces were seen; after that no diameter left out is a check.
+    `discrepancy` takes one scale with scatter for what the model misses over the fitted diameters, and gives prediction
+    intervals of the measured forces.
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
     diameters: Literal["all"] | Annotated[tuple[Size, ...], Field(min_length=1)] | None = None
     responses: Responses = ("force",)
     posterior: Annotated[bool, Field(strict=True)] = False
+    ranges_chosen: Literal["before", "after"] = "before"
+    discrepancy: Literal["none", "scale"] = "none"
 
 
 class ClimbOptions(_Frozen):
@@ -380,6 +386,16 @@ class RefineOptions(_Frozen):
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
 
 
+class MeshOptions(_Frozen):
+    """Which other meshes the solution is simulated on: `phases` places along the stem, elements of other `sizes`.
+
+    Their scatter enters every interval; what a size does to all diameters alike is told beside the calibrated values.
+    """
+
+    phases: Annotated[Whole, Field(ge=2, le=50)] = 5
+    sizes: Annotated[tuple[StemLength, ...], Field(max_length=10)] = ()
+
+
 class RunsOptions(_Frozen):
     """What becomes of runs that fail, and how long one may take.
 
@@ -397,7 +413,11 @@ class RunsOptions(_Frozen):
 
 
 class Published(_Frozen):
-    """Printed results to compare with, when a published study is analysed again."""
+    """Printed results to compare with, when a published study is analysed again.
+
+    `runs` says whether the paper's runs were computed, so that repeated ones must agree; `bounds` in which units its
+    coded equation is searched; `rate_law` which form it prints; `called` what it calls a factor.
+    """
 
     screening: SpecFile | None = None
     coefficients: SpecFile | None = None
@@ -407,6 +427,10 @@ class Published(_Frozen):
     levels: SpecFile | None = None
     design: SpecFile | None = None
     claims: dict[str, PrintedText] = {}
+    runs: Literal["computed", "measured"] | None = None
+    bounds: Literal["coded", "natural"] | None = None
+    rate_law: Literal["paper", "cowper_symonds"] | None = None
+    called: dict[str, PrintedText] = {}
 
 
 class StudyForm(_Frozen):
@@ -431,6 +455,7 @@ class StudyForm(_Frozen):
     rsm: RsmOptions = RsmOptions()
     invert: InvertOptions = InvertOptions()
     refine: RefineOptions | None = None
+    mesh: MeshOptions | None = None
     runs: RunsOptions = RunsOptions()
     published: Published | None = None
 
@@ -498,6 +523,11 @@ class Study(StudyForm):
     def calibration_target(self) -> Target:
         """The target at the diameter the parameters are calibrated at."""
         return min(self.targets.forces, key=lambda target: abs(target.diameter - self.targets.calibrate_at))
+
+    @property
+    def unvalidated(self) -> bool:
+        """Whether the tables that answer have none for the validation."""
+        return isinstance(self.solver, TableSolver) and self.solver.validate is None
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:

@@ -71,6 +71,26 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     assert "no interval of the parameters and no statement of agreement is given" in body
 
 
+def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
+    spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before the validation a sound study is only not finished: its intervals are shown, and that is said."""
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    for stage in ("screen", "rsm", "invert"):
+        said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
+    assert "Range over all" in said.stdout and "What the measurements fix" in said.stdout
+    assert "Not calibrated: not done yet: Validation" in " ".join(said.stderr.split())
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: Doubted())
+    for stage in ("screen", "rsm", "invert"):
+        said = command(stage, spec, "--out", tmp_path / "bad", "-j", 1)
+        assert said.exit_code == 0
+    for claim in ("Range over all", "What the measurements fix", "How well the forces fix", "95 % interval"):
+        assert claim not in said.stdout
+    told = " ".join(said.stderr.split())
+    assert "no interval of the parameters and no statement of agreement is given" in told
+    assert "hourglass energy up to 40 %" in told and "8 mm alone" not in told
+
+
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
     spec.write_text(spec.read_text("utf-8").replace("force: 110 N", "force: 200 N"), encoding="utf-8")

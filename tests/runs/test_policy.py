@@ -123,7 +123,9 @@ def test_a_rising_force_is_marked_and_told_of(tmp_path: Path, folder: StudyFolde
     runs = stage["design"]["runs"]
     assert [run["run"] for run in runs if run["censored"]] == [1, 10]
     assert all(run["status"] == "ok" and run["force"] is not None for run in runs)
-    assert any(note.startswith("In runs 1, 10 the force still rose") for note in stage["notes"])
+    assert any(
+        note.startswith("In runs 1, 10 the force had not fallen when the stroke ended") for note in stage["notes"]
+    )
 
 
 def test_a_rising_force_is_a_failure_if_the_spec_says_so(tmp_path: Path, folder: StudyFolder) -> None:

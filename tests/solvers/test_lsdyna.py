@@ -113,7 +113,7 @@ def test_force_that_still_rises_is_marked(tmp_path: Path) -> None:
     answer = solved(tmp_path, mode="rising")
     assert answer.ok
     assert answer.details["stroke_was_enough"] is False
-    assert "has not fallen" in answer.details["warnings"][0]
+    assert "still rose at the end" in answer.details["warnings"][0]
 
 
 def test_study_through_all_stages(tmp_path: Path) -> None:

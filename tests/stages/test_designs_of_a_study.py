@@ -136,5 +136,6 @@ def test_plan_tells_what_the_designs_can_find(tmp_path: Path) -> None:
     screening, surface, validation = planned["stages"]
     assert screening["quality"]["residual_df"] == 2
     assert screening["quality"]["terms"][0]["power"]["2"] == pytest.approx(0.4707, abs=1e-4)
-    assert surface["quality"]["residual_df"] == 10 and validation["quality"] is None
+    # the solver is deterministic: of six centre runs one counts, 15 distinct runs for 10 coefficients
+    assert surface["quality"]["residual_df"] == 5 and validation["quality"] is None
     assert any("±1/3" in note for note in planned["notes"])

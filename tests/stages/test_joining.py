@@ -13,7 +13,10 @@ from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.results import Results
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.spec import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 2}\n"
@@ -126,3 +129,26 @@ def test_stage_files_of_earlier_versions_stay_fresh(tmp_path: Path) -> None:
 def test_a_diameter_without_a_force_is_named(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="no force is given for 9 mm"):
         make_study(tmp_path, TWO + "invert: {diameters: [8 mm, 9 mm]}\n")
+
+
+def test_ranges_chosen_after_the_forces_leave_no_check(tmp_path: Path) -> None:
+    before, _ = solved(tmp_path, "invert: {diameters: all}\n")
+    after, folder = solved(tmp_path, "invert: {diameters: all, ranges_chosen: after}\n")
+    seen = "The ranges were chosen after seeing the forces: that is no independent check."
+    assert any(note.endswith(seen) for note in after["notes"])
+    assert not any(note.endswith(seen) for note in before["notes"])
+    study = load_study(tmp_path / "joint.yaml")
+    checked = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
+    assert any("nor are those left out in turn" in note for note in checked.notes)
+    verdict = verdict_of(study, folder, Results(validation=checked))
+    assert any("no diameter checks the result" in reason.sentence for reason in verdict.reasons)
+
+
+def test_one_scale_for_what_the_model_misses(tmp_path: Path) -> None:
+    _, folder = solved(tmp_path, "invert: {diameters: all, discrepancy: scale}\n")
+    study = load_study(tmp_path / "joint.yaml")
+    found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
+    assert found.discrepancy is not None and found.discrepancy.scale == pytest.approx(1.0, abs=1e-3)
+    assert all(row.corrected is not None for row in found.rows)
+    assert any("holds the measured force at" in note for note in found.notes)
+    assert any(sheet.title == "With one scale for what the model misses" for sheet in sheets_of(found))

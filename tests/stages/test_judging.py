@@ -183,7 +183,7 @@ def test_a_few_doubtful_runs_are_a_reservation(tmp_path: Path, judged: Judge) ->
     assert verdict.verdict == "with_reservations" and rules(verdict) == ["physics"]
     assert verdict.reasons[0].sentence.startswith("in 3 of ")
     assert verdict.reasons[0].sentence.endswith(
-        "the physics is doubtful: the force had not fallen when the stroke ended"
+        "the physics is doubtful: the force was not clearly past its maximum when the stroke ended"
     )
     assert verdict.next_step == "`duration: 1 s` under `loading` doubles the blade's way"
 

@@ -13,12 +13,16 @@ cv² = Σ(n − 1)(sd/mean)²/Σ(n − 1), and its degrees of freedom go with it
 that are sums the degrees of freedom are Satterthwaite's (Biometrics Bulletin 2 (1946) 110–114), 1/Σ(share²/df) over the
 parts and their mean shares; of several kinds the least counts, since an interval may rest on one of them alone. An sd
 without its n counts as known.
+
+The place of the mesh (`Misfit.with_mesh`) adds a variance to every force and one that they all share, uuᵀ: D = rᵀV⁻¹r
+with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. What all share is not averaged away over the diameters, so
+each factor then has degrees of freedom of its own (`Misfit.freedom`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -26,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.levelset import Objective, optimise
+from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -51,22 +56,50 @@ class Observation:
 
 
 @dataclass(frozen=True, eq=False)
+class Source:
+    """One source of error: its variance at each observation, and the degrees of freedom behind it.
+
+    A `shared` one moves all observations together, each by its own standard deviation; it was told by a mean square
+    over so many diameters, less the part of each diameter by itself.
+    """
+
+    name: str
+    variance: Array
+    df: float
+    shared: bool = False
+    diameters: int = 1
+
+    def only(self, kept: Sequence[int]) -> Source:
+        """Keep some of the observations."""
+        return replace(self, variance=self.variance[list(kept)])
+
+
+@dataclass(frozen=True, eq=False)
 class Misfit:
     """D(x) of several observations; made by `misfit_of`.
 
     `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
-    freedom behind variances that were estimated, infinite where they count as exact.
+    freedom behind variances that were estimated, infinite where they count as exact. `variance` is that of each
+    observation by itself, `shared` the standard deviations of what moves them together; `sources` tell what both are
+    made of.
     """
 
     observations: tuple[Observation, ...]
     variance: Array
     scatter: Scatter
     scale_df: float = np.inf
+    sources: tuple[Source, ...] = ()
+    shared: Array | None = None
 
     @property
     def scale_known(self) -> bool:
         """Whether D itself follows χ², or F with `scale_df`; else only ratios of D mean something."""
         return self.scatter != "misfit"
+
+    @property
+    def meshed(self) -> bool:
+        """Whether the scatter over the places of the mesh is among its sources."""
+        return any(source.name.startswith("mesh") for source in self.sources)
 
     @cached_property
     def measured(self) -> Array:
@@ -98,7 +131,16 @@ class Misfit:
 
     def many(self, points: Array) -> Array:
         """Return D at (m, k) points."""
-        return np.asarray(((self.measured - self.predict(points)) ** 2 / self.variance).sum(axis=1))
+        gap = self.measured - self.predict(points)
+        return np.asarray((gap * self._weighed(gap)).sum(axis=1))
+
+    def _weighed(self, gap: Array) -> Array:
+        """Return V⁻¹r of (m, observations) differences: V = diag(v) + uuᵀ."""
+        scaled = gap / self.variance
+        if self.shared is None:
+            return np.asarray(scaled)
+        w = self.shared / self.variance
+        return np.asarray(scaled - (gap @ w)[..., None] * w / (1.0 + self.shared @ w))
 
     def value(self, x: Array) -> float:
         """Return D at one point."""
@@ -106,7 +148,7 @@ class Misfit:
 
     def gradient(self, x: Array) -> Array:
         """Return ∂D/∂x = −2 Σ (measured − ŷ)/variance·∂ŷ/∂x."""
-        weighted = (self.measured - self.predict(x)[0]) / self.variance
+        weighted = self._weighed(self.measured - self.predict(x)[0])
         slopes = np.asarray(self.beta @ term_gradient(x))
         return np.asarray(-2.0 * weighted @ slopes)
 
@@ -125,15 +167,82 @@ class Misfit:
     def only(self, kept: Sequence[int]) -> Misfit:
         """Keep some of the observations, with their weights."""
         scatter: Scatter = "surface" if not self.scale_known and len(kept) <= self.k else self.scatter
-        return Misfit(tuple(self.observations[i] for i in kept), self.variance[list(kept)], scatter, self.scale_df)
+        return replace(
+            self,
+            observations=tuple(self.observations[i] for i in kept),
+            variance=self.variance[list(kept)],
+            scatter=scatter,
+            sources=tuple(source.only(kept) for source in self.sources),
+            shared=None if self.shared is None else self.shared[list(kept)],
+        )
 
     def alone(self, index: int, least: float) -> Misfit:
         """Keep one observation, with the scatter known now that the least misfit of all is `least`."""
-        kept, variance = self.observations[index : index + 1], self.variance[[index]]
-        if self.scale_known:
-            return Misfit(kept, variance, self.scatter, self.scale_df)
-        floor = (_FINEST * self.measured[index]) ** 2
-        return Misfit(kept, np.maximum(variance * least / self.df, floor), "joint", self.df)
+        return (self if self.scale_known else self.scaled(least)).only([index])
+
+    def scaled(self, least: float) -> Misfit:
+        """Return it with the size of its variances told by its least misfit."""
+        variance = np.maximum(self.variance * least / self.df, (_FINEST * self.measured) ** 2)
+        return replace(
+            self, variance=variance, scatter="joint", scale_df=self.df, sources=(Source("misfit", variance, self.df),)
+        )
+
+    def with_mesh(self, mesh: MeshScatter, least: float) -> Misfit:
+        """Return it with the scatter of the forces over the places of the mesh; `least` is its least misfit.
+
+        A scatter that the misfit has told holds what each diameter has by itself, not what all share.
+        """
+        known, force = self if self.scale_known else self.scaled(least), [o.kind == "force" for o in self.observations]
+        size = np.where(force, known.measured, 0.0) ** 2
+        own = Source("mesh", size * mesh.own, mesh.own_df)
+        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.diameters)
+        added = [own] if self.scale_known else []
+        return known.of_sources([*known.sources, *added, *([common] if mesh.common > 0.0 else [])])
+
+    def _as_mean_squares(self, parts: Array, g: Array) -> None:
+        """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
+        names = [source.name for source in self.sources]
+        shared = next((i for i, source in enumerate(self.sources) if source.shared), None)
+        if shared is not None and "mesh" in names:
+            own = names.index("mesh")
+            moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / self.sources[shared].diameters
+            parts[shared] += moved
+            parts[own] = np.maximum(parts[own] - moved, 0.0)
+
+    def of_sources(self, sources: Sequence[Source]) -> Misfit:
+        """Return it with these sources of error alone."""
+        own = sum((s.variance for s in sources if not s.shared), start=np.zeros_like(self.variance))
+        shared = sum((s.variance for s in sources if s.shared), start=np.zeros_like(self.variance))
+        return replace(
+            self,
+            variance=np.maximum(own, (_FINEST * self.measured) ** 2),
+            shared=np.sqrt(shared) if shared.any() else None,
+            sources=tuple(sources),
+            scale_df=_satterthwaite([s.variance for s in sources], [s.df for s in sources]),
+        )
+
+    def freedom(self, x: Array) -> Array:
+        """Return the degrees of freedom behind the interval of each factor at a point.
+
+        The estimate of factor j is a weighted sum of the observations, g = V⁻¹J(JᵀV⁻¹J)⁻¹eⱼ with J = ∂ŷ/∂x; its
+        variance is the sum of gᵀV_s g over the sources, and its degrees of freedom are Satterthwaite's. Without a mesh,
+        or where no observation moves with the factor, they are those of the whole misfit.
+        """
+        whole = np.full(self.k, self.scale_df)
+        if not self.meshed:
+            return whole
+        slopes = self.beta @ term_gradient(x)
+        weighed = self._weighed(slopes.T).T
+        g = weighed @ np.linalg.pinv(slopes.T @ weighed)
+        parts = np.array(
+            [
+                (np.sqrt(source.variance) @ g) ** 2 if source.shared else source.variance @ g**2
+                for source in self.sources
+            ]
+        )
+        self._as_mean_squares(parts, g)
+        doubt = sum(part**2 / source.df for part, source in zip(parts, self.sources, strict=True))
+        return np.where(doubt > 0.0, parts.sum(axis=0) ** 2 / np.where(doubt > 0.0, doubt, 1.0), whole)
 
 
 def misfit_of(observations: Sequence[Observation]) -> Misfit:
@@ -154,7 +263,9 @@ def misfit_of(observations: Sequence[Observation]) -> Misfit:
     surface_df = float(np.mean([o.surface.df for o in observations]))
     behind = [(laboratory[kinds == kind], surface[kinds == kind], df) for kind, df in freedom.items()]
     df = min(_satterthwaite([of_mean, of_surface], [df, surface_df]) for of_mean, of_surface, df in behind)
-    return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df)
+    sources = [Source("laboratory", np.where(kinds == kind, laboratory, 0.0), df) for kind, df in freedom.items()]
+    sources.append(Source("surface", surface, surface_df))
+    return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df, tuple(sources))
 
 
 def _pooled(variation: Array, freedom: NDArray[np.int_], kinds: NDArray[np.str_]) -> tuple[Array, dict[str, float]]:

@@ -2,7 +2,9 @@
 
 The log likelihood of a point is −D/2 where the variances are known. Where they were estimated with ν degrees of freedom
 their common factor is integrated out under Jeffreys' prior: −((ν + m)/2)·ln(1 + D/ν), Student's t; where they are known
-up to that factor alone, −(m/2)·ln D. Outside the region it is −∞.
+up to that factor alone, −(m/2)·ln D. Outside the region it is −∞. Where the place of the mesh adds variances that were
+estimated from few simulations, each source's variance is integrated out by itself: it is drawn as s²·ν/χ²(ν), and the
+likelihood, |V|^(−1/2)·exp(−D/2), is the mean over the draws.
 Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
 emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
 fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
@@ -21,6 +23,7 @@ from stemcal.errors import UsageError
 
 WALKERS, STEPS, BURN_IN = 40, 2000, 500
 _CLOUD, _SEED = 13, 20_011
+_DRAWS = 8  # 2^8 draws of the variances
 # Chains shorter than this many autocorrelation times are too short to trust (emcee's own rule).
 _LONG_ENOUGH = 50
 
@@ -105,8 +108,43 @@ def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in
 
 def log_posterior(misfit: Misfit, region: Region, points: Array) -> Array:
     """Return the log density at (m, k) coded points, up to a constant."""
-    found = misfit.many(points)
-    return np.where(region.contains(points), _log_likelihood(misfit, found), -np.inf)
+    found = _mean_log_likelihood(misfit, points) if misfit.meshed else _log_likelihood(misfit, misfit.many(points))
+    return np.where(region.contains(points), found, -np.inf)
+
+
+def _mean_log_likelihood(misfit: Misfit, points: Array) -> Array:
+    """Return the log of the likelihood's mean over what the variances of its sources may be."""
+    from scipy.special import logsumexp
+
+    gap = misfit.measured - misfit.predict(points)
+    own, shared = _drawn_variances(misfit)
+    w = shared / own
+    inner = 1.0 + (shared * w).sum(axis=1)
+    found = (gap**2) @ (1.0 / own).T - (gap @ w.T) ** 2 / inner
+    size = np.log(own).sum(axis=1) + np.log(inner)
+    return np.asarray(logsumexp(-0.5 * (found + size), axis=1))
+
+
+def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
+    """Return variances, and standard deviations of what is shared, (draws, observations): the same every time."""
+    from scipy.special import chdtri
+    from scipy.stats.qmc import Sobol
+
+    even = 1.0 - (Sobol(len(misfit.sources), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
+    told = next((s.variance for s in misfit.sources if s.name == "mesh"), np.zeros_like(misfit.variance))
+    drawn = [
+        (source.variance + (told / source.diameters if source.shared else 0.0))
+        * (source.df / chdtri(source.df, u)[:, None] if np.isfinite(source.df) else np.ones((len(u), 1)))
+        for source, u in zip(misfit.sources, even.T, strict=True)
+    ]
+    own, shared = np.zeros_like(drawn[0]), np.zeros_like(drawn[0])
+    mesh = next((v for v, s in zip(drawn, misfit.sources, strict=True) if s.name == "mesh"), np.zeros_like(drawn[0]))
+    for variance, source in zip(drawn, misfit.sources, strict=True):
+        if source.shared:  # c² = (MS − s²)/D: what is drawn is MS
+            shared += np.maximum(variance - mesh / source.diameters, 0.0)
+        else:
+            own += variance
+    return np.maximum(own, np.finfo(float).tiny), np.sqrt(shared)
 
 
 def _log_likelihood(misfit: Misfit, found: Array) -> Array:

@@ -57,26 +57,36 @@ def profiles_of(misfit: Misfit, region: Region, best: Array, level: float = 0.95
     """Return the profile of every factor; `best` is the point of least misfit."""
     names = misfit.observations[0].surface.names
     search = _Search(misfit, region, best)
-    allowed = allowed_rise(misfit, search.least, level)
-    return [_profile(search, j, name, allowed) for j, name in enumerate(names)]
+    allowed = allowed_rises(misfit, best, level)
+    return [_profile(search, j, name, allowed[j]) for j, name in enumerate(names)]
 
 
-def allowed_rise(misfit: Misfit, least: float, level: float = 0.95) -> float:
-    """Return how much the misfit may rise above its least within the confidence interval of one factor."""
+def allowed_rises(misfit: Misfit, best: Array, level: float = 0.95) -> list[float]:
+    """Return for each factor how much the misfit may rise above its least within the confidence interval."""
+    least = misfit.value(best)
+    return [allowed_rise(misfit, least, level, float(df)) for df in misfit.freedom(best)]
+
+
+def allowed_rise(misfit: Misfit, least: float, level: float = 0.95, df: float | None = None) -> float:
+    """Return how much the misfit may rise above its least within the confidence interval of one factor.
+
+    `df` are the degrees of freedom behind that factor's interval, by default those of the whole misfit.
+    """
     from scipy.special import chdtri, fdtri
 
+    freedom = misfit.scale_df if df is None else df
     if not misfit.scale_known:
         return float(least * fdtri(1.0, misfit.df, level) / misfit.df)
-    if np.isfinite(misfit.scale_df):
-        return float(fdtri(1.0, misfit.scale_df, level))
+    if np.isfinite(freedom):
+        return float(fdtri(1.0, freedom, level))
     return float(chdtri(1.0, 1.0 - level))
 
 
 def holds(misfit: Misfit, region: Region, point: Array, level: float = 0.95) -> list[bool]:
     """Tell for each factor whether its confidence interval holds the value at a point."""
     search = _Search(misfit, region, best_fit(misfit, region))
-    allowed = allowed_rise(misfit, search.least, level)
-    return [search.rise(j, float(value), search.best)[0] <= allowed for j, value in enumerate(point)]
+    allowed = allowed_rises(misfit, search.best, level)
+    return [search.rise(j, float(value), search.best)[0] <= allowed[j] for j, value in enumerate(point)]
 
 
 def _profile(search: _Search, j: int, name: str, allowed: float) -> Profile:

@@ -10,7 +10,9 @@ from stemcal.doe.designs.aliases import describe_aliases
 from stemcal.doe.regression.least_squares import Array, LeastSquares
 from stemcal.doe.screening.effects import Effect
 from stemcal.doe.screening.error_term import ErrorTerm
-from stemcal.doe.screening.lenth import Lenth
+from stemcal.doe.screening.fold import fold_over_gain
+from stemcal.doe.screening.lenth import Lenth, lenth
+from stemcal.doe.screening.unused import contrasts, unused_columns
 from stemcal.words import joined
 
 # With so few residual degrees of freedom an F test says little.
@@ -45,7 +47,33 @@ def screening_notes(
         *_many_tests(effects, size, alpha),
         describe_aliases(design, names),
         *_interaction_note(design, effects),
+        *_unused_note(design, fit, effects, alpha),
+        *_fold_over_note(design, effects, size, alpha),
     ]
+
+
+def _unused_note(design: Array, fit: LeastSquares, effects: Sequence[Effect], alpha: float) -> list[str]:
+    """Say what Lenth's margin is with the unused columns of a Plackett–Burman design beside the effects."""
+    columns = unused_columns(design)
+    if columns is None or len(effects) < 3 or fit.flat:
+        return []
+    left = contrasts(columns, fit.response)
+    size = lenth(np.concatenate([[e.effect for e in effects], left]), alpha)
+    beyond = [e.factor for e in effects if stands_out(e, size)]
+    return [
+        f"With the unused columns, contrasts of {joined([f'{value:+.3g}' for value in left])} N, Lenth's margin of "
+        f"{len(effects) + len(left)} is {size.me:.4g} N: beyond it {'is' if len(beyond) == 1 else 'are'} "
+        f"{joined(beyond) or 'none'}."
+    ]
+
+
+def _fold_over_note(design: Array, effects: Sequence[Effect], size: Lenth, alpha: float) -> list[str]:
+    """Advise a fold-over with what it would cost and find."""
+    if not size.me:
+        return []
+    found = [(j, e.effect) for j, e in enumerate(effects) if stands_out(e, size) and _among_all(e, size, alpha)]
+    gain = fold_over_gain(design, found, size.me, alpha)
+    return [] if gain is None else [gain.describe()]
 
 
 def _many_tests(effects: Sequence[Effect], size: Lenth, alpha: float) -> list[str]:

@@ -72,6 +72,8 @@ def compare_diameters(
     calibration_diameter: float | Sequence[float] | None,
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
     margin_percent: float = 10.0,
+    simulated_scatter: tuple[float, float] | None = None,
+    left_out_checks: bool = True,
 ) -> Validation:
     """Compare forces; error = 100·(measured − simulated)/measured.
 
@@ -86,12 +88,16 @@ def compare_diameters(
         Standard deviation and number of specimens of each measured force, None where unknown.
     margin_percent : float
         The difference, of the measured force, within which both count as equal.
+    simulated_scatter : (share, df), optional
+        Standard deviation of a simulated force as a share of it, by its mesh, and the degrees of freedom behind it.
+    left_out_checks : bool
+        Whether fitted diameters left out in turn are an independent check; not where ranges were chosen by them.
     """
     scatter = scatter or [(None, None)] * len(diameters)
     if not len(diameters) == len(measured) == len(simulated):
         raise UsageError("validation: diameters, measured and simulated forces differ in number")
     rows = tuple(
-        _tested(_row(float(d), float(m), s, calibration_diameter), *spread, margin_percent)
+        _tested(_row(float(d), float(m), s, calibration_diameter), *spread, margin_percent, simulated_scatter)
         for d, m, s, spread in zip(diameters, measured, simulated, scatter, strict=True)
     )
     done = [row for row in rows if row.error_percent is not None]
@@ -109,7 +115,7 @@ def compare_diameters(
         error_slope_percent_per_mm=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=tuple(_notes(rows, slope, lab, model) + _test_notes(rows, margin_percent)),
+        notes=tuple(_notes(rows, slope, lab, model, left_out_checks) + _test_notes(rows, margin_percent)),
     )
 
 
@@ -134,7 +140,9 @@ def _row(
     return ValidationRow(diameter, measured, float(simulated), error_percent(measured, simulated), role)
 
 
-def _tested(row: ValidationRow, sd: float | None, n: int | None, margin_percent: float) -> ValidationRow:
+def _tested(
+    row: ValidationRow, sd: float | None, n: int | None, margin_percent: float, scatter: tuple[float, float] | None
+) -> ValidationRow:
     """Add what the scatter of the measured force says about the difference."""
     simulated = row.simulated
     if simulated is None:
@@ -142,7 +150,9 @@ def _tested(row: ValidationRow, sd: float | None, n: int | None, margin_percent:
     row = replace(row, sd=sd, n=n, simulation_error_percent=-(row.error_percent or 0.0))
     if not sd or n is None or n < 2:
         return row
-    found = compare_means(Sample(row.measured, sd, n), Sample(simulated), 0.01 * margin_percent * row.measured)
+    share, df = scatter or (0.0, None)
+    computed = Sample(simulated, share * simulated, df=df)
+    found = compare_means(Sample(row.measured, sd, n), computed, 0.01 * margin_percent * row.measured)
     return replace(
         row,
         measured_low=found.low,
@@ -196,16 +206,22 @@ def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
 
 
 def _notes(
-    rows: Sequence[ValidationRow], slope: float | None, lab: Exponent | None, model: Exponent | None
+    rows: Sequence[ValidationRow],
+    slope: float | None,
+    lab: Exponent | None,
+    model: Exponent | None,
+    left_out_checks: bool,
 ) -> list[str]:
     fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
     notes = []
     if len(fitted) == 1:
         notes.append(f"{fitted[0]} mm is the calibration diameter: its error is not an independent check.")
     elif fitted:
+        others = "those of the diameters left out in turn, in the inversion, are"
+        if not left_out_checks:
+            others = "nor are those left out in turn, since the ranges were chosen after seeing the forces"
         notes.append(
-            f"The parameters were fitted at {', '.join(fitted)} mm: errors there are no independent check; those of "
-            "the diameters left out in turn, in the inversion, are."
+            f"The parameters were fitted at {', '.join(fitted)} mm: errors there are no independent check; {others}."
         )
     failed = [f"{row.diameter:g} mm" for row in rows if row.simulated is None]
     if failed:

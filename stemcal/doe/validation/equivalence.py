@@ -19,11 +19,15 @@ from stemcal.doe.regression.least_squares import t_quantile
 
 @dataclass(frozen=True)
 class Sample:
-    """Mean, standard deviation and size; a computed value has sd 0 and n 1."""
+    """Mean, standard deviation and size; a computed value has sd 0 and n 1.
+
+    `df` are the degrees of freedom behind the standard deviation where these are not n − 1.
+    """
 
     mean: float
     sd: float = 0.0
     n: int = 1
+    df: float | None = None
 
     @property
     def variance(self) -> float:
@@ -75,7 +79,7 @@ def mean_interval(sample: Sample, level: float = 0.95) -> tuple[float | None, fl
 
 def _welch_df(a: Sample, b: Sample) -> float | None:
     """Return the degrees of freedom of Welch and Satterthwaite; None if a scatter rests on one value."""
-    parts = [(s.variance, s.n - 1) for s in (a, b) if s.variance > 0.0]
+    parts = [(s.variance, s.n - 1 if s.df is None else s.df) for s in (a, b) if s.variance > 0.0]
     if not parts or any(df < 1 for _, df in parts):
         return None
     return float(sum(v for v, _ in parts) ** 2 / sum(v**2 / df for v, df in parts))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from statistics import geometric_mean
 from typing import TYPE_CHECKING
 
-from stemcal.power_law import fit_power_law
+from stemcal.doe.validation.diameters import Exponent
 from stemcal.report.figures.style import BLUE, INK, ORANGE, new_figure, styled
 from stemcal.stages.validate import ValidateResult
 
@@ -57,8 +58,8 @@ def growth(validate: ValidateResult) -> Figure:
         axes = figure.add_subplot()
         axes.set_xscale("log")
         axes.set_yscale("log")
-        _power_law(axes, measured, "measured", "o", "-", BLUE)
-        _power_law(axes, simulated, "simulated", "s", "--", ORANGE)
+        _power_law(axes, measured, validate.measured_exponent, "measured", "o", "-", BLUE)
+        _power_law(axes, simulated, validate.simulated_exponent, "simulated", "s", "--", ORANGE)
         _plain_ticks(axes, [row.diameter for row in rows])
         axes.set_xlabel("stem diameter, mm")
         axes.set_ylabel("maximum force, N")
@@ -66,14 +67,24 @@ def growth(validate: ValidateResult) -> Figure:
     return figure
 
 
-def _power_law(axes: Axes, points: Sequence[tuple[float, float]], name: str, mark: str, line: str, colour: str) -> None:
-    """Draw points and, where there is one, the law through them."""
+def _power_law(
+    axes: Axes,
+    points: Sequence[tuple[float, float]],
+    exponent: Exponent | None,
+    name: str,
+    mark: str,
+    line: str,
+    colour: str,
+) -> None:
+    """Draw points and, where there is one, the law through them: it passes the mean of their logarithms."""
     diameters, forces = [d for d, _ in points], [force for _, force in points]
-    if (law := fit_power_law(diameters, forces)) is not None:
-        ends = [min(diameters), max(diameters)]
-        known = law.exponent_interval  # two diameters leave no scatter to tell
-        label = f"{name}: n = {law.exponent:.2f}" + (f" ({known[0]:.2f} to {known[1]:.2f})" if known else "")
-        axes.plot(ends, [law.at(d) for d in ends], linestyle=line, color=colour, label=label)
+    if exponent is not None:
+        n, ends = exponent.value, [min(diameters), max(diameters)]
+        factor = geometric_mean(forces) / geometric_mean(diameters) ** n
+        known = f" ({exponent.low:.2f} to {exponent.high:.2f})" if exponent.low is not None else ""
+        axes.plot(
+            ends, [factor * d**n for d in ends], linestyle=line, color=colour, label=f"{name}: n = {n:.2f}{known}"
+        )
     axes.plot(diameters, forces, mark, color=colour)
 
 

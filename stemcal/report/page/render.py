@@ -134,7 +134,7 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict) -> Section
     sheets = tuple(borne([*sheets_of(result), *page_sheets(result)], verdict.holds))
     title = stage_called(result.name).title
     pictures = pictures_of(result.name, [plot for plot in plots if verdict.holds or plot.name not in CLAIMING])
-    return Section(result.name, title, sheets, pictures, shown_notes(result, verdict))
+    return Section(result.name, title, sheets, pictures, shown_notes(result, verdict.holds))
 
 
 def run_sheets(results: Results, records: Records) -> list[Sheet]:

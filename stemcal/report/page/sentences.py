@@ -9,6 +9,7 @@ from stemcal.report.numbers import fixed, interval, probability, short, signific
 from stemcal.report.verdict import WITHHELD
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
@@ -19,7 +20,7 @@ from stemcal.words import counted, joined
 
 AGREES = 10  # percent
 _AGREEING = (RefineResult, ValidateResult)
-_CLAIMING = (InvertResult, *_AGREEING)
+_CLAIMING = (InvertResult, MeshResult, *_AGREEING)
 
 
 def outcome(results: Results, holds: bool = True) -> list[str]:
@@ -59,6 +60,8 @@ def _certainty(result: StageResult) -> list[str]:
             return _surface_certainty(result)
         case InvertResult():
             return _calibration_certainty(result)
+        case MeshResult():
+            return list(result.notes[: 1 + len(result.sizes)])
         case ValidateResult():
             return _validation_certainty(result)
     return []

@@ -28,6 +28,7 @@ def shape_sheets(stage: StageResult) -> list[Sheet]:
     if not isinstance(stage, SurfaceResult):
         return []
     sheets = [canonical_sheet(stage, stage.canonical)] if stage.canonical else []
+    sheets += [sobol_sheet(stage)] if stage.sobol else []
     return [*sheets, *([ridge_sheet(stage)] if stage.ridge else [])]
 
 
@@ -50,6 +51,13 @@ def canonical_sheet(stage: SurfaceResult, canonical: Shape) -> Sheet:
         "Negative: the force falls on both sides along that axis; the columns give its direction, coded.",
     )
     return Sheet("Canonical analysis", ("Axis", "Curva-\nture, N", *_heads(stage)), rows, foot=foot)
+
+
+def sobol_sheet(stage: SurfaceResult) -> Sheet:
+    """Return which share of the surface's variation over the factors' ranges each factor has."""
+    rows = tuple((row.factor, fixed(100.0 * row.first, 1), fixed(100.0 * row.total, 1)) for row in stage.sobol)
+    foot = ("Sobol' indices of the fitted surface, factors uniform over their ranges; total: with all interactions.",)
+    return Sheet("Share of the force's variation", ("Factor", "By itself, %", "Total, %"), rows, foot=foot)
 
 
 def _stationary_point(canonical: Shape, names: Sequence[str]) -> str:

@@ -20,6 +20,8 @@ def further_sheets(stage: StageResult) -> list[Sheet]:
         sheets += [_joint_sheet(stage.joint)] if stage.joint is not None else []
         sheets += [_interval_sheet(stage)] if stage.known else []
     sheets += response_sheets(stage)
+    if isinstance(stage, ValidateResult) and stage.discrepancy is not None:
+        sheets.append(_corrected_sheet(stage))
     if isinstance(stage, ValidateResult) and any(row.p_different is not None for row in stage.compared):
         sheets.append(_test_sheet(stage))
     return sheets
@@ -49,6 +51,23 @@ def _test_sheet(stage: ValidateResult) -> Sheet:
         "p\nequal",
     )
     return Sheet("Tests against the scatter of the measured force", columns, tuple(rows), foot=foot, claims=True)
+
+
+def _corrected_sheet(stage: ValidateResult) -> Sheet:
+    """Return the forces that one scale for what the model misses predicts."""
+    rows = tuple(
+        (
+            short(row.compared.diameter),
+            short(row.compared.measured),
+            significant(row.corrected.force),
+            interval(row.corrected.interval),
+        )
+        for row in stage.rows
+        if row.corrected is not None
+    )
+    foot = ("Simulated times measured over simulated at the other fitted diameters; 95 % of measured forces.",)
+    columns = ("Diameter, mm", "Measured, N", "Predicted, N", "95 %, N")
+    return Sheet("With one scale for what the model misses", columns, rows, foot=foot, claims=True)
 
 
 def _joint_sheet(joint: JointFitted) -> Sheet:
@@ -116,10 +135,10 @@ def climb_sheet(stage: ClimbResult) -> Sheet:
 
 def audit_sheet(stage: AuditResult) -> Sheet:
     """Return what an audit found."""
-    rows = [(str(row.number), row.found.kind, row.found.sentence) for row in stage.findings]
+    rows = [(str(row.number), row.found.consequence, row.found.sentence) for row in stage.findings]
     tables = "; ".join(f"{name} {count.agree} of {count.of}" for name, count in stage.tables_agree.items())
     foot = (f"Printed cells that agree: {tables}.",)
-    return Sheet("What does not agree", ("", "Kind", "Finding"), tuple(rows), texts=3, foot=foot)
+    return Sheet("What does not agree", ("", "Touches", "Finding"), tuple(rows), texts=3, foot=foot)
 
 
 def refine_sheet(stage: RefineResult) -> Sheet:

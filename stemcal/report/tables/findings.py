@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from stemcal.report.numbers import fixed, short, significant
 from stemcal.report.tables.sheet import Sheet
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.validate import ValidateResult
@@ -48,7 +49,7 @@ def spoken(stage: StageResult) -> list[RenderableType]:
     """Return what a stage says in sentences: a verdict per factor, or what the forces fix and leave open."""
     if isinstance(stage, ScreenResult):
         return _lines("Verdicts", [f"{e.symbol} {e.verdict}" for e in stage.ranked() if e.verdict])
-    known = stage.known if isinstance(stage, InvertResult) else []
+    known = stage.known if isinstance(stage, InvertResult | MeshResult) else []
     lines = [line for part in known for line in (*part.sentences, *part.direction_sentences)]
     return _lines("What the measurements fix", lines)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from stemcal.report.numbers import fixed, interval, percent, probability, short, significant
 from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet
+from stemcal.report.tables.mesh import budget_sheet, mesh_sheet
 from stemcal.report.tables.sheet import Sheet, force_or_reason, starred
 from stemcal.report.terms import equation, written
 from stemcal.stages.invert.result import InvertResult
@@ -14,6 +15,7 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.words import joined
 
 
 def sheets_of(stage: StageResult) -> list[Sheet]:
@@ -145,14 +147,22 @@ def calibration_sheet(stage: InvertResult) -> Sheet:
         f"Target {short(stage.target)} N; predicted {significant(point.predicted)} N; coded radius "
         f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
         intervals,
+        *_belonging(stage),
     )
     if published:
         columns = (*columns, "Published")
     return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(columns[2], intervals))
 
 
+def _belonging(stage: InvertResult) -> list[str]:
+    """Say what the values hold for."""
+    told = [f"{name} {value}" for name, value in (stage.belongs_to or {}).items()]
+    return [f"These values hold for {joined(told)}: cite them together."] if told else []
+
+
 def validation_sheet(stage: ValidateResult) -> Sheet:
     """Return measured against simulated force over the diameters."""
+    meshed = any(row.mesh_interval is not None for row in stage.rows)
     rows = [
         (
             short(row.compared.diameter),
@@ -160,6 +170,7 @@ def validation_sheet(stage: ValidateResult) -> Sheet:
             short(row.compared.measured),
             force_or_reason(row.compared.simulated, row.reason or "failed"),
             fixed(row.compared.error_percent),
+            *([interval(row.mesh_interval)] if meshed else []),
         )
         for row in stage.rows
     ]
@@ -168,8 +179,10 @@ def validation_sheet(stage: ValidateResult) -> Sheet:
         f"{fixed(stage.mean_abs_error_percent)} % (absolute).",
         "Error = 100·(measured − simulated)/measured.",
     )
-    columns = ("Diameter, mm", "Role", "Measured, N", "Simulated, N", "Error, %")
-    return Sheet("Measured against simulated force", columns, tuple(rows), texts=2, foot=foot)
+    columns: tuple[str, ...] = ("Diameter, mm", "Role", "Measured, N", "Simulated, N", "Error, %")
+    if meshed:
+        columns = ("Diameter,\nmm", "Role", "Measured,\nN", "Simulated,\nN", "Error,\n%", "95 % over\nmeshes, N")
+    return Sheet("Measured against simulated force", columns, tuple(rows), texts=2, foot=foot, claiming=columns[5:])
 
 
 _SHEETS: dict[str, tuple[Callable[[Any], Sheet], ...]] = {
@@ -178,6 +191,7 @@ _SHEETS: dict[str, tuple[Callable[[Any], Sheet], ...]] = {
     "rsm": (anova_sheet, coefficient_sheet, fit_sheet),
     "invert": (calibration_sheet,),
     "refine": (refine_sheet,),
+    "mesh": (mesh_sheet, budget_sheet),
     "validate": (validation_sheet,),
     "audit": (audit_sheet,),
 }

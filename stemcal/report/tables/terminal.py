@@ -10,6 +10,7 @@ from stemcal.report.tables.findings import spoken
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import sheets_of
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
     sheets = borne([*sheets_of(stage), *shape_sheets(stage)], holds)
-    said = spoken(stage) if holds or not isinstance(stage, InvertResult) else []
+    said = spoken(stage) if holds or not isinstance(stage, InvertResult | MeshResult) else []
     return [*(part for sheet in sheets for part in drawn(sheet)), *said]
 
 

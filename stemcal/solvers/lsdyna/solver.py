@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.cutting.result import FALLEN, moving_mean
+from stemcal.cutting.result import moving_mean
+from stemcal.cutting.stroke import stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.files.decoding import lenient
 from stemcal.solvers.deck import deck_text
@@ -99,33 +100,28 @@ class LsDyna(Program):
 def peak_answer(contact: ContactForce, scale: float, window: float, speed: float, gap: float) -> Answer:
     """Return the peak of the filtered force, as the embedded solver reports it."""
     time, force = contact.time, scale * contact.force
-    filtered = moving_mean(force, max(1, round(window / float(np.median(np.diff(time))))))
+    rows = max(1, round(window / float(np.median(np.diff(time)))))
+    filtered = moving_mean(force, rows)
     peak = int(np.argmax(filtered))
     if filtered[peak] <= 0.0:
         raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
-    fallen = bool(filtered[-1] < FALLEN * filtered[peak])
     travel = speed * time - gap
+    end = stroke_end(travel, force, filtered, rows)
     keep = np.unique(np.linspace(0, len(time) - 1, _CURVE_POINTS).round().astype(int))
     details: dict[str, Any] = {
         "peak_force": float(filtered[peak]),
         "peak_force_raw": float(force.max()),
         "peak_time": float(time[peak]),
         "peak_travel": float(travel[peak]),
-        "stroke_was_enough": fallen,
-        "warnings": [] if fallen else [_still_rising(float(travel[-1]))],
+        "stroke_was_enough": end.was_enough,
+        "stroke_end": end.kind,
+        "warnings": [] if end.was_enough else [f"{end.sentence}; lengthen the run"],
         "curve": {
             "travel": [round(float(v), 6) for v in travel[keep]],
             "force": [round(float(v), 4) for v in filtered[keep]],
         },
     }
     return Answer("ok", force=float(filtered[peak]), details=details)
-
-
-def _still_rising(stroke: float) -> str:
-    return (
-        f"the force has not fallen after its peak within the {stroke:.3g} mm stroke: the true maximum may be larger; "
-        "lengthen the run"
-    )
 
 
 def _require_normal_termination(folder: Path, ended: Ended) -> None:

@@ -10,12 +10,12 @@ from collections.abc import Iterator, Sequence
 
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.stages.audit.cells import Agreement, audit_cells, audit_surface, printed_validation, table
-from stemcal.stages.audit.found import Calibrated, Found
+from stemcal.stages.audit.found import Calibrated, Consequence, Found
 from stemcal.stages.audit.printed import agrees
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
-_FAR = 0.1  # coded units
+_FAR, _SEEN = 0.1, 0.02  # coded units
 _NONE = Agreement(0, 0)
 
 
@@ -25,7 +25,10 @@ def cells_differ(_study: Study, stages: Calibrated) -> Iterator[Found]:
         for different in audited.differences:
             cell = different.cell
             computed = "none" if cell.value is None else f"{cell.value:.6g}"
-            yield Found(f"{different.table}: {cell.label}", cell.kind, cell.printed, computed, cell.sentence)
+            consequence: Consequence = "result" if different.table == "coefficients" else "conclusion"
+            place, term = f"{different.table}: {cell.label}", cell.label.split(" ")[0]
+            cause = f"{different.table} {term}"
+            yield Found(place, cell.kind, cell.printed, computed, cell.sentence, consequence, cause)
 
 
 def claims_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -37,7 +40,7 @@ def claims_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
     cells = [(name.replace("_", " "), text, _claimed(name, told)) for name, text in claims.items()]
     for cell in (different.cell for different in audit_cells({"claims": cells}).differences):
         shown = "none" if cell.value is None else f"{cell.value:.6g}"
-        yield Found(f"claim: {cell.label}", "claim", cell.printed, shown, cell.sentence)
+        yield Found(f"claim: {cell.label}", "claim", cell.printed, shown, cell.sentence, "conclusion")
 
 
 def _claimed(name: str, told: Sequence[object]) -> float | None:
@@ -67,8 +70,12 @@ def levels_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
 def _level(name: str, coded: float, text: str, level: float, coded_as_printed: float) -> Found:
     rounded = agrees(text, level)
     end = "a matter of rounding" if rounded else "which no rounding explains"
-    if rounded and abs(coded_as_printed - coded) > _FAR:
+    far = rounded and abs(coded_as_printed - coded) > _FAR
+    if far:
         end = "a rounding that moves the level far from where the design has it"
+    cause = f"level {name} {printed_number(text)}"
+    if abs(coded) > 1.0 + 1e-6:
+        cause = f"star levels {name}"
     return Found(
         f"levels: {name} at coded {coded:g}",
         "rounding" if rounded else "value",
@@ -76,7 +83,18 @@ def _level(name: str, coded: float, text: str, level: float, coded_as_printed: f
         f"{level:.7g}",
         f"levels: {name} at coded {coded:g} is printed {text}, the runs have {level:.7g}; as printed it would be "
         f"coded {coded_as_printed:.3f}, {end}",
+        "method" if far or abs(coded_as_printed - coded) > _SEEN else "print",
+        cause,
     )
+
+
+def printed_number(text: str) -> str:
+    """Return a printed level without the zeros of its print.
+
+    >>> printed_number("17.980"), printed_number("15.00")
+    ('17.98', '15')
+    """
+    return f"{float(text):g}"
 
 
 def design_differs(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -99,6 +117,8 @@ def design_differs(study: Study, stages: Calibrated) -> Iterator[Found]:
                 f"{used:g}",
                 f"design: {name} is printed {printed:g} in {count} runs; with that {taken.agree} of {taken.of} cells "
                 f"of the printed analysis of variance come out, with {used:g} {kept.agree} of {kept.of}",
+                "result",
+                f"level {name} {printed:g}",
             )
 
 

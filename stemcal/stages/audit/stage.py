@@ -9,10 +9,12 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline, key
 from stemcal.stages.audit.cells import Agreement
+from stemcal.stages.audit.consistency import CONSISTENCY, explained
 from stemcal.stages.audit.found import Calibrated, Check, Found
 from stemcal.stages.audit.paper import cells_differ, claims_differ, design_differs, levels_differ
-from stemcal.stages.audit.suspicions import SUSPICIONS
-from stemcal.stages.base import stages_of
+from stemcal.stages.audit.ranking import ranked
+from stemcal.stages.audit.suspicions import SUSPICIONS, solution_is_one_of_many
+from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.making import make
 from stemcal.stages.result import Head, StageResult, read_result
@@ -21,8 +23,9 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
+from stemcal.words import counted
 
-CHECKS: tuple[Check, ...] = (cells_differ, claims_differ, levels_differ, design_differs, *SUSPICIONS)
+CHECKS: tuple[Check, ...] = (cells_differ, claims_differ, levels_differ, design_differs, *SUSPICIONS, *CONSISTENCY)
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,11 @@ class AuditResult(StageResult):
 
     def tables(self) -> dict[str, Table]:
         """Return the findings."""
-        return {"audit": Table.of(("number", "place", "kind", "printed", "computed", "sentence"), self.findings)}
+        return {
+            "audit": Table.of(
+                ("number", "place", "consequence", "kind", "printed", "computed", "sentence"), self.findings
+            )
+        }
 
     def summary(self) -> str:
         """Count what agrees and what does not."""
@@ -69,20 +76,22 @@ def audit(work: Work) -> AuditResult:
         raise UsageError("audit: recomputes from printed runs; give the spec a solver of kind table with the paper's")
     if study.published is None:
         raise UsageError("audit: the spec has no section published; say there what the paper printed")
+    validated = stage_called("audit").needs(study) == "validate"
     for stage in stages_of(study):
-        make(stage, study, folder, work.executor, work.watch, work.solver)
+        if validated or stage.name != "validate":
+            make(stage, study, folder, work.executor, work.watch, work.solver)
     looked_at = Calibrated(
         read_result(folder, ScreenResult),
         read_result(folder, SurfaceResult),
         read_result(folder, InvertResult),
-        read_result(folder, ValidateResult),
+        read_result(folder, ValidateResult) if validated else None,
     )
     return audit_all(study, work.head("audit"), looked_at)
 
 
 def audit_all(study: Study, head: Head, stages: Calibrated) -> AuditResult:
     """Return what was found and how many cells agree."""
-    found = [finding for check in CHECKS for finding in check(study, stages)]
+    found = ranked(explained([finding for check in CHECKS for finding in check(study, stages)]))
     tables = {name: count for audited in stages.published() for name, count in audited.tables.items()}
     agree, of = (sum(getattr(count, part) for count in tables.values()) for part in ("agree", "of"))
     return AuditResult(
@@ -91,5 +100,10 @@ def audit_all(study: Study, head: Head, stages: Calibrated) -> AuditResult:
         of=of,
         tables_agree=tables,
         findings=Rows(Finding(number, finding) for number, finding in enumerate(found, 1)),
-        notes=(f"{agree} of {of} printed cells agree with what their data give; {len(found)} things do not.",),
+        notes=(
+            f"{agree} of {of} printed cells agree with what their data give; {counted(len(found), 'thing')} "
+            f"{'does' if len(found) == 1 else 'do'} not.",
+            *([] if stages.validation is not None else ["No validation table is given: its forces are not looked at."]),
+            *solution_is_one_of_many(study, stages),
+        ),
     )

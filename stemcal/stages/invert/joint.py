@@ -66,7 +66,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         parameters={**study.midlevels(), **point.solution},
         joint=joint,
         certainty_alone=alone,
-        notes=(*_notes(joint, misfit, fit), *known.sentences, *alone.sentences),
+        notes=(*_notes(joint, misfit, fit, study.invert.ranges_chosen), *known.sentences, *alone.sentences),
     )
 
 
@@ -110,7 +110,7 @@ def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -
     ]
 
 
-def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit) -> list[str]:
+def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, ranges_chosen: str) -> list[str]:
     count = len(joint.rows)
     notes = [
         f"Over {count} {'diameter' if count == 1 else 'diameters'} the surfaces miss the measured forces by at most "
@@ -131,7 +131,7 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit) -> list[str]:
         left_out = "diameter" if count > 1 else "response"
         notes.append(
             f"Each {left_out} predicted from a fit to the others: the force is missed by at most "
-            f"{joint.max_abs_left_out_error_percent:.1f} %."
+            f"{joint.max_abs_left_out_error_percent:.1f} %." + (NO_CHECK if ranges_chosen == "after" else "")
         )
     if joint.null is not None:
         notes.append(compared(joint.null, joint.max_abs_error_percent, joint.max_abs_left_out_error_percent))
@@ -144,6 +144,7 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit) -> list[str]:
     return notes
 
 
+NO_CHECK = " The ranges were chosen after seeing the forces: that is no independent check."
 _SCATTER = {
     "measured": "Weights: the measured scatter, one coefficient of variation for a kind, and the surface's error.",
     "pooled": "Weights: the measured scatter; means without sd take the coefficient of variation of the others.",

@@ -151,7 +151,8 @@ class _FactorRow:
 class InvertResult(StageResult):
     """The calibrated point, the whole set it was chosen from, every factor's level there.
 
-    `reachable` and `share` are of a single force, `joint` and `certainty_alone` of several measured means.
+    `reachable` and `share` are of a single force, `joint` and `certainty_alone` of several measured means. `belongs_to`
+    are the solver's settings that the values hold for, as they are at the calibration diameter.
     """
 
     name: ClassVar[str] = "invert"
@@ -170,6 +171,7 @@ class InvertResult(StageResult):
     target_sd: float | None = None
     target_n: int | None = None
     parameters: dict[str, float]
+    belongs_to: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
     published: PublishedPoint | None = None

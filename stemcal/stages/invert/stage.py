@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from stemcal.solvers.protocol import Belonging
 from stemcal.stages.invert.joint import solve_jointly
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.single import assess_published, solve
@@ -19,4 +20,5 @@ def invert(work: Work) -> InvertResult:
     study, surface = work.study, work.fresh(SurfaceResult)
     solved = (solve_jointly if study.joint_targets else solve)(study, work.head("invert"), surface)
     published, remarks = assess_published(study, surface)
-    return replace(solved, published=published, notes=(*solved.notes, *remarks))
+    belongs_to = work.solver.belongings(solved.diameter) if isinstance(work.solver, Belonging) else None
+    return replace(solved, belongs_to=belongs_to, published=published, notes=(*solved.notes, *remarks))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
-from stemcal.runs.outcome import outcome_of
 from stemcal.stages.design import Design
 from stemcal.stages.result import reasons_given
 from stemcal.stages.surface.result import AtDiameter, FitSummary, SurfaceResult
@@ -22,8 +21,8 @@ def run_diameters(work: Work, result: SurfaceResult, design: Design) -> list[AtD
 def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Design) -> AtDiameter:
     requests = design.requests(diameter)
     answers = work.answers(requests)
-    pairs = zip(requests, answers, strict=True)
-    told_of = [DiameterRun(run=r.row + 1, outcome=outcome_of(r, answer, work.solver)) for r, answer in pairs]
+    outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
+    told_of = [DiameterRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
     runs = weighed(work.study, told_of)
     with reasons_given(requests, answers):
         told = {name: _summary(result, runs, name, diameter) for name in work.study.invert.responses}

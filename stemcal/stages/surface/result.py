@@ -16,6 +16,7 @@ from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import Step
+from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.regression.transform import BoxCox
@@ -123,6 +124,7 @@ class SurfaceResult(StageResult):
     ridge: Rows[RidgeRow] | None = None
     box_cox: BoxCox | None = None
     second_opinion: Opinions | None = None
+    sobol: Rows[SobolIndex] = absent(Rows())
     diameters: Rows[AtDiameter] = absent(Rows())
     pure_error_note: str | None = None
     published: Audited | None = None

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from stemcal.doe.regression.blocks import block_columns
 from stemcal.doe.regression.canonical import Canonical, analyse_shape, ridge_path
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import SecondOpinion, second_opinion
+from stemcal.doe.regression.sobol import SobolIndex, sobol_indices
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.regression.transform import BoxCox, box_cox
@@ -62,21 +65,29 @@ class Beside:
     ridge: Rows[RidgeRow]
     box_cox: BoxCox | None
     second_opinion: Opinions | None
+    sobol: tuple[SobolIndex, ...]
 
 
-def shape_of(study: Study, design: Design, surface: Surface) -> tuple[Beside, list[str]]:
-    """Return the shape of a surface, the scale its response asks for and a second opinion, with notes."""
+def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[str | None]) -> tuple[Beside, list[str]]:
+    """Return the shape of a surface, the scale its response asks for and a second opinion, with notes.
+
+    `blocks` are those of the runs that succeeded; the scale is judged with the same blocks as the fit has.
+    """
     shape = analyse_shape(surface)
     radii = np.linspace(0.0, design_radius(study, len(design.names)), _RIDGE_POINTS)
     kept = [term in surface.terms for term in term_names(surface.names)]
-    scale = box_cox(term_columns(surface.design)[:, kept], surface.response)
+    apart, _ = block_columns(blocks if any(blocks) else None, np.ones(len(surface.design), dtype=bool))
+    scale = box_cox(np.column_stack([term_columns(surface.design)[:, kept], apart]), surface.response)
     other = second_opinion(surface) if len(surface.design) <= _MOST_RUNS else None
     by_name = design.coding.by_name
     ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
     notes = [shape.describe()]
     notes += [scale.sentence] if scale is not None and scale.advised != 1.0 else []
     notes += [other.sentence] if other is not None and other.warns else []
-    return Beside(_shape(design.coding, shape), Rows(ridge), scale, _opinions(other)), notes
+    factors = [study.factor(name) for name in design.names]
+    ends = (design.coding.to_coded([getattr(f, end) for f in factors]) for end in ("low", "high"))
+    indices = sobol_indices(surface.names, surface.beta.copy(), *ends)
+    return Beside(_shape(design.coding, shape), Rows(ridge), scale, _opinions(other), indices), notes
 
 
 def _shape(coding: Coding, found: Canonical) -> Shape:

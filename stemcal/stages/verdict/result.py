@@ -9,6 +9,7 @@ from stemcal.words import counted
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 Weight = Literal["with_reservations", "not_calibrated"]
+_HEAVY: Weight = "not_calibrated"
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,8 @@ class Verdict:
     @classmethod
     def of(cls, reasons: list[Reason], use: str) -> Verdict:
         """Weigh the reasons: the heaviest decides, and comes first."""
-        heavy = [reason for reason in reasons if reason.weight == "not_calibrated"]
-        light = [reason for reason in reasons if reason.weight != "not_calibrated"]
+        heavy = [reason for reason in reasons if reason.weight == _HEAVY]
+        light = [reason for reason in reasons if reason.weight != _HEAVY]
         word: Word = "not_calibrated" if heavy else "with_reservations" if light else "calibrated"
         return cls(word, use, (*heavy, *light))
 
@@ -41,6 +42,11 @@ class Verdict:
     def holds(self) -> bool:
         """Whether intervals and claims of agreement may be shown."""
         return self.verdict != "not_calibrated"
+
+    @property
+    def may_hold(self) -> bool:
+        """Whether nothing but what is not done yet speaks against intervals and claims of agreement."""
+        return self.holds or all(reason.rule == "unfinished" for reason in self.reasons if reason.weight == _HEAVY)
 
     @property
     def word(self) -> str:

@@ -180,7 +180,7 @@ def _doubtful(doubt: Doubt) -> str:
         "hourglass": "hourglass energy",
         "kinetic": "kinetic energy",
         "drift": "drift of the energy balance",
-        "stroke": "the force had not fallen when the stroke ended",
+        "stroke": "the force was not clearly past its maximum when the stroke ended",
     }[doubt.kind]
     return words if doubt.worst is None else f"{words} up to {_size(doubt.worst)} %"
 
@@ -240,7 +240,9 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
 
 
 def _left_out(evidence: Evidence) -> bool:
-    """Whether diameters left out of a joint fit in turn are predicted within the percentage."""
+    """Whether diameters left out of a joint fit in turn are predicted within the percentage, and are a check at all."""
+    if evidence.study.invert.ranges_chosen == "after":
+        return False
     found = evidence.results.inversion
     error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
     return error is not None and error <= evidence.within

@@ -31,6 +31,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     geometry.friction_falls,
     geometry.symmetry_holds,
     geometry.one_mesh_scatter,
+    geometry.other_meshes_are_possible,
     surface.surface_factors_exist,
     surface.surface_design_takes_factors,
     surface.runs_are_used,

@@ -88,11 +88,12 @@ def _weighed(targets: tuple[Target, ...], name: str) -> Iterator[Finding]:
 
 def published_factors_exist(draft: Draft) -> Iterator[Finding]:
     """A published solution names factors of the study."""
-    for name in draft.published.solution if draft.published else ():
-        if name not in draft.names:
-            message = f"{name[:60]!r} is not a factor of this study"
-            remedy = did_you_mean(name, draft.names)
-            yield Finding(("published", "solution", name), message, remedy, at_key=True)
+    for section in ("solution", "called") if draft.published else ():
+        for name in getattr(draft.published, section):
+            if name not in draft.names:
+                message = f"{name[:60]!r} is not a factor of this study"
+                remedy = did_you_mean(name, draft.names)
+                yield Finding(("published", section, name), message, remedy, at_key=True)
 
 
 def claims_known(draft: Draft) -> Iterator[Finding]:

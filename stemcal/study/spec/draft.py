@@ -12,6 +12,7 @@ from stemcal.study.model import (
     Factor,
     InvertOptions,
     Material,
+    MeshOptions,
     Published,
     RsmOptions,
     ScreenOptions,
@@ -55,6 +56,7 @@ class Draft:
     rsm: RsmOptions | None = None
     invert: InvertOptions | None = None
     published: Published | None = None
+    mesh: MeshOptions | None = None
 
     @property
     def embedded(self) -> EmbeddedSolver | None:

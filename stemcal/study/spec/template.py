@@ -217,6 +217,12 @@ refine:
   tolerance_percent: 1
   budget: 10
 
+# The solution on other meshes: phases places of the mesh along the stem and elements of other sizes. Their scatter
+# then enters every interval, and a budget tells laboratory, surface and mesh. Without this section it is left out.
+# mesh:
+#   phases: 5
+#   sizes: [d/24]
+
 # Between stages 1 and 2 the active factors can be stepped together towards the target first; the design is then
 # centred on the best step and reaches over the share `shrink` of each range.
 # climb:

@@ -85,7 +85,8 @@ def test_notes_name_the_weak_error_the_many_tests_and_the_aliases(pb):
     assert "X7 has p below 0.05 alone, not after Holm's correction: of 9 factors" in text and "up to 37 %" in text
     assert "±1/3" in text
     assert "interaction X4:X9" in text
-    assert len(pb.notes) == 4
+    assert "Lenth's margin of 11 is 16.54 N" in text and "+5.32" in text and "A fold-over" in text
+    assert len(pb.notes) == 6
 
 
 def test_lenth_published_example():

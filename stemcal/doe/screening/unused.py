@@ -1,0 +1,37 @@
+"""The columns of a Plackett–Burman design that carry no factor, as contrasts beside the effects.
+
+Of N runs with k factors N − 1 − k columns are left. Where the runs are those of the known design, in whatever order,
+each of them is a contrast of its own, as large as interactions make it; Lenth's method takes them beside the effects,
+which makes its margin surer the fewer factors there are. Of other designs, or where runs failed, only their sum of
+squares is known, not the contrasts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stemcal.doe.designs.plackett_burman import cyclic_design
+from stemcal.doe.regression.least_squares import Array
+from stemcal.errors import UsageError
+
+
+def unused_columns(design: Array) -> Array | None:
+    """Return the columns left of a Plackett–Burman design, (n, n − 1 − k); None if the runs are not those of one."""
+    n, k = design.shape
+    design = np.round(design, 6)
+    if n % 4 or not 1 <= k < n - 1 or not np.all(np.abs(design) == 1.0):
+        return None
+    try:
+        whole = cyclic_design(n - 1, n)
+    except UsageError:
+        return None
+    rows = {tuple(row[:k]): i for i, row in enumerate(whole.tolist())}
+    places = [rows.get(tuple(row)) for row in design.tolist()]
+    if len(rows) < n or None in places or len(set(places)) < n:
+        return None
+    return np.asarray(whole[[place for place in places if place is not None], k:])
+
+
+def contrasts(columns: Array, response: Array) -> Array:
+    """Return mean(+) − mean(−) of each column."""
+    return np.asarray(2.0 * columns.T @ response / len(response))

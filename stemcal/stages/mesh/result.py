@@ -1,0 +1,109 @@
+"""What other meshes make of the force at the solution, and the intervals with their scatter in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, inline
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.invert.result import Certainty, InvertResult
+from stemcal.stages.result import Head, Interval, StageResult
+
+_COLUMNS = ("diameter", "mesh", "force", "status", "reason")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshRun:
+    """The force at the solution on one mesh: ``own``, ``phases`` (their mean) or an element size."""
+
+    diameter: float
+    mesh: str
+    outcome: Outcome = inline()
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """One source of error of the force at a diameter: standard deviation, share of the variance, degrees of freedom.
+
+    `shared` is what moves all diameters alike, which no mean over them makes smaller; `df` is None where the variance
+    counts as known.
+    """
+
+    diameter: float
+    source: str
+    sd: float
+    share_percent: float
+    df: float | None
+    shared: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MeshResult(StageResult):
+    """The force at the solution on other meshes, its scatter, and the inversion's intervals with that scatter in them.
+
+    `prediction_interval` is of a further simulation with the mesh at any place, `scatter` of a force on one mesh.
+    """
+
+    name: ClassVar[str] = "mesh"
+
+    head: Head = inline()
+    parameters: dict[str, float]
+    belongs_to: dict[str, str]
+    diameter: float
+    rows: Rows[MeshRun]
+    scatter: MeshScatter
+    sizes: Rows[SizeFactor]
+    budget: Rows[BudgetRow]
+    mean_interval: Interval | None
+    prediction_interval: Interval | None
+    ranges: dict[str, Interval]
+    coded_ranges: dict[str, Interval]
+    certainty: Certainty
+    certainty_alone: Certainty | None = absent()
+    notes: tuple[str, ...] = ()
+
+    def widened(self, inversion: InvertResult) -> InvertResult:
+        """Return an inversion with the intervals that hold the scatter of the mesh, and the sentences on them."""
+        old = {sentence for part in inversion.known for sentence in part.sentences}
+        mean, one = self.mean_interval, self.prediction_interval
+        return replace(
+            inversion,
+            point=replace(inversion.point, mean_interval=mean, prediction_interval=one),
+            ranges=self.ranges,
+            coded_ranges=self.coded_ranges,
+            certainty=self.certainty,
+            certainty_alone=self.certainty_alone,
+            notes=(
+                *(note for note in inversion.notes if note not in old),
+                *(sentence for part in self.known for sentence in part.sentences),
+            ),
+        )
+
+    @property
+    def known(self) -> list[Certainty]:
+        """What is known of the parameters with the mesh's scatter counted, as of an inversion."""
+        return [part for part in (self.certainty, self.certainty_alone) if part is not None]
+
+    def budget_at(self, diameter: float) -> Sequence[BudgetRow]:
+        """Return the sources of error at one diameter."""
+        return [row for row in self.budget if row.diameter == diameter]
+
+    def tables(self) -> dict[str, Table]:
+        """Return the force on every mesh, and the error budget."""
+        budget = Table.of(("diameter", "source", "sd", "share_percent", "df", "shared"), self.budget)
+        return {"mesh": Table.of(_COLUMNS, self.rows), "mesh_budget": budget}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run."""
+        for row in self.rows:
+            yield f"mesh {row.mesh} at {row.diameter:g} mm", row.outcome
+
+    def summary(self) -> str:
+        """Tell the scatter."""
+        return (
+            f"the force scatters by {self.scatter.sd_percent:.2g} % over {self.scatter.placements} places of the mesh"
+        )

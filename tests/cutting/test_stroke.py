@@ -1,0 +1,66 @@
+"""How a curve ends: still rising, regained, falling, fallen, broken."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stemcal.cutting.result import moving_mean
+from stemcal.cutting.stroke import stroke_end
+from stemcal.runs.policy import censored_remarks, judged
+from stemcal.solvers.protocol import Answer
+from stemcal.study.model import RunsOptions
+
+TRAVEL = np.linspace(0.0, 1.0, 501)
+
+
+def ended(points: list[tuple[float, float]], noise: float = 0.0, broken: int | None = None) -> str:
+    smooth = np.interp(TRAVEL, *np.array(points).T)
+    raw = smooth + noise * np.random.default_rng(1).standard_normal(len(TRAVEL))
+    return stroke_end(TRAVEL, raw, moving_mean(raw, 11), 11, broken).kind
+
+
+@pytest.mark.parametrize(
+    ("points", "noise", "kind"),
+    [
+        ([(0, 0), (1, 100)], 0.0, "rising"),
+        ([(0, 0), (0.8, 100), (1, 100)], 4.0, "rising"),  # level within the noise
+        ([(0, 0), (0.9, 100), (1, 99.5)], 0.0, "rising"),  # a dip of half a per cent is noise
+        ([(0, 0), (0.5, 100), (0.7, 70), (1, 95)], 0.0, "regained"),
+        ([(0, 0), (0.5, 100), (0.7, 70), (1, 95)], 4.0, "regained"),
+        ([(0, 0), (0.5, 100), (1, 94)], 0.0, "falling"),
+        ([(0, 0), (0.5, 100), (1, 60)], 4.0, "fallen"),
+        ([(0, 0), (0.5, 100), (0.7, 30), (1, 80)], 0.0, "fallen"),
+    ],
+)
+def test_how_it_ends(points: list[tuple[float, float]], noise: float, kind: str) -> None:
+    assert ended(points, noise) == kind
+
+
+def test_a_later_larger_force_after_the_break_is_not_the_peak() -> None:
+    points = [(0.0, 0.0), (0.4, 100.0), (0.5, 10.0), (1.0, 150.0)]
+    smooth = np.interp(TRAVEL, *np.array(points).T)
+    end = stroke_end(TRAVEL, smooth, smooth, 1, broken=245)
+    assert (end.kind, end.peak, end.was_enough, end.sentence) == ("broken", pytest.approx(100.0, rel=0.01), True, "")
+
+
+def test_sentences_say_what_was_passed() -> None:
+    smooth = np.interp(TRAVEL, [0.0, 0.5, 0.7, 1.0], [0.0, 100.0, 70.0, 95.0])
+    assert stroke_end(TRAVEL, smooth, smooth, 1).sentence == (
+        "a peak of 100.0 N at 0.5 mm was passed, the force fell to 70.0 N and regained 95.0 N within the 1 mm stroke: "
+        "a larger maximum may follow"
+    )
+
+
+def answer(end: str | None) -> Answer:
+    details = {"stroke_was_enough": False} | ({"stroke_end": end} if end else {})
+    return Answer("ok", 100.0, details=details)
+
+
+def test_only_what_rose_is_said_to_have_risen() -> None:
+    notes = censored_remarks([answer("rising"), answer("regained"), answer("rising"), answer(None), Answer("ok", 1.0)])
+    assert notes[0].startswith("In runs 1, 3 the force still rose when the stroke ended: such a force is a lower bound")
+    assert notes[1].startswith("In run 2 a peak was passed and partly regained when the stroke ended")
+    assert notes[2].startswith("In run 4 the force had not fallen when the stroke ended")
+    failed = judged(answer("falling"), RunsOptions(censored="fail"))
+    assert failed.message.startswith("a peak was passed, but the force had fallen little when the stroke ended: it is")

@@ -1,0 +1,63 @@
+"""Unused columns as contrasts, and what a fold-over would find."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stemcal.doe.designs.catalogue import plackett_burman
+from stemcal.doe.designs.power import judge_design
+from stemcal.doe.screening.analysis import analyse_screening
+from stemcal.doe.screening.fold import fold_over_gain
+from stemcal.doe.screening.unused import contrasts, unused_columns
+
+
+@pytest.mark.parametrize("k", [5, 9])
+def test_unused_columns_complete_an_orthogonal_design(k: int) -> None:
+    random = np.random.default_rng(2)
+    design = plackett_burman(k, runs=12)[random.permutation(12)]
+    columns = unused_columns(design)
+    assert columns is not None and columns.shape == (12, 11 - k)
+    whole = np.column_stack([np.ones(12), design, columns])
+    assert whole.T @ whole == pytest.approx(12.0 * np.eye(12))
+
+
+def test_their_sum_of_squares_is_the_residual() -> None:
+    random = np.random.default_rng(4)
+    design, y = plackett_burman(8, runs=12), random.standard_normal(12)
+    columns = unused_columns(design)
+    assert columns is not None
+    found = analyse_screening(design, y, [f"x{i}" for i in range(8)])
+    assert 3.0 * float(np.sum(contrasts(columns, y) ** 2)) == pytest.approx(found.residual_sum_of_squares)
+    assert any(note.startswith("With the unused columns, contrasts of") for note in found.notes)
+
+
+def test_other_designs_have_none() -> None:
+    design = plackett_burman(9)
+    assert unused_columns(design[:-1]) is None  # a failed run
+    assert unused_columns(np.vstack([design, design])) is None
+    assert unused_columns(plackett_burman(11)) is None  # every column carries a factor
+
+
+def test_a_fold_over_finds_what_interactions_hide() -> None:
+    """An effect of 17 N beside 80 and 60 N, as in the published screening."""
+    gain = fold_over_gain(plackett_burman(9), [(3, 80.0), (8, 60.0)], 17.0, 0.05)
+    assert gain is not None and gain.runs == 12
+    assert 0.5 < gain.missed < 0.8 and gain.missed_folded < 0.2
+    assert "(`stemcal augment SPEC --fold-over`, 12 runs more)" in gain.describe()
+
+
+def test_no_advice_where_main_effects_are_clear() -> None:
+    from stemcal.doe.designs.augment import fold_over
+
+    assert fold_over_gain(fold_over(plackett_burman(9)), [(3, 80.0), (8, 60.0)], 17.0, 0.05) is None
+    assert fold_over_gain(plackett_burman(9), [(3, 80.0)], 17.0, 0.05) is None
+
+
+def test_power_does_not_count_copies() -> None:
+    """Six centre runs of a deterministic solver are one: nine distinct runs leave 3 residual df, not 8."""
+    from stemcal.doe.designs.catalogue import central_composite
+
+    whole = central_composite(2, 6, "rotatable")
+    once = np.unique(np.round(whole, 9), axis=0)
+    assert (judge_design(whole, ["a", "b"]).residual_df, judge_design(once, ["a", "b"]).residual_df) == (8, 3)

@@ -1,0 +1,196 @@
+"""The stage of the mesh: other meshes simulated at the solution, their scatter in every interval."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import TWO_FACTORS, FakeSolver
+
+from stemcal import workflow
+from stemcal.errors import RunsFailed, SpecError, UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.overview.plan import plan
+from stemcal.overview.status import status
+from stemcal.report.page.render import render
+from stemcal.report.tables.stages import sheets_of
+from stemcal.solvers import SOLVERS
+from stemcal.solvers.embedded import Embedded
+from stemcal.solvers.protocol import Answer, Belonging, Meshed, Request
+from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.results import Results, fresh_results
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.spec import load_study
+from stemcal.study.spec.lengths import Length
+
+TARGETS = """\
+targets:
+  calibrate_at: 8 mm
+  forces:
+    - {diameter: 7 mm, force: 84.2 N, sd: 3 N, n: 6}
+    - {diameter: 8 mm, force: 110 N, sd: 4 N, n: 6}
+    - {diameter: 10 mm, force: 171.9 N, sd: 6 N, n: 6}
+rsm: {factors: [yield_stress, failure_strain], centre_points: 2}
+"""
+MESH = "mesh: {phases: 4, sizes: [d/24]}\n"
+PLACES = (1.02, 0.98, 1.01, 0.97)
+
+
+@dataclass(frozen=True)
+class FakeForce(FakeSolver):
+    """The known force of two factors."""
+
+    def solve(self, request: Request) -> Answer:
+        held = {"strain_rate_c": 90.0, "elastic_modulus": 1000.0}
+        return super().solve(replace(request, levels={**held, **request.levels}))
+
+
+@dataclass(frozen=True)
+class FakeMeshes(FakeForce):
+    """The known force times what its mesh makes of it: a factor for each place, 0.95 for any other element size."""
+
+    places: tuple[float, ...] = (1.0,)
+    size: float = 1.0
+    fails: bool = False
+
+    @property
+    def phases(self) -> int:
+        return len(self.places)
+
+    def in_phases(self, count: int) -> FakeMeshes:
+        return replace(self, places=PLACES[:count])
+
+    def of_size(self, element_size: Length) -> FakeMeshes:
+        return replace(self, size=0.95, version=int(element_size.divisor or 0))
+
+    def belongings(self, diameter: float) -> dict[str, str]:
+        return {"element_size": f"d/16 ({diameter / 16:g} mm)"}
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        return {**super().identity(request), "places": list(self.places), "size": self.size}
+
+    def solve(self, request: Request) -> Answer:
+        whole = super().solve(request)
+        if self.fails and len(self.places) > 1:
+            return Answer("failed", reason="inverted", message="element 3")
+        forces = [self.size * place * (whole.force or 0.0) for place in self.places]
+        return Answer("ok", sum(forces) / len(forces), details={"phase_peaks": forces} if len(forces) > 1 else {})
+
+
+Made = Callable[..., tuple[Study, StudyFolder, Results]]
+
+
+@pytest.fixture
+def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Made:
+    def make(extra: str = "", solver: FakeMeshes | None = None) -> tuple[Study, StudyFolder, Results]:
+        monkeypatch.setitem(SOLVERS, "embedded", lambda _study: solver or FakeMeshes())
+        path = tmp_path / "study.yaml"
+        path.write_text(TWO_FACTORS + TARGETS + extra, encoding="utf-8")
+        study, folder = load_study(path), StudyFolder(tmp_path / "out")
+        workflow.calibrate(study, folder, InlineExecutor())
+        return study, folder, fresh_results(study, folder)
+
+    return make
+
+
+def test_every_interval_is_wider_with_the_mesh(made: Made) -> None:
+    plain, meshed = made()[2], made(MESH)[2]
+    assert plain.mesh is None and meshed.mesh is not None
+    without, held = plain.inversion, meshed.inversion
+    assert without is not None and held is not None
+    assert without.point.solution == held.point.solution
+    for name, (low, high) in without.ranges.items():
+        assert held.ranges[name][0] <= low and high <= held.ranges[name][1]
+    assert without.certainty is not None and held.certainty is not None
+    narrow, wide = without.certainty.intervals["yield_stress"], held.certainty.intervals["yield_stress"]
+    assert wide[0] <= narrow[0] and narrow[1] <= wide[1]
+    low, high = held.point.prediction_interval or (0.0, 0.0)
+    middle = 110.0 * meshed.mesh.scatter.mean_factor
+    assert 0.5 * (low + high) == pytest.approx(middle, rel=1e-3)
+    assert all(low < 110.0 * place < high for place in PLACES)
+    assert held.certainty.sentences[0] in held.notes and without.certainty.sentences[0] not in held.notes
+
+
+def test_the_budget_tells_each_source(made: Made) -> None:
+    mesh = made(MESH)[2].mesh
+    assert mesh is not None
+    budget = {row.source: row for row in mesh.budget_at(8.0)}
+    assert list(budget) == ["laboratory", "surface", "mesh"]
+    assert sum(row.share_percent for row in budget.values()) == pytest.approx(100.0)
+    assert budget["laboratory"].sd == pytest.approx(4.0 / 6**0.5, rel=0.02)
+    assert budget["mesh"].sd == pytest.approx(110.0 * mesh.scatter.variance**0.5)
+    assert budget["mesh"].df == 3.0
+    assert mesh.sizes[0].factor == pytest.approx(0.95)
+    assert "Elements of d/24 give a force 5.0 % below the study's own" in mesh.notes[1]
+
+
+def test_jointly_the_common_part_stands_apart(made: Made) -> None:
+    """Every diameter has the same factors: all of the scatter is shared, and nothing is averaged away."""
+    mesh = made(MESH + "invert: {diameters: all}\n")[2].mesh
+    assert mesh is not None and mesh.certainty_alone is not None
+    assert mesh.scatter.common == pytest.approx(mesh.scatter.variance, rel=1e-6)
+    shared = [row for row in mesh.budget if row.shared]
+    assert [row.diameter for row in shared] == [7.0, 8.0, 10.0]
+    assert len(mesh.rows) == 9
+
+
+def test_the_validation_has_the_mesh_in_its_tests(made: Made) -> None:
+    validation, meshed = made()[2].validation, made(MESH)[2].validation
+    assert validation is not None and meshed is not None
+    for plain, row in zip(validation.rows, meshed.rows, strict=True):
+        low, high = row.mesh_interval or (0.0, 0.0)
+        assert low < (row.compared.simulated or 0.0) < high and plain.mesh_interval is None
+        assert (row.compared.p_equivalent or 0.0) > (plain.compared.p_equivalent or 0.0)
+
+
+def test_it_is_shown_and_comes_back_from_its_file(made: Made) -> None:
+    study, folder, results = made(MESH)
+    assert results.mesh is not None and results.inversion is not None
+    content = json.loads((folder.path / "mesh.json").read_text(encoding="utf-8"))
+    assert MeshResult.from_json(content) == results.mesh
+    assert (folder.path / "mesh_budget.csv").is_file()
+    assert [sheet.title for sheet in sheets_of(results.mesh)] == [
+        "The solution on other meshes",
+        "What the error of the force is made of",
+    ]
+    assert any("element_size d/16 (0.5 mm): cite" in line for line in sheets_of(results.inversion)[0].foot)
+    page = render(study, folder)
+    assert "What the error of the force is made of" in page and "standard deviation of" in page
+    assert any(note.startswith("mesh simulates the solution at 4 places") for note in plan(study, folder).notes)
+    assert all(stage.file == "fresh" for stage in status(study, folder).stages)
+
+
+def test_a_failed_place_stops_it_and_a_failed_size_is_left_out(made: Made) -> None:
+    with pytest.raises(RunsFailed, match=r"mesh: the run at 8 mm \(phases\) failed \(inverted\): element 3"):
+        made(MESH, FakeMeshes(fails=True))
+
+
+def test_solvers_that_cannot_mesh_otherwise_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeForce())
+    path = tmp_path / "study.yaml"
+    path.write_text(TWO_FACTORS + TARGETS + MESH, encoding="utf-8")
+    with pytest.raises(UsageError, match="mesh: solver embedded does not say how it would mesh otherwise"):
+        workflow.calibrate(load_study(path), StudyFolder(tmp_path / "out"), InlineExecutor())
+    path.write_text(TWO_FACTORS + TARGETS + MESH + "solver: {kind: embedded, perturb: 1}\n", encoding="utf-8")
+    with pytest.raises(SpecError, match=r"solver\.perturb draws the place of the mesh anew"):
+        load_study(path)
+
+
+def test_the_embedded_solver_meshes_otherwise(tmp_path: Path) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text(TWO_FACTORS + TARGETS, encoding="utf-8")
+    solver = Embedded(load_study(path))
+    assert isinstance(solver, Meshed) and isinstance(solver, Belonging) and solver.phases == 1
+    assert solver.belongings(8.0) == {
+        "element_size": "d/16 (0.5 mm)", "edge_spread": "d/8 (1 mm)", "internal_length": "d/4.5 (1.78 mm)",
+    }  # fmt: skip
+    request = Request("mesh", 0, {"yield_stress": 15.0, "failure_strain": 0.03}, 8.0)
+    assert len(solver.in_phases(3).identity(request)["tests"]) == 3
+    finer = solver.of_size(Length(divisor=24.0)).study.solver
+    assert isinstance(finer, EmbeddedSolver) and str(finer.element_size) == "d/24"
+    assert finer.time_step == pytest.approx(4e-5 * 16 / 24)
