@@ -130,25 +130,49 @@ def fit_sheet(stage: SurfaceResult) -> Sheet:
 
 
 def calibration_sheet(stage: InvertResult) -> Sheet:
-    """Return the calibrated parameters with the range each may take."""
+    """Return the calibrated parameters with the range of each that is to be cited, and what else was found."""
     published = {} if stage.published is None else stage.published.point.solution
-    point, rows = stage.point, []
+    (head, ranges), point, rows = cited_ranges(stage), stage.point, []
     for name, value in point.solution.items():
-        row = (name, significant(value), interval(stage.ranges.get(name)), fixed(point.coded[name], 3))
+        row = (name, significant(value), ranges[name], fixed(point.coded[name], 3))
         rows.append((*row, short(published.get(name))) if published else row)
-    columns: tuple[str, ...] = ("Factor", "Calibrated", "Range over all solutions", "Coded")
+    columns = ("Factor", "Calibrated", head, "Coded", *(("Published",) if published else ()))
     intervals = (
-        f"95 % interval of the mean {interval(point.mean_interval)} N, of one prediction "
+        f"95 % interval of the mean force {interval(point.mean_interval)} N, of one simulated force "
         f"{interval(point.prediction_interval)} N."
     )
+    other = _other_ranges(stage)
     foot = (
         f"Target {short(stage.target)} N; predicted {significant(point.predicted)} N; coded radius "
         f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
         intervals,
+        *other,
     )
-    if published:
-        columns = (*columns, "Published")
-    return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(columns[2], intervals))
+    return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(head, intervals, *other))
+
+
+def joint_sheets(stage: InvertResult) -> list[Sheet]:
+    """Return the tables of a joint fit: each diameter, and what it leaves of each parameter; none of a single force."""
+    return further_sheets(stage) if stage.joint is not None else []
+
+
+def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
+    """Return the range of each parameter to cite, as it is written, and what it is called."""
+    if stage.certainty is None:
+        return "Exact solutions", {name: interval(stage.ranges.get(name)) for name in stage.point.solution}
+    known = stage.certainty.intervals
+    return "95 % range", {name: interval(known.get(name)) for name in stage.point.solution}
+
+
+def _other_ranges(stage: InvertResult) -> list[str]:
+    """Explain the range that is not to be cited: the points where the surface alone meets the target."""
+    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
+        return []
+    exact = "; ".join(f"{name} {interval(stage.ranges[name])}" for name in stage.point.solution)
+    return [
+        "Cite the 95 % range: what is compatible with the measurement, all other parameters free (profile likelihood). "
+        f"The points where the surface meets the target exactly ({exact}) leave its error out."
+    ]
 
 
 def validation_sheet(stage: ValidateResult) -> Sheet:
