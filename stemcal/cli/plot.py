@@ -75,8 +75,8 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
     return found
 
 
-def draw_all(study: Study, folder: StudyFolder) -> Path:
-    """Write the figures of a report unless they are there for the same stages; returns their folder."""
+def draw_all(study: Study, folder: StudyFolder, plots: list[Plot]) -> Path:
+    """Write these figures of a report unless they are there for the same stages; returns their folder."""
     from stemcal import __version__
     from stemcal.files.durable import digest
     from stemcal.outputs import write_output
@@ -87,6 +87,6 @@ def draw_all(study: Study, folder: StudyFolder) -> Path:
     stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
     made_for = digest([__version__, str(study.targets), stages])
     if not mark.is_file() or mark.read_text("utf-8") != made_for:
-        write_figures([found for found in plots_of(study, folder) if not found.on_request], where)
+        write_figures([found for found in plots if not found.on_request], where)
         write_output(mark, made_for)
     return where

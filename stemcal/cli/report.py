@@ -28,12 +28,13 @@ def report(
     from stemcal.cli.console import open_page, say_json, say_whole
     from stemcal.cli.plot import draw_all
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.page.render import write_page
+    from stemcal.report.page.render import shown, write_page
 
     study = read_study(spec)
     folder = existing_folder(study, out)
-    page = write_page(study, folder)
-    drawn = draw_all(study, folder) if figures else None
+    what = shown(study, folder)
+    page = write_page(study, folder, what)
+    drawn = draw_all(study, folder, what.plots) if figures else None
     if open_it:
         open_page(page)
     if as_json:

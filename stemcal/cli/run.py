@@ -36,9 +36,7 @@ def run(
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
         from stemcal.cli.plot import draw_all
-        from stemcal.report.page.render import write_page
-        from stemcal.stages.results import fresh_results
-        from stemcal.stages.verdict.rules import verdict_of
+        from stemcal.report.page.render import shown, write_page
 
         _foretell(work)
         try:
@@ -48,13 +46,12 @@ def run(
             unreachable = error
         work.folder.remember_spec(work.study.source)
         work.watch.busy("drawing the report")
-        page = write_page(work.study, work.folder)
-        draw_all(work.study, work.folder)
-        results = fresh_results(work.study, work.folder)
-        verdict = verdict_of(work.study, work.folder, results)
+        what = shown(work.study, work.folder)
+        page = write_page(work.study, work.folder, what)
+        draw_all(work.study, work.folder, what.plots)
     if open_it:
         open_page(page)
-    show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
+    show_run(work.study, what.results, what.verdict, page, work.folder, as_json, quiet)
     if unreachable is not None:
         raise unreachable
 

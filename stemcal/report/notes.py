@@ -48,7 +48,7 @@ class Note:
 def weight(sentence: str) -> int:
     """Return the weight of a note: 0 is read first.
 
-    >>> weight("In runs 6, 11 the force still rose when the stroke ended."), weight("A new one."), weight("grows as d^2")
+    >>> weight("In runs 6, 11 the force still rose."), weight("A new one."), weight("grows as d^2")
     (0, 2, 3)
     """
     found = (rank for rank, pattern in enumerate(_WEIGHTS) if pattern is not None and pattern.search(sentence))

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from stemcal.outputs import open_output
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 INK = "#23272e"
@@ -119,6 +120,16 @@ def _shown_figure() -> Any:
     return ShownFigure
 
 
+def legend_above(axes: Axes, most: int = 3) -> None:
+    """Name the curves above the axes, where they hide nothing."""
+    handles, labels = axes.get_legend_handles_labels()
+    if labels:
+        axes.legend(
+            handles, labels, loc="lower left", bbox_to_anchor=(-0.02, 1.0), borderaxespad=0.2,
+            ncols=min(most, len(labels)), columnspacing=1.2, handlelength=1.8,
+        )  # fmt: skip
+
+
 def save(figure: Figure, path: Path) -> None:
     """Write a figure for use outside the page, on white; the suffix says the format."""
     kind = path.suffix.lower().removeprefix(".")
@@ -154,6 +165,7 @@ def inline(figure: Figure, name: str, description: str) -> str:
     from markupsafe import escape
 
     text = svg(figure)
+    figure.set_layout_engine("none")  # the first drawing has placed everything, also for the files
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)

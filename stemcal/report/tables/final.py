@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import significant
+from stemcal.report.numbers import significant, unit_written
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import cited_ranges, validation_sheet
 from stemcal.stages.results import Results
@@ -35,8 +35,7 @@ def _parameters(study: Study, results: Results) -> Sheet:
     head, ranges = cited_ranges(found)
     values = results.parameters
     rows = tuple(
-        (name, significant(values[name]), "" if study.factor(name).unit == "1" else study.factor(name).unit,
-         ranges[name])
+        (name, significant(values[name]), unit_written(study.factor(name).unit), ranges[name])
         for name in found.point.solution
     )  # fmt: skip
     columns = ("Parameter", "Calibrated", "Unit", head)
