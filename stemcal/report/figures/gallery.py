@@ -207,7 +207,8 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
     cut = (
         f"The stem of {label} at the end of the simulation, notched by the blade: it ends when the force has dropped "
         "for good, before the stem is cut through. From the side and in section (the bore between the walls), coloured "
-        "by plastic strain; elements that failed are gone. Grey: the blade, and the supports with their clearance between."
+        "by plastic strain; elements that failed are gone. Grey: the blade, and the supports with their clearance "
+        "between."
     )
     plots = [
         Plot(
