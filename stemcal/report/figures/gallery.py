@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -18,7 +18,7 @@ from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
-from stemcal.report.figures.style import save_both
+from stemcal.report.figures.style import resize, save, save_both
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.numbers import short
 from stemcal.report.records import Details, Records, at_solution, curves_of
@@ -77,6 +77,20 @@ def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
     """Write every figure as SVG and PNG into a folder; returns the files."""
     make_folder(folder)
     return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name)]
+
+
+def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, width: float | None) -> list[Path]:
+    """Write figures in these formats, with this resolution and width (mm); returns the files."""
+    make_folder(folder)
+    paths = []
+    for plot in plots:
+        figure = plot.make()
+        if width is not None:
+            resize(figure, width)
+        for kind in kinds:
+            paths.append(folder / f"{plot.name}.{kind}")
+            save(figure, paths[-1], dpi)
+    return paths
 
 
 def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import significant, unit_written
+from stemcal.report.numbers import short, significant, unit_written
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import cited_ranges, validation_sheet
 from stemcal.stages.results import Results
@@ -34,11 +34,18 @@ def _parameters(study: Study, results: Results) -> Sheet:
     assert found is not None
     head, ranges = cited_ranges(found)
     values = results.parameters
+    published = {} if found.published is None else found.published.point.solution
     rows = tuple(
-        (name, significant(values[name]), unit_written(study.factor(name).unit), ranges[name])
+        (
+            name,
+            significant(values[name]),
+            unit_written(study.factor(name).unit),
+            ranges[name],
+            *([short(published.get(name))] if published else []),
+        )
         for name in found.point.solution
-    )  # fmt: skip
-    columns = ("Parameter", "Calibrated", "Unit", head)
+    )
+    columns = ("Parameter", "Calibrated", "Unit", head, *(["Published"] if published else []))
     return Sheet("Calibrated parameters", columns, rows, claiming=(head,))
 
 
