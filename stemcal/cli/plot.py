@@ -9,8 +9,6 @@ import typer
 from stemcal.cli.options import AsJson, Out, Spec
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from stemcal.folder.store import StudyFolder
     from stemcal.report.figures.gallery import Plot
     from stemcal.study.model import Study
@@ -120,20 +118,3 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
         known = ", ".join(p.name for p in plots) or "none yet; run `stemcal run SPEC` first"
         raise UsageError(f"no figure {name!r}; there are {known}")
     return found
-
-
-def draw_all(study: Study, folder: StudyFolder, plots: list[Plot]) -> Path:
-    """Write these figures of a report unless they are there for the same stages; returns their folder."""
-    from stemcal import __version__
-    from stemcal.files.durable import digest
-    from stemcal.outputs import write_output
-    from stemcal.report.figures.gallery import write_figures
-
-    where = folder.path / "figures"
-    mark = where / "drawn-for.txt"
-    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
-    made_for = digest([__version__, str(study.targets), stages])
-    if not mark.is_file() or mark.read_text("utf-8") != made_for:
-        write_figures([found for found in plots if not found.on_request], where)
-        write_output(mark, made_for)
-    return where

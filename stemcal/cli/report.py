@@ -26,15 +26,15 @@ def report(
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
     from stemcal.cli.console import open_page, say_json, say_whole
-    from stemcal.cli.plot import draw_all
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.page.render import shown, write_page
+    from stemcal.report.drawing import draw
+    from stemcal.report.page.render import shown
 
     study = read_study(spec)
     folder = existing_folder(study, out)
     what = shown(study, folder)
-    page = write_page(study, folder, what)
-    drawn = draw_all(study, folder, what.plots) if figures else None
+    page = draw(study, folder, what, figures, again=True)
+    drawn = folder.path / "figures" if figures else None
     if open_it:
         open_page(page)
     if as_json:

@@ -35,8 +35,8 @@ def run(
     unreachable: TargetUnreachable | None = None
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
-        from stemcal.cli.plot import draw_all
-        from stemcal.report.page.render import shown, write_page
+        from stemcal.report.drawing import draw
+        from stemcal.report.page.render import shown
 
         _foretell(work)
         try:
@@ -47,8 +47,7 @@ def run(
         work.folder.remember_spec(work.study.source)
         work.watch.busy("drawing the report")
         what = shown(work.study, work.folder)
-        page = write_page(work.study, work.folder, what)
-        draw_all(work.study, work.folder, what.plots)
+        page = draw(work.study, work.folder, what)
     if open_it:
         open_page(page)
     show_run(work.study, what.results, what.verdict, page, work.folder, as_json, quiet)

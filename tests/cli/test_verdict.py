@@ -42,7 +42,7 @@ def test_the_last_screen_holds_verdict_table_and_path(
     end = lines.index("Calibrated.")
     assert lines[end + 1] == "Good (within 10 %) at 7, 8 and 10 mm."
     assert lines[end + 3].startswith("Calibrated parameters") and "95 % range" in lines[end + 4]
-    assert [line.split()[0] for line in lines[-5:-2]] == ["7", "8", "10"]
+    assert [line.split()[0] for line in lines[-6:-3]] == ["7", "8", "10"]
     assert lines[-1].startswith("Report: ") and lines[-1].endswith("report.html")
     assert len(lines) - end < 24 and max(map(len, lines[end:-1])) <= 80
     found = said.stdout.index("Effects on the maximum force"), said.stdout.index("What the measurements fix")

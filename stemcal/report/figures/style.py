@@ -168,7 +168,8 @@ def resize(figure: Figure, width: float) -> None:
     wide = width / _INCH
     share = max(_LEAST, min(1.0, wide / now_wide))
     figure.set_size_inches(wide, now_high * (wide / now_wide) ** 0.7)
-    for axes in figure.axes:
+    panels: list[Any] = figure.axes  # flat ones and such in space
+    for axes in panels:
         if axes.name == "3d":
             axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.98 * min(1.0, wide / now_wide) ** 0.6)
         if axes.get_legend() is not None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 LINES = 24  # of a terminal, the last of them the prompt's
-_AROUND = 8  # lines of the two tables beside their rows: titles, heads, rules, an empty line below each
+_AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, a foot, an empty line below each
 
 
 def final_sheets(study: Study, results: Results, holds: bool, taken: int) -> list[Sheet]:
@@ -51,7 +51,8 @@ def _parameters(study: Study, results: Results) -> Sheet:
 
 def shortened(validation: ValidateResult, most: int) -> Sheet:
     """Return measured against simulated force in so many rows at most: those fitted, and the largest errors."""
-    sheet = replace(validation_sheet(validation), foot=())
+    sheet = validation_sheet(validation)
+    sheet = replace(sheet, foot=sheet.foot[:1])
     most = max(most, 3)
     if len(sheet.rows) <= most:
         return sheet
@@ -61,4 +62,4 @@ def shortened(validation: ValidateResult, most: int) -> Sheet:
     )
     kept = sorted(ranked[: most - 1])
     left = f"{counted(len(sheet.rows) - len(kept), 'other diameter')} of smaller error in the report"
-    return replace(sheet, rows=tuple(sheet.rows[i] for i in kept), foot=(f"{left}.",))
+    return replace(sheet, rows=tuple(sheet.rows[i] for i in kept), foot=(*sheet.foot, f"{left}."))
