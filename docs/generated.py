@@ -60,29 +60,48 @@ def _marked_up(text: str) -> str:
 
 def spec() -> str:
     """Return every section and key of a spec."""
+    from stemcal.study.spec.meanings import PLACES
     from stemcal.study.spec.schema import json_schema
 
     schema = json_schema()
-    top = [(f"`{key}`", _kind(node), _default(node)) for key, node in schema["properties"].items()]
+    head = ("Key", "Meaning", "Value", "Default")
     parts = [
         "# Spec",
         "A study is one YAML file. Quantities carry their unit (`8 mm`); pure numbers have none. `stemcal check` names "
         "every mistake with its line; `stemcal schema` prints this page for editors. Defaults of quantities are given "
-        "in mm, s, N, MPa and degrees.",
-        _table(("Key", "Value", "Default"), top),
+        "in mm, s, N, MPa and degrees. `[]` stands for each entry of a list.",
+        _table(head, _keys_of(schema)),
     ]
-    for name, node in schema["$defs"].items():
-        parts += [f"## {name}", node.get("description", "")]
-        rows = [(f"`{key}`", _kind(value), _default(value)) for key, value in node.get("properties", {}).items()]
-        parts.append(_table(("Key", "Value", "Default"), rows))
+    for name, place in PLACES.items():
+        node = schema["$defs"][name]
+        parts += [f"({_anchor(name)})=\n## {place}", _marked(node.get("description", "")), _table(head, _keys_of(node))]
     return "\n\n".join(part for part in parts if part)
+
+
+def _keys_of(node: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """Return a row per key of a section."""
+    return [
+        (f"`{key}`", _marked(value["description"]), _kind(value), _default(value))
+        for key, value in node.get("properties", {}).items()
+    ]
+
+
+def _anchor(name: str) -> str:
+    return f"spec-{name.lower()}"
+
+
+def _marked(text: str) -> str:
+    """Set code of reStructuredText as that of Markdown."""
+    return text.replace("``", "`")
 
 
 def _kind(node: Mapping[str, Any]) -> str:
     """Return in words what a key takes."""
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]
-        return f"section [{name}](#{name.lower()})"
+        from stemcal.study.spec.meanings import PLACES
+
+        return f"section [{PLACES[name]}](#{_anchor(name)})"
     options = [option for word in ("anyOf", "oneOf") for option in node.get(word, ())]
     if options:
         return " or ".join(_kind(option) for option in options if option.get("type") != "null")

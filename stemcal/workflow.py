@@ -16,6 +16,8 @@ to `watch`, called with a `Progress`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import plan
@@ -29,7 +31,7 @@ from stemcal.stages.invert.stage import invert
 from stemcal.stages.making import make
 from stemcal.stages.mesh.stage import mesh
 from stemcal.stages.refine.stage import refine
-from stemcal.stages.result import read_result
+from stemcal.stages.result import StageResult, read_result
 from stemcal.stages.screen import screen
 from stemcal.stages.surface.stage import fit_response_surface as fit_surface
 from stemcal.stages.validate import ValidateResult, validate
@@ -56,10 +58,14 @@ def calibrate(
     executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
+    done: Callable[[StageResult], None] = lambda _result: None,
 ) -> ValidateResult:
-    """Take a study through all stages; returns the validation, the others lie in the folder."""
+    """Take a study through all stages; returns the validation, the others lie in the folder.
+
+    `done` is called with the result of each stage as soon as it is known.
+    """
     solver = solver or make_solver(study)
     with folder:
         for stage in stages_of(study):
-            make(stage, study, folder, executor, watch, solver)
+            done(make(stage, study, folder, executor, watch, solver))
         return read_result(folder, ValidateResult)

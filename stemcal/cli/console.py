@@ -9,6 +9,8 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import RenderableType
 
     from stemcal.cli.terminal import Terminal
@@ -39,6 +41,22 @@ def say_whole(*lines: str) -> None:
     """Print lines on stdout that are never broken, so that the paths in them can be copied."""
     for line in lines:
         stdout().print(line, soft_wrap=True)
+
+
+def height(line: str) -> int:
+    """Return how many lines of the terminal a sentence takes."""
+    from rich.text import Text
+
+    console = stdout()
+    return len(Text(line).wrap(console, console.width))
+
+
+def open_page(page: Path) -> None:
+    """Open a page in the browser; where none can be started, say where it is."""
+    import webbrowser
+
+    if not webbrowser.open(page.resolve().as_uri()):
+        note(f"no browser could be started; open {page} yourself")
 
 
 def say_json(data: Any) -> None:

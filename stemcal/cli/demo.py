@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
-from stemcal.cli.options import Quiet, Workers
+from stemcal.cli.options import OpenPage, Quiet, Workers
 
 Folder = Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Where spec and results go.")]
 
 
-def demo(folder: Folder = Path("stemcal-demo"), workers: Workers = None, quiet: Quiet = False) -> None:
+def demo(
+    folder: Folder = Path("stemcal-demo"), workers: Workers = None, open_it: OpenPage = False, quiet: Quiet = False
+) -> None:
     """Take a small study with a coarse mesh from spec to report; a minute, most of it the first compilation.
 
     Its forces mean little. The spec that it leaves is yours to change.
@@ -34,7 +36,6 @@ def demo(folder: Folder = Path("stemcal-demo"), workers: Workers = None, quiet: 
             write_output(spec, text)
     except OSError as error:
         raise UsageError(f"{folder}: {error.strerror}; choose another folder") from None
-    run(spec, out=folder / "results", workers=workers, quiet=quiet)
+    run(spec, out=folder / "results", workers=workers, open_it=open_it, quiet=quiet)
     if not quiet:
-        note(f"open {folder / 'results' / 'report.html'} in a browser")
-        note(f"then change {spec} and give: stemcal run {spec} --out {folder / 'results'}")
+        note(f"Open the report, then change {spec} and give: stemcal run {spec} --out {folder / 'results'}")

@@ -104,7 +104,10 @@ def _fonts() -> Iterator[Finding]:
     from stemcal.report.figures.style import installed_fonts
 
     chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
-    found = ", ".join(chinese) or "none: Chinese names come out as boxes in PNG figures"
+    found = ", ".join(chinese) or (
+        "none of those looked for: Chinese names come out as boxes in PNG and PDF figures; install one, such as "
+        "fonts-noto-cjk of Debian and Ubuntu or google-noto-sans-cjk-fonts of Fedora"
+    )
     yield Finding("fonts with Chinese", found, True if chinese else None)
 
 

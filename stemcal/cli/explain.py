@@ -18,25 +18,27 @@ def _beginning(typed: str) -> list[str]:
 
 
 Term = Annotated[
-    str | None,
-    typer.Argument(metavar="[TERM]", help="A word of the tables, the report or the spec.", autocompletion=_beginning),
+    list[str] | None,
+    typer.Argument(
+        metavar="[TERM]...", help="A word of the tables, the report or the spec.", autocompletion=_beginning
+    ),
 ]
 
 
 def explain(term: Term = None, as_json: AsJson = False) -> None:
     """Say what a term means, with its source; without a term list all that are known.
 
-    Example: [bold]stemcal explain "lack of fit"[/bold]
+    Example: [bold]stemcal explain lack of fit[/bold]
     """
     from dataclasses import asdict
 
     from stemcal.cli.console import say, say_json
     from stemcal.report.glossary import GLOSSARY, look_up
 
-    entries = list(GLOSSARY) if term is None else look_up(term)
+    entries = look_up(" ".join(term)) if term else list(GLOSSARY)
     if as_json:
         say_json({"schema_version": 1, "stage": "explain", "terms": [asdict(entry) for entry in entries]})
-    elif term is None:
+    elif not term:
         say(", ".join(entry.term for entry in entries))
     else:
         from rich.padding import Padding

@@ -30,4 +30,6 @@ ExecutorName = Annotated[
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else there.")]
 
+OpenPage = Annotated[bool, typer.Option("--open", help="Open the report in the browser when it is written.")]
+
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no notes on stderr.")]

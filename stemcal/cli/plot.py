@@ -9,8 +9,6 @@ import typer
 from stemcal.cli.options import AsJson, Out, Spec
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from stemcal.folder.store import StudyFolder
     from stemcal.report.figures.gallery import Plot
     from stemcal.study.model import Study
@@ -18,37 +16,84 @@ if TYPE_CHECKING:
 Name = Annotated[str, typer.Argument(metavar="NAME", help="A figure, the beginning of some names, all, or list.")]
 
 
-Format = Annotated[Literal["gif", "mp4"], typer.Option("--format", help="Of an animation; mp4 needs ffmpeg.")]
+Kind = Literal["svg", "png", "pdf", "eps", "tiff", "gif", "mp4"]
+Format = Annotated[
+    Kind | None,
+    typer.Option("--format", help="Of figures; gif or mp4 (needs ffmpeg) of an animation.", show_default="svg and png"),
+]
+Dpi = Annotated[float, typer.Option("--dpi", min=50, max=1200, help="Dots per inch of PNG and TIFF.")]
+Width = Annotated[
+    str | None,
+    typer.Option(
+        "--width", metavar="one|two|MM", help="One or two columns of a journal, 90 and 190 mm, or any width in mm."
+    ),
+]
+COLUMNS = {"one": 90.0, "two": 190.0}  # mm
 
 
-def plot(name: Name, spec: Spec, out: Out = None, film: Format = "gif", as_json: AsJson = False) -> None:
-    """Draw figures of a study as SVG and PNG into the folder figures of the study folder.
+def plot(
+    name: Name,
+    spec: Spec,
+    out: Out = None,
+    kind: Format = None,
+    dpi: Dpi = 300,
+    width: Width = None,
+    as_json: AsJson = False,
+) -> None:
+    """Draw figures of a study into the folder figures of the study folder, for a journal in its format and width.
 
     NAME may be the beginning of several names: contour draws all contour plots, fracture all fractured stems. list
     shows the names there are, all draws everything. animation shows the cut at the calibration diameter as a short
     film, animation-7mm at another; view shows the cut stem in space, by pyvista with the extra view.
 
     Example: [bold]stemcal plot list configs/smoke.yaml[/bold]
+
+    Example: [bold]stemcal plot contour configs/smoke.yaml --format pdf --width one[/bold]
     """
     from stemcal.cli.console import say, say_json
     from stemcal.cli.requested import CAPTIONS, is_requested, requestable, write_requested
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.figures.gallery import write_figures
+    from stemcal.report.figures.gallery import write_as
 
+    millimetres = _width(width)
     study = read_study(spec)
     folder = existing_folder(study, out)
     if is_requested(name):
-        lines = [str(write_requested(study, folder, name, film))]
+        lines = [str(write_requested(study, folder, name, "mp4" if kind == "mp4" else "gif"))]
     elif name == "list":
         lines = [f"{drawing.name}: {drawing.caption}" for drawing in plots_of(study, folder)]
         lines += [f"{title}: {CAPTIONS[title.partition('-')[0]]}" for title in requestable(study, folder)]
     else:
+        kinds = _kinds(kind)
         found = chosen(plots_of(study, folder), name)
-        lines = [str(path) for path in write_figures(found, folder.path / "figures")]
+        lines = [str(path) for path in write_as(found, folder.path / "figures", kinds, dpi, millimetres)]
     if as_json:
         say_json({"schema_version": 1, "stage": "plot", "names" if name == "list" else "files": lines})
     else:
         say(*lines)
+
+
+def _kinds(kind: str | None) -> list[str]:
+    from stemcal.errors import UsageError
+
+    if kind in ("gif", "mp4"):
+        raise UsageError(f"--format {kind}: only `stemcal plot animation` has it; use svg, png, pdf, eps or tiff")
+    return ["svg", "png"] if kind is None else [kind]
+
+
+def _width(given: str | None) -> float | None:
+    """Return a width in mm."""
+    from stemcal.errors import UsageError
+
+    if given is None or given in COLUMNS:
+        return None if given is None else COLUMNS[given]
+    try:
+        width = float(given.removesuffix("mm").strip())
+    except ValueError:
+        width = 0.0
+    if not 40.0 <= width <= 400.0:
+        raise UsageError(f"--width {given}: write one, two, or a width from 40 to 400 mm")
+    return width
 
 
 def plots_of(study: Study, folder: StudyFolder) -> list[Plot]:
@@ -73,20 +118,3 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
         known = ", ".join(p.name for p in plots) or "none yet; run `stemcal run SPEC` first"
         raise UsageError(f"no figure {name!r}; there are {known}")
     return found
-
-
-def draw_all(study: Study, folder: StudyFolder) -> Path:
-    """Write the figures of a report unless they are there for the same stages; returns their folder."""
-    from stemcal import __version__
-    from stemcal.files.durable import digest
-    from stemcal.outputs import write_output
-    from stemcal.report.figures.gallery import write_figures
-
-    where = folder.path / "figures"
-    mark = where / "drawn-for.txt"
-    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
-    made_for = digest([__version__, str(study.targets), stages])
-    if not mark.is_file() or mark.read_text("utf-8") != made_for:
-        write_figures([found for found in plots_of(study, folder) if not found.on_request], where)
-        write_output(mark, made_for)
-    return where

@@ -6,27 +6,37 @@ from typing import Annotated
 
 import typer
 
-from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.cli.options import AsJson, OpenPage, Out, Quiet, Spec
 
 Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Also write every figure as SVG and PNG.")]
 
 
-def report(spec: Spec, out: Out = None, figures: Figures = True, as_json: AsJson = False, quiet: Quiet = False) -> None:
+def report(
+    spec: Spec,
+    out: Out = None,
+    figures: Figures = True,
+    open_it: OpenPage = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
     """Write report.html, one self-contained page, from the stages that are done.
 
     It may be written while the study still runs.
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
-    from stemcal.cli.console import say_json, say_whole
-    from stemcal.cli.plot import draw_all
+    from stemcal.cli.console import open_page, say_json, say_whole
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.report.page.render import write_page
+    from stemcal.report.drawing import draw
+    from stemcal.report.page.render import shown
 
     study = read_study(spec)
     folder = existing_folder(study, out)
-    page = write_page(study, folder)
-    drawn = draw_all(study, folder) if figures else None
+    what = shown(study, folder)
+    page = draw(study, folder, what, figures, again=True)
+    drawn = folder.path / "figures" if figures else None
+    if open_it:
+        open_page(page)
     if as_json:
         say_json({"schema_version": 1, "stage": "report", "page": str(page), "figures": drawn and str(drawn)})
     else:

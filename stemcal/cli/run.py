@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from stemcal.cli.options import AsJson, ExecutorName, OpenPage, Out, Quiet, Spec, Workers
 from stemcal.errors import TargetUnreachable
+
+if TYPE_CHECKING:
+    from stemcal.cli.session import Session
+    from stemcal.stages.result import StageResult
 
 
 def run(
@@ -11,6 +18,7 @@ def run(
     out: Out = None,
     workers: Workers = None,
     executor: ExecutorName = "local",
+    open_it: OpenPage = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -20,26 +28,47 @@ def run(
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
+    from stemcal.cli.console import open_page
     from stemcal.cli.session import opened
     from stemcal.cli.show import show_run
 
     unreachable: TargetUnreachable | None = None
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
-        from stemcal.cli.plot import draw_all
-        from stemcal.report.page.render import write_page
-        from stemcal.stages.results import fresh_results
-        from stemcal.stages.verdict.rules import verdict_of
+        from stemcal.report.drawing import draw
+        from stemcal.report.page.render import shown
 
+        _foretell(work)
         try:
-            workflow.calibrate(work.study, work.folder, work.executor, work.watch)
+            done = _telling(work) if not as_json else lambda _result: None
+            workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=done)
         except TargetUnreachable as error:
             unreachable = error
         work.folder.remember_spec(work.study.source)
-        page = write_page(work.study, work.folder)
-        draw_all(work.study, work.folder)
-        results = fresh_results(work.study, work.folder)
-        verdict = verdict_of(work.study, work.folder, results)
-    show_run(results, verdict, page, work.folder, as_json, quiet)
+        work.watch.busy("drawing the report")
+        what = shown(work.study, work.folder)
+        page = draw(work.study, work.folder, what)
+    if open_it:
+        open_page(page)
+    show_run(work.study, what.results, what.verdict, page, work.folder, as_json, quiet)
     if unreachable is not None:
         raise unreachable
+
+
+def _foretell(work: Session) -> None:
+    """Tell the progress bar how many runs there will be."""
+    from stemcal.overview.plan import foreseen
+
+    work.watch.expect(foreseen(work.study, work.folder))
+
+
+def _telling(work: Session) -> Callable[[StageResult], None]:
+    """Return what prints a stage's table as soon as it is known, the progress bar put aside."""
+    from stemcal.cli.show import show_known
+
+    def told(result: StageResult) -> None:
+        if result.name == "screen":
+            with work.watch.aside():
+                show_known(result)
+
+    return told

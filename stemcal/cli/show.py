@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stemcal.cli.console import note, say, say_json, say_whole, warn
+from stemcal.cli.console import height, note, say, say_json, say_whole, warn
 from stemcal.files.typed import to_json
+from stemcal.words import counted
 
 if TYPE_CHECKING:
     from stemcal.folder.store import StudyFolder
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
+    from stemcal.study.model import Study
 
 SOME_RUNS_FAILED = 3
 
@@ -51,41 +53,72 @@ def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
         warn(sentence)
 
 
-def show_run(results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
-    """Print what a whole study came to: parameters, validation, at last the verdict; or all stages as JSON.
+def show_known(result: StageResult) -> None:
+    """Print what a stage of a whole study has found as soon as it is known: the effects of the screening."""
+    from stemcal.report.tables.stages import screening_sheet
+    from stemcal.report.tables.terminal import drawn
+    from stemcal.stages.screen import ScreenResult
 
-    Leaves with exit code 3 if runs failed.
+    if isinstance(result, ScreenResult):
+        say(*drawn(screening_sheet(result)))
+
+
+def show_run(
+    study: Study, results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool
+) -> None:
+    """Print what a whole study came to: what was found, notes, at last the verdict, a table, and where the page is.
+
+    The last part fits on a screen. With `as_json` all stages as JSON. Leaves with exit code 3 if runs failed.
     """
     if as_json:
         stages = {result.name: result.to_json() for result in results.done()}
         told = {"verdict": to_json(verdict), "report": str(page)}
         say_json({"schema_version": 1, "stage": "run", **stages, **told})
     else:
-        from stemcal.report.tables.terminal import stage_tables
-
-        shown = [
-            result
-            for result in (results.inversion, results.refinement, results.mesh, results.validation)
-            if result is not None
-        ]
-        say(*(part for result in shown for part in stage_tables(result, verdict.holds)))
-        if not quiet:
-            _show_notes(results, verdict)
-    warn_of_runs(results, folder)
+        _show_findings(results, verdict, folder, quiet)
     failed = warn_of_failed(*results.done())
     if not as_json:
-        say(*verdict.lines())
-        say_whole(f"Report: {page}")
+        _show_end(study, results, verdict, page)
     if failed:
         raise typer.Exit(SOME_RUNS_FAILED)
 
 
-def _show_notes(results: Results, verdict: Verdict) -> None:
-    from stemcal.report.verdict import shown_notes
+def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
+    """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
+    from stemcal.report.notes import MOST, Note, notes_of, weighed
+    from stemcal.report.records import read_records, run_warnings
+    from stemcal.report.tables.findings import spoken
+    from stemcal.report.tables.stages import joint_sheets
+    from stemcal.report.tables.terminal import drawn, stage_tables
 
-    for result in results.done():
-        for sentence in shown_notes(result, verdict.holds):
-            note(f"{result.name}: {sentence}")
+    found = results.inversion
+    if found is not None:
+        say(*(part for sheet in joint_sheets(found) for part in drawn(sheet)))
+    if results.mesh is not None:
+        say(*stage_tables(results.mesh, verdict.holds))
+    if found is not None and verdict.holds:
+        say(*spoken(found))
+    physics = any(reason.rule == "physics" for reason in verdict.reasons)
+    warnings = [] if physics else [Note("runs", text) for text in run_warnings(read_records(results, folder))]
+    told = {sentence for part in (found.known if found is not None else []) for sentence in part.sentences}
+    notes = weighed([*warnings, *notes_of(results, verdict)], told)
+    if quiet or not notes:
+        return
+    for sentence in notes[:MOST]:
+        note(f"note: {sentence}")
+    if len(notes) > MOST:
+        note(f"{counted(len(notes) - MOST, 'more note')} in the report")
+
+
+def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
+    from stemcal.report.tables.final import final_sheets
+    from stemcal.report.tables.terminal import drawn
+
+    lines = verdict.lines()
+    taken = sum(height(line) for line in lines) + 2
+    sheets = final_sheets(study, results, verdict.holds, taken)
+    say(*lines, "", *(part for sheet in sheets for part in drawn(sheet)))
+    say_whole(f"Report: {page}")
 
 
 def leave_if_failed(*results: StageResult) -> None:

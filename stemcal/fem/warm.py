@@ -64,7 +64,7 @@ def _tell_of_spare() -> None:
 @contextmanager
 def _one_at_a_time(threads: int) -> Iterator[None]:
     """Hold the others off while kernels are compiled; not once they are there, lest starting be slow."""
-    mark = CACHE / f"complete-{_machine()}-{threads}"
+    mark = _mark(threads)
     if mark.exists():
         yield
         return
@@ -77,6 +77,15 @@ def _one_at_a_time(threads: int) -> Iterator[None]:
             mark.touch()
     finally:
         lock.release()
+
+
+def is_compiled(threads: int = 1) -> bool:
+    """Tell whether the cache has every kernel for this machine, as far as one can tell without loading them."""
+    return _mark(threads).exists()
+
+
+def _mark(threads: int) -> Path:
+    return CACHE / f"complete-{_machine()}-{threads}"
 
 
 def _machine() -> str:

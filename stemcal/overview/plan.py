@@ -89,6 +89,16 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
     )
 
 
+def foreseen(study: Study, folder: StudyFolder) -> dict[str, tuple[int, int]]:
+    """Return the rows of each stage and how many of its runs are still to be computed, as far as is known now."""
+    solver = make_solver(study)
+    counts = {}
+    for part in asked(study, solver, folder):
+        keys = {record_key(solver, request) for request in part.requests}
+        counts[part.stage] = (len(part.requests), sum(not _recorded(key, study, folder) for key in keys))
+    return counts
+
+
 def _decided_later(study: Study) -> list[str]:
     """Say how many runs may come on top, one by one."""
     later = {"climb": study.climb and study.climb.steps + 1, "refine": study.refine and study.refine.budget}

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
+from stemcal.report.numbers import duration
 from stemcal.stages.base import STAGES
+from stemcal.words import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as Bars
-    from rich.progress import TaskID
 
     from stemcal.runs.answer import Progress
 
 SPARSE_SECONDS = 30.0
 TITLES = {stage.name: stage.title for stage in STAGES}
+_ENOUGH = 2  # runs from which their mean time tells how long the others take
 
 
 def make_watch(console: Console | None) -> Watcher:
@@ -39,17 +43,26 @@ def describe(progress: Progress) -> str:
     """Return one line on where a stage stands.
 
     >>> from types import SimpleNamespace as Progress
-    >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_force=120.43))
-    'Screening: 5/12 runs, 2 from earlier, 1 failed, last 120.4 N'
+    >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_force=120.43, last_diameter=8.0,
+    ...                   waiting_for=""))
+    'Screening: 5/12 runs, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
-    parts = [f"{TITLES.get(progress.stage, progress.stage)}: {progress.done}/{progress.total} runs"]
+    title = TITLES.get(progress.stage, progress.stage)
+    if progress.waiting_for:
+        return f"{title}: {progress.waiting_for}"
+    parts = [f"{title}: {progress.done}/{progress.total} runs"]
     if progress.cached:
         parts.append(f"{progress.cached} from earlier")
     if progress.failed:
         parts.append(f"{progress.failed} failed")
     if progress.last_force is not None:
-        parts.append(f"last {progress.last_force:.1f} N")
+        parts.append(f"last {_force(progress)}")
     return ", ".join(parts)
+
+
+def _force(progress: Progress) -> str:
+    at = "" if progress.last_diameter is None else f" at {progress.last_diameter:g} mm"
+    return f"{progress.last_force:.1f} N{at}"
 
 
 class Watcher:
@@ -64,6 +77,17 @@ class Watcher:
     def __call__(self, progress: Progress) -> None:
         """Take a progress report."""
 
+    def expect(self, stages: Mapping[str, tuple[int, int]]) -> None:
+        """Take what is to come: the rows of each stage and how many of them are to be computed."""
+
+    def busy(self, what: str) -> None:
+        """Take what is done now that the runs are."""
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Make room within this block for what is printed between two stages."""
+        yield
+
 
 class Lines(Watcher):
     """A line at a stage's start and end, and one every half minute between."""
@@ -75,19 +99,59 @@ class Lines(Watcher):
     def __call__(self, progress: Progress) -> None:
         """Print the line if it is new and due."""
         line = describe(progress)
-        edge = progress.stage != self.stage or progress.done >= progress.total
+        edge = progress.stage != self.stage or progress.done >= progress.total or bool(progress.waiting_for)
         due = self.clock() - self.last_time >= SPARSE_SECONDS
         if line != self.last_line and (edge or due):
             self.console.print(line, soft_wrap=True)
             self.stage, self.last_line, self.last_time = progress.stage, line, self.clock()
 
 
-class Bar(Watcher):
-    """A bar per stage: runs done, time left, failures and the last force."""
+@dataclass
+class _Course:
+    """How far the stages are, and how long the rest will take at the pace of the runs so far."""
 
-    def __init__(self, console: Console) -> None:
+    rows: dict[str, int] = field(default_factory=dict)
+    missing: dict[str, int] = field(default_factory=dict)
+    done: dict[str, int] = field(default_factory=dict)
+    computed: dict[str, int] = field(default_factory=dict)
+    rounds: dict[str, Progress] = field(default_factory=dict)  # the last report of each stage
+    began: float | None = None
+
+    def add(self, progress: Progress) -> None:
+        """Count a report. A stage that decides its runs one by one begins anew each time: its rounds add up."""
+        stage, before = progress.stage, self.rounds.get(progress.stage)
+        anew = before is not None and progress.done < before.done
+        base = self.done.get(stage, 0) if anew or before is None else self.done[stage] - before.done
+        made = self.computed.get(stage, 0) if anew or before is None else self.computed[stage] - _made(before)
+        self.done[stage], self.computed[stage] = base + progress.done, made + _made(progress)
+        self.rows[stage] = base + progress.total
+        self.missing[stage] = self.computed[stage] + progress.total - progress.done
+        self.rounds[stage] = progress
+
+    def left(self, now: float) -> str:
+        """Say how long the runs that are still to be computed will take; nothing as long as too few are done."""
+        made = sum(self.computed.values())
+        if made < _ENOUGH or self.began is None:
+            return ""
+        rest = sum(self.missing.values()) - made
+        return f"{duration((now - self.began) / made * rest)} left" if rest > 0 else ""
+
+
+def _made(progress: Progress) -> int:
+    return progress.done - progress.cached
+
+
+class Bar(Watcher):
+    """One bar for the whole command: its stage, runs done of all, time left to the end, failures, the last force.
+
+    A stage that is done leaves a line behind.
+    """
+
+    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
+        self.console, self.clock = console, clock
         self.bars = _bars(console)
-        self.tasks: dict[str, TaskID] = {}
+        self.task = self.bars.add_task("", total=None, runs="", tail="")
+        self.course, self.stage, self.since = _Course(), "", 0.0
 
     def __enter__(self) -> Self:
         self.bars.start()
@@ -95,25 +159,75 @@ class Bar(Watcher):
 
     def __exit__(self, *_: object) -> None:
         self.bars.stop()
+        self._leave_line()
 
     def __call__(self, progress: Progress) -> None:
-        """Move the stage's bar."""
-        name = TITLES.get(progress.stage, progress.stage)
-        if progress.stage not in self.tasks:
-            self.tasks[progress.stage] = self.bars.add_task(name, total=progress.total, tail="")
-        tail = describe(progress).partition(" runs")[2].lstrip(", ")
-        self.bars.update(self.tasks[progress.stage], completed=progress.done, total=progress.total, tail=tail)
+        """Move the bar."""
+        if progress.stage != self.stage:
+            self._leave_line()
+            self.stage, self.since = progress.stage, self.clock()
+        course = self.course
+        course.add(progress)
+        if course.began is None or progress.waiting_for or not sum(course.computed.values()):
+            course.began = self.clock()  # neither compiling nor reading records tells how long a run takes
+        done, total = sum(course.done.values()), sum(course.rows.values())
+        self.bars.update(
+            self.task,
+            description=TITLES.get(progress.stage, progress.stage),
+            completed=done,
+            total=None if progress.waiting_for else total,  # without a total the bar pulses
+            runs=f"{done}/{total}",
+            tail=progress.waiting_for or self._tail(progress),
+        )
+
+    def expect(self, stages: Mapping[str, tuple[int, int]]) -> None:
+        """Take the rows of the stages to come into the bar."""
+        self.course.rows |= {name: rows for name, (rows, _) in stages.items()}
+        self.course.missing |= {name: missing for name, (_, missing) in stages.items()}
+
+    def busy(self, what: str) -> None:
+        """Leave the last stage's line and show what is done now."""
+        self._leave_line()
+        self.bars.update(self.task, description=what, total=None, completed=0, runs="", tail="")
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Take the bar away within this block."""
+        self.bars.stop()
+        self._leave_line()
+        try:
+            yield
+        finally:
+            self.bars.start()
+
+    def _tail(self, progress: Progress) -> str:
+        failed = f"{progress.failed} failed" if progress.failed else ""
+        last = _force(progress) if progress.last_force is not None else ""
+        return ", ".join(part for part in (self.course.left(self.clock()), failed, last) if part)
+
+    def _leave_line(self) -> None:
+        """Say what became of the stage so far, once."""
+        last = self.course.rounds.get(self.stage)
+        if last is None:
+            return
+        done, total = self.course.done[self.stage], self.course.rows[self.stage]
+        cached = done - self.course.computed[self.stage]
+        runs = counted(done, "run") if done == total else f"{done} of {total} runs"
+        parts = [f"{TITLES.get(self.stage, self.stage)}: {runs}"]
+        parts += [f"{cached} from earlier"] if cached else []
+        parts += [f"{last.failed} failed"] if last.failed else []
+        self.console.print(f"{', '.join(parts)}, {duration(self.clock() - self.since)}", soft_wrap=True)
+        self.stage = ""
 
 
 def _bars(console: Console) -> Bars:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TextColumn
 
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=12),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(compact=True, elapsed_when_finished=True),
+        TextColumn("{task.fields[runs]}", markup=False),
         TextColumn("{task.fields[tail]}", markup=False),
         console=console,
-        speed_estimate_period=600,
+        transient=True,
     )

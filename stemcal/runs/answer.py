@@ -20,7 +20,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
-from stemcal.solvers.protocol import Answer, Immediate, Placed, Request, Solver
+from stemcal.solvers.protocol import Answer, Immediate, Keeping, Placed, Request, Solver
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
@@ -31,7 +31,7 @@ WORK = "work"  # where solvers that need files have their run folders
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a stage stands, in rows of its design."""
+    """Where a stage stands, in rows of its design; `waiting_for` says what no row can be begun without."""
 
     stage: str
     done: int
@@ -39,6 +39,8 @@ class Progress:
     cached: int
     failed: int
     last_force: float | None
+    last_diameter: float | None = None
+    waiting_for: str = ""
 
 
 Watch = Callable[[Progress], None]
@@ -80,6 +82,8 @@ def answer_all(
     folder.sign(stage=stage, workers=executor.workers)
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
+    if missing:
+        _prepare(solver, tally)
     with closing(_recording(missing, solver, folder, executor, policy)) as answers:
         for key, answer in answers:
             known[key] = judged(answer, policy)
@@ -114,7 +118,7 @@ class _Tally:
         self.total, self.told = len(keys), 0
         self.done = self.cached = sum(self.rows[key] for key in known)
         self.failed = sum(self.rows[key] for key, answer in known.items() if not answer.ok)
-        self._report(None)
+        self.report()
 
     def add(self, key: str, answer: Answer, request: Request) -> None:
         """Count one more answer."""
@@ -122,7 +126,7 @@ class _Tally:
         if not answer.ok:
             self.failed += self.rows[key]
             self._warn(answer, request)
-        self._report(answer.force)
+        self.report(answer.force, request.diameter)
 
     def _warn(self, answer: Answer, request: Request) -> None:
         """Tell of the first failures one by one."""
@@ -132,8 +136,20 @@ class _Tally:
         elif self.told == MOST_WARNINGS + 1:
             logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
 
-    def _report(self, force: float | None) -> None:
-        self.watch(Progress(self.stage, self.done, self.total, self.cached, self.failed, force))
+    def report(self, force: float | None = None, diameter: float | None = None, waiting_for: str = "") -> None:
+        """Tell the watcher where the stage stands."""
+        counts = (self.done, self.total, self.cached, self.failed)
+        self.watch(Progress(self.stage, *counts, force, None if force is None else diameter, waiting_for))
+
+
+def _prepare(solver: Solver, tally: _Tally) -> None:
+    """Let the solver do once what its workers need; where that takes a while, the watcher is told so."""
+    wait = solver.wait_before() if isinstance(solver, Keeping) else ""
+    if wait:
+        tally.report(waiting_for=wait)
+    solver.prepare()
+    if wait:
+        tally.report()
 
 
 def _recording(
@@ -142,7 +158,6 @@ def _recording(
     """Compute the missing answers; each is recorded before it is yielded."""
     if not missing:
         return
-    solver.prepare()
     if isinstance(solver, Placed):
         solver = solver.placed(folder.path.absolute() / WORK)
 

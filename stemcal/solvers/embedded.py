@@ -30,7 +30,7 @@ from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration
-from stemcal.fem.warm import warm
+from stemcal.fem.warm import is_compiled, warm
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, Request
@@ -59,8 +59,16 @@ class Embedded:
 
     def get_ready(self) -> None:
         """Load the kernels into this process, or compile them where no cache has them."""
+        warm(self._threads)
+
+    def wait_before(self) -> str:
+        """Say that the kernels are to be compiled, where no cache has them."""
+        return "" if is_compiled(self._threads) else "compiling kernels, about 30 s, once"
+
+    @property
+    def _threads(self) -> int:
         solver = self.study.solver
-        warm(solver.threads if isinstance(solver, EmbeddedSolver) else 1)
+        return solver.threads if isinstance(solver, EmbeddedSolver) else 1
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""

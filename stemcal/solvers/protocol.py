@@ -55,7 +55,7 @@ class Answer:
 class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
-    A solver that can do more says so by its type: `Estimating`, `Placed`, `Readied`, `Immediate`.
+    A solver that can do more says so by its type: `Estimating`, `Placed`, `Readied`, `Keeping`, `Immediate`.
     """
 
     def prepare(self) -> None:
@@ -116,6 +116,14 @@ class Belonging(Protocol):
 
     def belongings(self, diameter: float) -> dict[str, str]:
         """The settings by name, as they are at a stem diameter."""
+
+
+@runtime_checkable
+class Keeping(Protocol):
+    """A solver whose preparing may keep the first run waiting."""
+
+    def wait_before(self) -> str:
+        """What `prepare` will take a while for now, and how long; empty where it takes none."""
 
 
 class Immediate:

@@ -151,3 +151,8 @@ def test_demo_makes_a_report(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "stemcal-demo" / "results" / "report.html").stat().st_size > 100_000
     assert (tmp_path / "stemcal-demo" / "results" / "figures" / "fracture-8mm.png").is_file()
+
+
+def test_explain_takes_words_without_quotes() -> None:
+    assert command("explain", "lack", "of", "fit").stdout == command("explain", "lack of fit").stdout
+    assert command("explain", "strain", "rate").exit_code == 0

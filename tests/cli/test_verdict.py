@@ -32,14 +32,23 @@ def spec(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_verdict_is_the_last_that_is_said(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_last_screen_holds_verdict_table_and_path(
+    spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 0
-    lines = said.stdout[: said.stdout.index("Report: ")].splitlines()
-    assert lines[-2:] == ["Calibrated.", "Good (within 10 %) at 7, 8 and 10 mm."]
-    assert said.stdout.rstrip().endswith("report.html")
-    assert "What the measurements fix" in said.stdout and "Range over all" in said.stdout
+    lines = said.stdout.splitlines()
+    end = lines.index("Calibrated.")
+    assert lines[end + 1] == "Good (within 10 %) at 7, 8 and 10 mm."
+    assert lines[end + 3].startswith("Calibrated parameters") and "95 % range" in lines[end + 4]
+    assert [line.split()[0] for line in lines[-6:-3]] == ["7", "8", "10"]
+    assert lines[-1].startswith("Report: ") and lines[-1].endswith("report.html")
+    assert len(lines) - end < 24 and max(map(len, lines[end:-1])) <= 80
+    found = said.stdout.index("Effects on the maximum force"), said.stdout.index("What the measurements fix")
+    assert found[0] < found[1] < said.stdout.index("Calibrated.")
+    notes = [line for line in said.stderr.splitlines() if line.startswith("note: ")]
+    assert len(notes) == 5 and "more notes in the report" in said.stderr
     told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["verdict"]
     assert told == {"verdict": "calibrated", "use": "Good (within 10 %) at 7, 8 and 10 mm.", "reasons": []}
     assert stemcal.open_results(tmp_path / "out").verdict.verdict == "calibrated"
@@ -55,14 +64,13 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
         r"Not calibrated: in (\d+) of \1 runs the physics is doubtful: hourglass energy up to 40 %", ending
     )
     assert "Next: `element_size: d/36` under `solver`" in ending
-    for claim in ("Range over all", "What the measurements fix", "How well the forces fix", "95 % interval"):
+    for claim in ("95 % range", "What the measurements fix", "How well the forces fix", "95 % interval"):
         assert claim not in said.stdout
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     body = page[page.index("<main>") :]
     assert body.index("Not calibrated") < body.index("What came out")
     for claim in (
-        "possible: ",
-        "Range over all",
+        "95 % range",
         "How well the forces fix",
         "Equal within",
         "95 % interval of the mean",

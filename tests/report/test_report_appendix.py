@@ -11,14 +11,19 @@ from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, ridge, studentised
 from stemcal.report.figures.validation import growth
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
-from stemcal.report.tables.appendix import canonical_sheet, checks_sheet, design_sheet, page_sheets, ridge_sheet
+from stemcal.report.tables.appendix import canonical_sheet, checks_sheet, design_sheet, judged, ridge_sheet
 from stemcal.report.tables.setting import setting_sheets
+from stemcal.report.tables.stages import screening_sheet
+
+VERDICT_ON_X7 = "may matter, against the expected sign"
 
 
 def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:
-    (sheet,) = page_sheets(stages["screen"])
+    sheet = judged(screening_sheet(stages["screen"]), stages["screen"])
     assert [sheet.rows[i][0] for i in sorted(sheet.strong)] == ["X4", "X7", "X9"]
-    assert sheet.rows[3][1].startswith("yield_stress matters")
+    assert sheet.columns[2] == "Verdict" and sheet.texts == 3
+    assert [row[2] for row in sheet.rows][3:7] == ["matters", "no effect seen", "no effect seen", VERDICT_ON_X7]
+    assert all(len(row) == len(sheet.columns) for row in sheet.rows)
 
 
 def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None:

@@ -56,12 +56,40 @@ def test_words_come_first(page: str) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
     assert text.index("Which values of 9 parameters") < text.index("What came out")
     assert text.index("What came out") < text.index("How sure it is") < text.index("Effects on the maximum")
-    assert "The surface meets the measured 159.2 N at yield_stress = 18.37" in text
-    confirmed = "Lenth's method, which needs no residual, confirms yield_stress, strain_rate_c and failure_strain."
+    assert "The surface meets the measured 159.2 N at Yield stress = 18.37" in text
+    confirmed = (
+        "Lenth's method, which needs no residual, confirms Yield stress, Strain rate parameter C and Failure strain."
+    )
     assert confirmed in text.replace("&#39;", "'")
-    assert "Among all 9 factors at once, strain_rate_c may be chance (Holm, Lenth)." in text
+    assert "Among all 9 factors at once, Strain rate parameter C may be chance (Holm, Lenth)." in text
     assert "other combinations meet it as well" in text
     assert "read from a table, not simulated" in text
+
+
+def test_the_first_screen_shows_verdict_parameters_and_what_was_measured(page: str) -> None:
+    first = page[page.index('<div class="first">') : page.index("What came out")]
+    assert first.index("Calibrated, with reservations") < first.index("15.86 to 19.75 (95 %)")
+    assert first.index("Why, and what next") < first.index("<svg") < first.index("Which values of 9 parameters")
+    assert "Measured and simulated maximum force" in first
+    assert page.count("Measured and simulated maximum force; the ringed diameter is the calibration&#39;s.</fig") == 1
+
+
+def test_details_are_folded_and_named(page: str) -> None:
+    folded = re.findall(r'<details class="more">\s*<summary>More: ([^<]*)</summary>', page)
+    assert "analysis of variance, response surface in coded units, canonical analysis" in folded[1]
+    story = re.sub(r"<details.*?</details>", "", page, flags=re.DOTALL)
+    assert "Effects on the maximum force" in story and "Calibrated parameters" in story
+    assert "Analysis of variance</h3>" in page and "Analysis of variance</h3>" not in story
+    assert page.count("<h3>Notes</h3>") > 2 and "<h3>Notes</h3>" not in story
+    assert "details::details-content { content-visibility: visible" in page[page.index("@media print") :]
+
+
+def test_factors_bear_their_labels_and_units(page: str) -> None:
+    assert "kg/m³" in page and "kg/m3" not in page
+    story = page[page.index('id="screen"') : page.index('id="asked"')]
+    assert not re.search(
+        r">[^<]*\b(yield_stress|strain_rate_c)\b", re.sub(r"<details.*?</details>", "", story, flags=re.S)
+    )
 
 
 def test_nothing_is_loaded_from_anywhere(page: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, styled
+from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, styled
 from stemcal.stages.invert.result import Certainty, InvertResult, PosteriorSummary
 
 if TYPE_CHECKING:
@@ -34,15 +34,22 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
             axes.set_ylim(0.0, 3.0)
             axes.set_xlabel((labels or {}).get(name, name))
             if row == 1 and invert.certainty_alone is not None:
-                axes.legend(loc="upper right")
+                legend_above(axes)
         figure.supylabel("rise of the misfit (1: the 95 % limit)", fontsize=9)
     return figure
 
 
 def _profile(axes: Axes, part: Certainty, name: str, colour: str) -> None:
-    curve = part.profiles[name]
-    allowed = curve.allowed or 1.0
-    axes.plot(curve.values, [rise / allowed for rise in curve.rise], color=colour, label=part.source)
+    points = profile_points(part, name)
+    axes.plot(*zip(*points, strict=True), color=colour, label=part.source)
+    axes.axvspan(*part.intervals[name], color=colour, alpha=0.12, linewidth=0)
+
+
+def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
+    """Return the profile of a factor over its limit, through the ends of its interval, where it is 1 by definition."""
+    curve, ends = part.profiles[name], zip(part.intervals[name], part.bounded[name], strict=True)
+    points = [(value, rise / (curve.allowed or 1.0)) for value, rise in zip(curve.values, curve.rise, strict=True)]
+    return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])
 
 
 def corner(posterior: PosteriorSummary, labels: Mapping[str, str] | None = None) -> Figure:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, ORANGE, new_figure, plain, styled
+from stemcal.report.numbers import unit_written
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
 
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
+HEIGHT = "viridis"  # its lightness rises steadily with the force
 
 
 @dataclass(frozen=True)
@@ -36,78 +40,160 @@ def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult |
     return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), force)
 
 
-def contours(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None = None) -> Figure:
-    """Return lines of equal force over two factors, the others at the solution (at centre without one)."""
-    across, up = pair
+def contours(
+    rsm: SurfaceResult,
+    pair: tuple[str, str],
+    invert: InvertResult | None = None,
+    labels: Mapping[str, str] | None = None,
+) -> Figure:
+    """Return lines of equal force over two factors, the others at the solution (at centre without one).
+
+    `labels` has what to write for a factor, its name by default.
+    """
     section = section_of(rsm, pair, invert, GRID)
-    figure = new_figure(height=3.5)
+    levels = levels_of(section.force)
+    figure = new_figure(height=3.7)
     with styled():
         axes = figure.add_subplot()
-        filled = axes.contourf(section.across, section.up, section.force, levels=9, cmap="cividis", alpha=0.9)
-        figure.colorbar(filled, ax=axes, label="force, N").outline.set_visible(False)
+        filled = axes.contourf(section.across, section.up, section.force, levels=levels, cmap=HEIGHT)
+        lines = axes.contour(
+            section.across, section.up, section.force, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
+        )
+        _number(axes, lines)
+        figure.colorbar(filled, ax=axes, label="force, N", ticks=levels[::2]).outline.set_visible(False)
         if invert is not None:
             _mark_target(axes, section, invert, pair)
-        points = {tuple(run.levels[name] for name in pair) for run in rsm.design.runs}
-        dots: Any = {"color": "white", "markersize": 5, "markeredgecolor": "black", "markeredgewidth": 0.5}
-        axes.plot(*zip(*sorted(points), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
-        axes.set_xlabel(with_unit(rsm, across))
-        axes.set_ylabel(with_unit(rsm, up))
+        _draw_runs(axes, rsm, pair)
+        _label(axes, rsm, pair, labels)
     return figure
+
+
+def levels_of(force: Any) -> Any:
+    """Return round levels that span all forces."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(force.min()), float(force.max()))
+
+
+def _number(axes: Axes, lines: Any) -> None:
+    """Write the force on each line, dark on the light half of the scale."""
+    for text in axes.clabel(lines, fmt="%g", fontsize=7.5, inline_spacing=3):
+        text.set_color("white")
+        text.set_path_effects(_halo("#00000090", 1.2))
+
+
+def _halo(colour: str, width: float) -> list[Any]:
+    from matplotlib import patheffects
+
+    return [patheffects.withStroke(linewidth=width, foreground=colour)]
+
+
+def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
+    """Draw the points of the design; where several runs lie at one, their number."""
+    counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
+    dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
+    axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
+    for place, count in counts.items():
+        if count > 1:
+            axes.annotate(
+                str(count), place, (5, 4), textcoords="offset points", size=8, color="white",
+                path_effects=_halo("black", 1.5),
+            )  # fmt: skip
+
+
+def _label(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
+    for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
+        setter(with_unit(rsm, name, labels))
+        axis.set_major_locator(round_ticks())
+
+
+def round_ticks(most: int = 6) -> Any:
+    """Return what sets a few ticks at round values."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=most, steps=[1, 2, 5, 10])
 
 
 def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple[str, str]) -> None:
     """Draw the line on which the surface meets the measured force, and the solution on it."""
     if section.force.min() < invert.target < section.force.max():
-        axes.contour(section.across, section.up, section.force, levels=[invert.target], colors=[ORANGE], linewidths=2)
-    axes.plot(
-        *(invert.point.solution[name] for name in pair),
-        "*",
-        color=ORANGE,
-        markeredgecolor="white",
-        markersize=13,
-    )
-
-
-def with_unit(rsm: SurfaceResult, name: str) -> str:
-    """Return a factor's name with its unit, for an axis."""
-    unit = rsm.factor(name).unit
-    return plain(name if unit in ("1", "") else f"{name}, {unit}")
-
-
-def relief(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None = None) -> Figure:
-    """Return the predicted force as height over two factors, the others at the solution (at centre without one)."""
-    across, up = pair
-    section = section_of(rsm, pair, invert, COARSE)
-    figure = new_figure(width=4.7, height=3.8)
-    with styled():
-        axes = figure.add_subplot(projection="3d")
-        axes.plot_surface(
-            section.across,
-            section.up,
-            section.force,
-            cmap="cividis",
-            edgecolor=INK,
-            linewidth=0.15,
-            rstride=2,
-            cstride=2,
+        line = axes.contour(
+            section.across, section.up, section.force, levels=[invert.target], colors=[ORANGE], linewidths=2.2
         )
+        line.set_path_effects(_halo("white", 3.2))
+    axes.plot(
+        *(invert.point.solution[name] for name in pair), "*", color=ORANGE, markeredgecolor="white", markersize=14,
+        zorder=6,
+    )  # fmt: skip
+
+
+def with_unit(rsm: SurfaceResult, name: str, labels: Mapping[str, str] | None = None) -> str:
+    """Return a factor's label, or its name, with its unit, for an axis."""
+    unit, called = unit_written(rsm.factor(name).unit or "1"), (labels or {}).get(name, name)
+    return plain(f"{called}, {unit}" if unit else called)
+
+
+def relief(
+    rsm: SurfaceResult,
+    pair: tuple[str, str],
+    invert: InvertResult | None = None,
+    labels: Mapping[str, str] | None = None,
+) -> Figure:
+    """Return the predicted force as height over two factors, the others at the solution (at centre without one).
+
+    On the floor lie the lines of equal force; dots are the runs, full above the surface and open below it.
+    """
+    section = section_of(rsm, pair, invert, COARSE)
+    levels = levels_of(section.force)
+    floor = levels[0] - 0.35 * (levels[-1] - levels[0])
+    figure = new_figure(width=4.7, height=3.9)
+    with styled():
+        axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+        axes.contourf(section.across, section.up, section.force, levels=levels, zdir="z", offset=floor, cmap=HEIGHT,
+                      alpha=0.45, zorder=0)  # fmt: skip
+        lines = {"levels": levels, "zdir": "z", "offset": floor, "cmap": HEIGHT, "linewidths": 1.2, "zorder": 1}
+        axes.contour(section.across, section.up, section.force, **lines)
+        axes.plot_surface(
+            section.across, section.up, section.force, cmap=HEIGHT, vmin=levels[0], vmax=levels[-1],
+            edgecolor="#00000055", linewidth=0.3, rstride=2, cstride=2, zorder=2, antialiased=True,
+        )  # fmt: skip
+        _raise_runs(axes, rsm, pair, invert)
         if invert is not None:
-            point = [invert.point.solution[name] for name in pair]
-            axes.plot(
-                *([value] for value in point), [invert.point.predicted], "*", color=ORANGE, markersize=12, zorder=9
-            )
-        for setter, text in ((axes.set_xlabel, across), (axes.set_ylabel, up)):
-            setter(with_unit(rsm, text), fontsize=8)
-        axes.set_zlabel("force, N", fontsize=8)
-        axes.tick_params(labelsize=7)
-        axes.view_init(elev=26, azim=-128)
-        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-            axis.set_pane_color((0.0, 0.0, 0.0, 0.0))
-        axes.set_box_aspect(None, zoom=0.86)
+            point = [[invert.point.solution[name]] for name in pair]
+            axes.plot(*point, [invert.point.predicted], "*", color=ORANGE, markeredgecolor="white", markersize=14,
+                      zorder=9)  # fmt: skip
+        _frame(axes, rsm, pair, labels)
+        axes.set_zlim(floor, levels[-1])
+        axes.set_zticks([level for level in levels[::2] if level > floor])
     return figure
 
 
-def solutions(rsm: SurfaceResult, invert: InvertResult) -> Figure:
+def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None) -> None:
+    """Draw the runs of a surface over two factors at their forces; with more factors they lie elsewhere."""
+    if len(rsm.names) > 2:
+        return
+    for run in rsm.design.runs:
+        if run.force is not None:
+            above = run.force >= float(rsm.force_at(run.coded))
+            place = ([run.levels[name]] for name in pair)
+            axes.plot(*place, [run.force], "o", color="black" if above else "white", markeredgecolor="black",
+                      markersize=3.6, markeredgewidth=0.7, zorder=8)  # fmt: skip
+
+
+def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
+    """Name the axes and look at the surface from where it rises away."""
+    _label(axes, rsm, pair, labels)
+    axes.set_zlabel("force, N")
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.label.set_size(8)
+        axis.set_pane_color((0.5, 0.5, 0.5, 0.06))
+        axis.line.set_color(FAINT)
+    axes.tick_params(labelsize=7, pad=0)
+    axes.view_init(elev=24, azim=-128)
+    axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.98)
+
+
+def solutions(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return for each factor, in coded units, the range over all solutions and the point that was chosen."""
     names = list(invert.point.solution)
     figure = new_figure(height=1.3 + 0.42 * len(names))
@@ -121,7 +207,7 @@ def solutions(rsm: SurfaceResult, invert: InvertResult) -> Figure:
         reach = rsm.radius or 1.0
         for place, style in ((-reach, ":"), (-1.0, "--"), (1.0, "--"), (reach, ":")):
             axes.axvline(place, color=FAINT, linestyle=style, linewidth=0.9)
-        axes.set_yticks(range(len(names)), [plain(name) for name in reversed(names)])
+        axes.set_yticks(range(len(names)), [plain((labels or {}).get(name, name)) for name in reversed(names)])
         axes.set_ylim(-0.6, len(names) - 0.4)
         axes.set_xlabel("coded value")
     return figure

@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.report.records import Curve
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = ())
         axes.margins(x=0)
         axes.set_ylim(bottom=0)
         if highlighted:
-            axes.legend(loc="upper left")
+            legend_above(axes, most=6)
     return figure
 
 
@@ -64,5 +64,5 @@ def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
         axes.set_ylabel("energy, mJ")
         axes.margins(x=0)
         axes.set_ylim(bottom=0)
-        axes.legend(loc="upper left")
+        legend_above(axes)
     return figure

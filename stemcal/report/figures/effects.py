@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.stages.screen import ScreenResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def pareto(screen: ScreenResult) -> Figure:
-    """Return the effects by size, with Lenth's margin of error."""
+def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
+    """Return the effects by size, with Lenth's margin of error; `labels` has what to write for a factor."""
     effects = sorted(screen.effects, key=lambda e: abs(e.effect))
     figure = new_figure(height=max(2.2, 0.9 + 0.24 * len(effects)))
     with styled():
         axes = figure.add_subplot()
-        names = [f"{plain(e.factor)}  {_signed(e.effect)}" for e in effects]
+        names = [f"{plain((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect)}" for e in effects]
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
         axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
         for limit in screen.limits():
@@ -37,7 +38,7 @@ def _signed(effect: float) -> str:
     return f"{effect:+.1f}".replace("-", "−")
 
 
-def half_normal(screen: ScreenResult) -> Figure:
+def half_normal(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return the effects against half-normal scores: what leaves the line is more than chance."""
     points, figure = screen.half_normal, new_figure()
     with styled():
@@ -48,13 +49,13 @@ def half_normal(screen: ScreenResult) -> Figure:
         for limit in screen.limits()[:2]:
             axes.axhline(limit.value, color=FAINT, linestyle=limit.line, linewidth=1, label=limit.label)
         if axes.lines:
-            axes.legend(loc="upper left")
+            legend_above(axes)
         for point in points:
             chosen = point.factor in screen.significant
             axes.plot(point.quantile, point.size, "o", color=BLUE if chosen else FAINT)
             if chosen:
                 axes.annotate(
-                    plain(point.factor), (point.quantile, point.size), (2, 6),
+                    plain((labels or {}).get(point.factor, point.factor)), (point.quantile, point.size), (2, 6),
                     textcoords="offset points", ha="right", va="bottom", size=8,
                 )  # fmt: skip
         axes.set_xlabel("half-normal score")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from statistics import NormalDist
 from typing import TYPE_CHECKING
 
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, new_figure, styled
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
 
@@ -101,7 +101,7 @@ def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
     axes.set_ylabel("studentised residual")
 
 
-def ridge(rsm: SurfaceResult, invert: InvertResult | None = None) -> Figure:
+def ridge(rsm: SurfaceResult, invert: InvertResult | None = None, labels: Mapping[str, str] | None = None) -> Figure:
     """Return the largest force that the surface predicts at each coded radius, and where it is.
 
     Source: Draper, Technometrics 5 (1963) 469.
@@ -118,14 +118,14 @@ def ridge(rsm: SurfaceResult, invert: InvertResult | None = None) -> Figure:
         force.plot(radius, [row.predicted for row in rows], "o-", color=BLUE, markersize=4)
         if invert is not None:
             force.axhline(invert.target, color=ORANGE, linestyle="--", label="measured force")
-            force.legend(loc="upper left")
+            legend_above(force)
         force.set_ylabel("largest predicted force, N")
         marks = zip(rsm.names, ("o-", "s--", "^-.", "D:"), (BLUE, ORANGE, GREEN, "#cc79a7"), strict=False)
         for name, mark, colour in marks:
             values = [row.coded[name] for row in rows]
-            place.plot(radius, values, mark, color=colour, markersize=4, label=name.replace("$", r"\$"))
+            place.plot(radius, values, mark, color=colour, markersize=4, label=plain((labels or {}).get(name, name)))
         place.set_ylabel("coded value there")
-        place.legend(loc="upper left")
+        legend_above(place, most=2)
         for axes in (force, place):
             axes.set_xlabel("coded radius")
     return figure

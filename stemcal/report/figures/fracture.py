@@ -25,25 +25,33 @@ FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3,
 # Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints tell as much.
 PLASTIC = "YlOrBr"
 EDGE = "#6d6a66"
+TOOL = "#b4bac3"
 WHOLE = "#ffffe5"  # where it begins
 
 
 def fracture(shape: Shape, title: str = "") -> Figure:
-    """Return side view and section; x runs along the stem, z up, the blade comes from above."""
+    """Return side view and section near the blade; x runs along the stem, z up, the blade comes from above."""
     scale = strain_scale([shape])
-    figure = new_figure(width=6.4, height=3.9)
+    figure = new_figure(width=6.4, height=2.3)
     with styled():
-        panels = figure.subplots(2, 1, sharex=True)
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, faces, label in zip(
-            panels, (side_faces(shape), section_faces(shape)), ("side", "section"), strict=True
+            panels, (side_faces(shape), section_faces(shape)), ("from the side", "in section"), strict=True
         ):
-            draw_faces(axes, shape, faces, scale)
-            axes.set_ylabel(f"{label}: z, mm")
-        panels[1].set_xlabel("x, mm")
+            draw_faces(axes, shape, faces, scale, near(shape))
+            axes.set_title(label, color=INK)
+            axes.set_xlabel("x, mm")
+        panels[0].set_ylabel("z, mm")
         colour_bar(figure, scale, list(panels))
         if title:
             figure.suptitle(title, fontsize=9, color=INK)
     return figure
+
+
+def near(shape: Shape) -> float:
+    """Return how far from the blade the picture reaches, mm: past the supports' edges, but not to the stem's ends."""
+    edges = [float(np.abs(tool[:, 0]).min()) for tool in shape.tools[1:]]
+    return min([1.35 * min(edges, default=np.inf), float(np.abs(shape.reference[:, 0]).max())])
 
 
 def strain_scale(shapes: Sequence[Shape]) -> Any:
@@ -128,7 +136,7 @@ def draw_faces(
         body.set_array(strain)
         added.append(axes.add_collection(body))
         for tool in shape.tools:
-            patch = Polygon(tool * (sign, 1.0), facecolor=FAINT, edgecolor="none", alpha=0.45)
+            patch = Polygon(tool * (sign, 1.0), facecolor=TOOL, edgecolor=FAINT, linewidth=0.6)
             added.append(axes.add_patch(patch))
     x, z = (shape.reference[:, i] for i in (0, 2))
     reach = reach or 1.05 * max(np.abs(x).max(), 1.0)

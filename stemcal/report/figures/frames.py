@@ -14,6 +14,7 @@ from stemcal.report.figures.fracture import (
     colour_bar,
     draw_faces,
     end_faces,
+    near,
     section_faces,
     side_faces,
     strain_scale,
@@ -57,12 +58,6 @@ def fracture_frames(frames: Sequence[Frame]) -> Figure:
         figure.supylabel("z, mm", fontsize=9)
         colour_bar(figure, scale, list(panels))
     return figure
-
-
-def near(shape: Shape) -> float:
-    """Return how far from the blade the picture reaches, mm: past the supports' edges, but not to the stem's ends."""
-    edges = [float(np.abs(tool[:, 0]).min()) for tool in shape.tools[1:]]
-    return min([1.35 * min(edges, default=np.inf), float(np.abs(shape.reference[:, 0]).max())])
 
 
 def mesh(shape: Shape) -> Figure:

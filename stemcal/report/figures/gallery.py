@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -18,7 +18,7 @@ from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
-from stemcal.report.figures.style import save_both
+from stemcal.report.figures.style import resize, save, save_both
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.numbers import short
 from stemcal.report.records import Details, Records, at_solution, curves_of
@@ -39,26 +39,35 @@ if TYPE_CHECKING:
 class Plot:
     """A figure: its name, the section it belongs to, its caption, and what draws it.
 
-    `on_request` figures are written by `stemcal plot` alone, not with the report.
+    `on_request` figures are written by `stemcal plot` alone, not with the report; a `detail` is folded on the page.
     """
 
     name: str
     section: str
     caption: str
-    draw: Callable[[], Figure]
+    make: Callable[[], Figure]
     on_page: bool = True
     wide: bool = False
     on_request: bool = False
+    detail: bool = False
+
+    def draw(self) -> Figure:
+        """Return the figure, made once: page and files share it."""
+        if "figure" not in self.__dict__:
+            self.__dict__["figure"] = self.make()
+        figure: Figure = self.__dict__["figure"]
+        return figure
 
 
 def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
     """Return the figures that the finished stages and their records allow, none of them drawn yet."""
     plots: list[Plot] = []
+    labels = {factor.name: factor.label for factor in study.factors}
     if results.screen is not None:
-        plots += screening_plots(results.screen)
+        plots += screening_plots(results.screen, labels)
     if results.surface is not None:
-        plots += surface_plots(results.surface, results.inversion)
-        plots += inversion_plots(results.surface, results.inversion) if results.inversion is not None else []
+        plots += surface_plots(results.surface, results.inversion, labels)
+        plots += inversion_plots(results.surface, results.inversion, labels) if results.inversion is not None else []
     if results.validation is not None:
         plots += validation_plots(study, results.validation)
     return plots + run_plots(study, records)
@@ -70,7 +79,21 @@ def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
     return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name)]
 
 
-def screening_plots(screen: ScreenResult) -> list[Plot]:
+def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, width: float | None) -> list[Path]:
+    """Write figures in these formats, with this resolution and width (mm); returns the files."""
+    make_folder(folder)
+    paths = []
+    for plot in plots:
+        figure = plot.make()
+        if width is not None:
+            resize(figure, width)
+        for kind in kinds:
+            paths.append(folder / f"{plot.name}.{kind}")
+            save(figure, paths[-1], dpi)
+    return paths
+
+
+def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     bars = (
         "Effects by size, blue raises and orange lowers the force. Beyond Lenth's margin of error (ME) or the limit of "
@@ -78,59 +101,70 @@ def screening_plots(screen: ScreenResult) -> list[Plot]:
     )
     line = "Half-normal plot: effects above the line of chance and beyond Lenth's margins are more than chance."
     return [
-        Plot("pareto", "screen", bars, partial(pareto, screen)),
-        Plot("half-normal", "screen", line, partial(half_normal, screen)),
+        Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
+        Plot("half-normal", "screen", line, partial(half_normal, screen, labels), detail=True),
     ]
 
 
-def surface_plots(rsm: SurfaceResult, invert: InvertResult | None) -> list[Plot]:
+def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
     held = "the others at the solution" if invert else "the others at the centre"
-    key = " Orange: where the measured force is met; star: the solution; white dots: runs." if invert else ""
+    key = " Orange: where the measured force is met; star: the solution." if invert else ""
+    dots = " White dots: runs, with their number where there are several."
+    raised = " Dots: runs, full above the surface and open below it." if len(rsm.names) == 2 else ""
     plots = [
         Plot(
             "observed-predicted",
             "rsm",
             "Simulated force against the surface's prediction.",
             partial(observed_predicted, rsm),
+            detail=True,
         ),
-        Plot("residuals", "rsm", "What the surface leaves unexplained, run by run.", partial(residuals, rsm)),
+        Plot(
+            "residuals", "rsm", "What the surface leaves unexplained, run by run.", partial(residuals, rsm), detail=True
+        ),
     ]
     if rsm.runs_diagnostics:
         text = (
             "Residuals against the normal law (on the line: normal) and in order of the runs (no trend: good), and how "
             "much each run sways the surface (Cook's distance above 1, dashed: much)."
         )
-        plots.append(Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True))
+        plots.append(Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True, detail=True))
     for pair in combinations(rsm.names, 2):
-        over, name = f"{pair[0]} and {pair[1]}, {held}", "-".join(pair)
+        others = f", {held}" if len(rsm.names) > 2 else ""
+        over, name = f"{labels.get(pair[0], pair[0])} and {labels.get(pair[1], pair[1])}{others}", "-".join(pair)
+        flat, lifted = partial(contours, rsm, pair, invert, labels), partial(relief, rsm, pair, invert, labels)
         plots += [
-            Plot(f"contour-{name}", "rsm", f"Force over {over}.{key}", partial(contours, rsm, pair, invert)),
-            Plot(f"surface-{name}", "rsm", f"Relief of the force over {over}.", partial(relief, rsm, pair, invert)),
+            Plot(f"contour-{name}", "rsm", f"Force over {over}; lines bear it in N.{key}{dots}", flat),
+            Plot(f"surface-{name}", "rsm", f"Relief of the force over {over}; its lines on the floor.{raised}", lifted),
         ]
     if rsm.ridge:
         text = (
             "Ridge of steepest ascent: the largest force at each distance from the centre, with two standard errors, "
             "and the coded values that give it."
         )
-        plots.append(Plot("ridge", "rsm", text, partial(ridge, rsm, invert), wide=True))
+        plots.append(Plot("ridge", "rsm", text, partial(ridge, rsm, invert, labels), wide=True, detail=True))
     return plots
 
 
-def inversion_plots(rsm: SurfaceResult, invert: InvertResult) -> list[Plot]:
+def inversion_plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a calibration."""
     caption = (
-        "Range of each factor over all solutions, in coded units; star: the chosen point; dashed: ±1, dotted: the "
-        "reach of the design."
+        "Where the surface meets the target exactly: each factor's range, in coded units; star: the chosen point; "
+        "dashed: ±1, dotted: the reach of the design. Its error is left out here."
     )
-    return [Plot("solutions", "invert", caption, partial(solutions, rsm, invert)), *_certainty(rsm, invert)]
+    exact = Plot("solutions", "invert", caption, partial(solutions, rsm, invert, labels), detail=True)
+    return [*_certainty(rsm, invert, labels), exact]
 
 
-def _certainty(rsm: SurfaceResult, invert: InvertResult) -> list[Plot]:
+def _certainty(rsm: SurfaceResult, invert: InvertResult, named: Mapping[str, str]) -> list[Plot]:
     if invert.certainty is None:
         return []
-    labels = {name: with_unit(rsm, name) for name in invert.point.solution}
-    caption = "Profile of each factor, the others free: where a curve is below the dashed line, the factor may be."
+    labels = {name: with_unit(rsm, name, named) for name in invert.point.solution}
+    caption = (
+        "Profile of each factor, the others free. Where the curve is below the dashed line (shaded) lies the 95 % "
+        "range; upright: the calibrated value."
+    )
     plots = [Plot("profiles", "invert", caption, partial(profiles, invert, labels))]
     if invert.certainty.posterior is not None:
         text = "Posterior of the parameters with uniform priors over the region; dashed: 95 %."
@@ -174,7 +208,7 @@ def _run(label: str, details: Details, on_page: bool) -> list[Plot]:
     if details.energies:
         caption = f"Energies over blade travel, stem of {label}."
         draw = partial(energies, details.energies)
-        plots.append(Plot(f"energies-{name}", "runs", caption, draw, on_page))
+        plots.append(Plot(f"energies-{name}", "runs", caption, draw, on_page, detail=True))
     if details.shape:
         plots += _pictures(label, name, details, on_page)
     return plots
@@ -185,11 +219,22 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
     packed, film = details.shape, details.film
     mesh = f"The mesh of the stem of {label}: from the side with blade and supports (grey), and its cross-section."
     cut = (
-        f"The cut stem of {label} at the end of the test, from the side and in section, coloured by plastic "
-        "strain; elements that failed are gone; grey: blade and supports."
+        f"The stem of {label} at the end of the simulation, notched by the blade: it ends when the force has dropped "
+        "for good, before the stem is cut through. From the side and in section (the bore between the walls), coloured "
+        "by plastic strain; elements that failed are gone. Grey: the blade, and the supports with their clearance "
+        "between."
     )
     plots = [
-        Plot(f"mesh-{name}", "runs", mesh, partial(_mesh, packed), on_page, wide=True, on_request=not on_page),
+        Plot(
+            f"mesh-{name}",
+            "runs",
+            mesh,
+            partial(_mesh, packed),
+            on_page,
+            wide=True,
+            on_request=not on_page,
+            detail=True,
+        ),
         Plot(f"fracture-{name}", "runs", cut, partial(_fracture, packed), on_page, wide=True),
     ]
     if film:
@@ -203,6 +248,7 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
                 on_page,
                 wide=True,
                 on_request=not on_page,
+                detail=True,
             )
         )
     return plots

@@ -26,7 +26,8 @@ def main(faces: str, picture: str) -> None:
         body.cell_data["plastic strain"] = data["strain"]
         plotter.add_mesh(body, cmap="YlOrBr", show_edges=True, edge_color="#6d6a66", scalar_bar_args=bar, ambient=0.35,
                          clim=[0.0, max(float(data["strain"].max()), 1e-6)])  # fmt: skip
-        plotter.add_mesh(_surface(pyvista, data["tools"]), color="#8a929e", opacity=0.55, smooth_shading=False)
+        plotter.add_mesh(_surface(pyvista, data["tools"]), color="#9aa3af", ambient=0.25, diffuse=0.6,
+                         specular=0.0, smooth_shading=False)  # fmt: skip
         plotter.camera_position = [tuple(data["eye"]), tuple(data["centre"]), (0.0, 0.0, 1.0)]
         plotter.camera.view_angle = 24.0
         plotter.screenshot(picture)

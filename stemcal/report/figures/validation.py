@@ -7,12 +7,14 @@ from statistics import geometric_mean
 from typing import TYPE_CHECKING
 
 from stemcal.doe.validation.diameters import Exponent
-from stemcal.report.figures.style import BLUE, INK, ORANGE, new_figure, styled
+from stemcal.report.figures.style import BLUE, INK, ORANGE, legend_above, new_figure, styled
 from stemcal.stages.validate import ValidateResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_MOST_TICKS = 12
 
 
 def validation(validate: ValidateResult, spread: Mapping[float, float] | None = None) -> Figure:
@@ -21,7 +23,7 @@ def validation(validate: ValidateResult, spread: Mapping[float, float] | None = 
     `spread` has the standard deviations of the measured forces (N) by diameter.
     """
     rows = validate.compared
-    figure = new_figure()
+    figure = new_figure(height=2.9)
     with styled():
         axes = figure.add_subplot()
         axes.plot([r.diameter for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
@@ -44,7 +46,9 @@ def validation(validate: ValidateResult, spread: Mapping[float, float] | None = 
         axes.set_xlabel("stem diameter, mm")
         axes.set_ylabel("maximum force, N")
         axes.set_ylim(bottom=0)
-        axes.legend(loc="upper left")
+        if len(at := sorted({row.diameter for row in rows})) <= _MOST_TICKS:
+            axes.set_xticks(at, [f"{diameter:g}" for diameter in at])
+        legend_above(axes)
     return figure
 
 
@@ -63,7 +67,7 @@ def growth(validate: ValidateResult) -> Figure:
         _plain_ticks(axes, [row.diameter for row in rows])
         axes.set_xlabel("stem diameter, mm")
         axes.set_ylabel("maximum force, N")
-        axes.legend(loc="upper left")
+        legend_above(axes, most=1)
     return figure
 
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from stemcal.files.decoding import lenient
 from stemcal.outputs import write_output
-from stemcal.report.figures.fracture import EDGE, PLASTIC, colour_bar, exposed_faces, strain_scale
-from stemcal.report.figures.style import FAINT, new_figure, save, styled
+from stemcal.report.figures.fracture import EDGE, PLASTIC, TOOL, colour_bar, exposed_faces, strain_scale
+from stemcal.report.figures.style import new_figure, save, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -132,7 +132,7 @@ def view(shape: Shape, scene: Scene) -> Figure:
         axes = figure.add_subplot(projection="3d")
         colours = [
             matplotlib.colormaps[PLASTIC](scale(scene.strain)),
-            np.tile(to_rgba(FAINT, 0.3), (len(scene.tools), 1)),
+            np.tile(to_rgba(TOOL), (len(scene.tools), 1)),
         ]
         edges = [EDGE] * len(scene.body) + ["none"] * len(scene.tools)
         faces = [*scene.body, *scene.tools]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import interval, significant
+from stemcal.report.numbers import significant, unit_written
+from stemcal.report.tables.stages import cited_ranges
 from stemcal.stages.invert.result import InvertResult
 
 if TYPE_CHECKING:
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Card:
-    """A parameter with its value, unit and the range over all solutions."""
+    """A parameter with its value, unit and the range to cite."""
 
     name: str
     value: str
@@ -22,16 +24,23 @@ class Card:
     range: str
 
 
-def headline(invert: InvertResult | None, study: Study, holds: bool = True) -> list[Card]:
-    """Return a card per calibrated parameter; without its range where the study is not calibrated."""
+def headline(
+    invert: InvertResult | None, study: Study, holds: bool = True, values: Mapping[str, float] | None = None
+) -> list[Card]:
+    """Return a card per calibrated parameter; without its range where the study is not calibrated.
+
+    `values` are those of a refinement.
+    """
     if invert is None:
         return []
+    called, ranges = cited_ranges(invert)
     return [
         Card(
             study.factor(name).label or name,
             significant(value),
-            "" if study.factor(name).unit == "1" else study.factor(name).unit,
-            interval(invert.ranges.get(name)) if holds else "",
+            unit_written(study.factor(name).unit),
+            f"{ranges[name]} ({called.removesuffix(' range')})" if holds else "",
         )
-        for name, value in invert.point.solution.items()
+        for name, value in (invert.point.solution if values is None else values).items()
+        if name in invert.point.solution
     ]

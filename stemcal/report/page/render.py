@@ -5,7 +5,8 @@ The page depends on the spec, the stage files and the records only, so the same 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,9 @@ from stemcal.report.figures.style import inline
 from stemcal.report.numbers import short
 from stemcal.report.page import sentences
 from stemcal.report.page.headline import headline
+from stemcal.report.page.labels import named_all, relabelled
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
-from stemcal.report.tables.appendix import checks_sheet, design_sheet, page_sheets
+from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, page_sheets
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import sheets_of
@@ -26,9 +28,10 @@ from stemcal.report.verdict import CLAIMING, shown_notes
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.screen import ScreenResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
-from stemcal.words import counted
+from stemcal.words import counted, joined
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
@@ -47,36 +50,73 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Part:
+    """Tables and pictures, those that tell the story and those that are folded."""
+
+    sheets: tuple[Sheet, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    details: tuple[Sheet, ...] = ()
+    plates: tuple[Picture, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def folded(self) -> str:
+        """What is folded, in words; nothing if nothing is."""
+        pictures = [counted(len(self.plates), "figure")] if self.plates else []
+        notes = [counted(len(self.notes), "note")] if self.notes else []
+        titles = [sheet.title[0].lower() + sheet.title[1:] for sheet in self.details]
+        return joined([*titles, *pictures, *notes])
+
+
+@dataclass(frozen=True)
 class Section:
     """One stage of the page."""
 
     anchor: str
     title: str
-    sheets: tuple[Sheet, ...]
-    pictures: tuple[Picture, ...]
-    notes: tuple[str, ...]
+    told: str
+    part: Part
 
 
-def write_page(study: Study, folder: StudyFolder) -> Path:
+@dataclass(frozen=True)
+class Shown:
+    """What page and figures are made from, read once for both."""
+
+    results: Results
+    records: Records
+    plots: list[Plot]
+    verdict: Verdict
+
+
+def shown(study: Study, folder: StudyFolder) -> Shown:
+    """Read what a study has come to, with its figures, none of them drawn yet."""
+    results = fresh_results(study, folder)
+    records = read_records(results, folder)
+    return Shown(results, records, gallery(study, results, records), verdict_of(study, folder, results))
+
+
+def write_page(study: Study, folder: StudyFolder, what: Shown | None = None) -> Path:
     """Write ``report.html`` from the stages that are done; returns its path."""
     path = folder.path / "report.html"
-    write_durably(path, render(study, folder))
+    write_durably(path, render(study, folder, what))
     return path
 
 
-def render(study: Study, folder: StudyFolder) -> str:
-    """Return the page."""
+def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
+    """Return the page; `what` if it is read already."""
     from jinja2 import Environment, PackageLoader
 
-    results = fresh_results(study, folder)
+    what = what or shown(study, folder)
+    results, records, verdict = what.results, what.records, what.verdict
     done = list(results.done())
     if not done:
         raise UsageError(
             "\n".join(results.stale) or f"{folder.path}: no stage is done yet; run `stemcal run SPEC` first"
         )
-    records = read_records(results, folder)
-    plots = gallery(study, results, records)
-    names, verdict = [result.name for result in done], verdict_of(study, folder, results)
+    first = first_pictures(study, what.plots)
+    plots = [plot for plot in what.plots if plot not in first]
+    names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
+    told_by_verdict = any(reason.rule == "physics" for reason in verdict.reasons)
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -84,17 +124,21 @@ def render(study: Study, folder: StudyFolder) -> str:
         study=study,
         title=study.title or study.name,
         question=question(study),
-        warnings=[*study.warnings, *results.stale, *failures(done), *run_warnings(records)],
+        warnings=[
+            *study.warnings,
+            *results.stale,
+            *failures(done),
+            *([] if told_by_verdict else run_warnings(records)),
+        ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=verdict.word,
-        outcome=sentences.outcome(results, verdict.holds),
-        certainty=[*sentences.certainty(results, verdict.holds), *from_table(study, results)],
-        headline=headline(results.inversion, study, verdict.holds),
-        setting=setting_sheets(study),
-        sections=[section(result, plots, verdict) for result in done],
-        runs=run_sheets(results, records),
-        pictures=pictures_of("runs", plots),
+        first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
+        certainty=named_all([*sentences.certainty(results, verdict.holds), *from_table(study, results)], labels),
+        headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
+        setting=part_of(setting_sheets(study), ()),
+        sections=[section(result, plots, verdict, labels) for result in done],
+        runs=part_of([replace(sheet, detail=True) for sheet in run_sheets(results, records)], _plots_of("runs", plots)),
         provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
     )
 
@@ -129,12 +173,38 @@ def failures(done: list[StageResult]) -> list[str]:
     ]
 
 
-def section(result: StageResult, plots: list[Plot], verdict: Verdict) -> Section:
-    """Return a stage's tables, figures and notes, as far as the verdict bears them."""
-    sheets = tuple(borne([*sheets_of(result), *page_sheets(result)], verdict.holds))
-    title = stage_called(result.name).title
-    pictures = pictures_of(result.name, [plot for plot in plots if verdict.holds or plot.name not in CLAIMING])
-    return Section(result.name, title, sheets, pictures, shown_notes(result, verdict.holds))
+def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:
+    """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
+    sheets = borne([*sheets_of(result), *page_sheets(result)], verdict.holds)
+    if isinstance(result, ScreenResult):
+        sheets[0] = judged(sheets[0], result)
+    pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
+    part = part_of(
+        [relabelled(sheet, labels) for sheet in sheets], pictures, shown_notes(result, verdict.holds), labels
+    )
+    told = named_all(sentences.outcome_of(result, verdict.holds), labels)
+    return Section(result.name, stage_called(result.name).title, " ".join(told), part)
+
+
+def part_of(
+    sheets: Iterable[Sheet], plots: Iterable[Plot], notes: Sequence[str] = (), labels: Mapping[str, str] | None = None
+) -> Part:
+    """Return tables and drawn figures, the details apart."""
+    sheets = list(sheets)
+    pictures = [(plot.detail, drawn(plot, f"{plot.section}{number}")) for number, plot in enumerate(plots)]
+    return Part(
+        tuple(sheet for sheet in sheets if not sheet.detail),
+        tuple(picture for detail, picture in pictures if not detail),
+        tuple(sheet for sheet in sheets if sheet.detail),
+        tuple(picture for detail, picture in pictures if detail),
+        tuple(named_all(notes, labels or {})),
+    )
+
+
+def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
+    """Return what the first screen shows: measured against simulated force, and the stem."""
+    names = ("validation", f"fracture-{short(study.targets.calibrate_at)}mm")
+    return [plot for name in names for plot in plots if plot.name == name]
 
 
 def run_sheets(results: Results, records: Records) -> list[Sheet]:
@@ -150,9 +220,10 @@ def run_sheets(results: Results, records: Records) -> list[Sheet]:
     return sheets if checks is None else [*sheets, checks]
 
 
-def pictures_of(section: str, plots: list[Plot]) -> tuple[Picture, ...]:
-    """Return the drawn figures of a section."""
-    return tuple(
-        Picture(inline(plot.draw(), f"{section}{number}", plot.caption), plot.caption, plot.wide)
-        for number, plot in enumerate(plot for plot in plots if plot.section == section and plot.on_page)
-    )
+def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
+    return [plot for plot in plots if plot.section == section and plot.on_page]
+
+
+def drawn(plot: Plot, name: str) -> Picture:
+    """Return a figure as the page shows it; `name` begins its ids."""
+    return Picture(inline(plot.draw(), name, plot.caption), plot.caption, plot.wide)

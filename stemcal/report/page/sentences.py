@@ -23,9 +23,9 @@ _AGREEING = (RefineResult, ValidateResult)
 _CLAIMING = (InvertResult, MeshResult, *_AGREEING)
 
 
-def outcome(results: Results, holds: bool = True) -> list[str]:
-    """Return what came out, a sentence per finished stage; no claim of agreement where the study does not bear it."""
-    return [_outcome(result) for result in results.done() if holds or not isinstance(result, _AGREEING)]
+def outcome_of(result: StageResult, holds: bool = True) -> list[str]:
+    """Return what came out of a stage, in a sentence; no claim of agreement where the study does not bear it."""
+    return [_outcome(result)] if holds or not isinstance(result, _AGREEING) else []
 
 
 def certainty(results: Results, holds: bool = True) -> list[str]:
@@ -170,10 +170,9 @@ def _calibration_certainty(stage: InvertResult) -> list[str]:
         left = f"A diameter predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."
         return [*known, left, *beside]
     if len(stage.point.solution) > 1:
-        ranges = [f"{name} {interval(bounds)}" for name, bounds in stage.ranges.items()]
         sentences.append(
-            "One measured force cannot fix several parameters: other combinations meet it as well, with "
-            f"{joined(ranges)}. The rule {stage.rule.replace('_', ' ')} chose this one."
+            "One measured force cannot fix several parameters: other combinations meet it as well. "
+            f"The rule {stage.rule.replace('_', ' ')} chose this one."
         )
         if stage.certainty is not None:
             sentences += [*stage.certainty.sentences, *stage.certainty.direction_sentences]

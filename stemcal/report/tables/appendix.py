@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from stemcal.report.numbers import fixed, short, significant
 from stemcal.report.records import Records, distinct_of
@@ -18,9 +19,7 @@ MANY = 4  # factors from which a table's columns bear symbols in place of names
 
 def page_sheets(stage: StageResult) -> list[Sheet]:
     """Return a stage's tables for the page, beyond those that the terminal shows."""
-    if isinstance(stage, ScreenResult):
-        return [verdict_sheet(stage)] if any(effect.verdict for effect in stage.effects) else []
-    return shape_sheets(stage)
+    return [replace(sheet, detail=True) for sheet in shape_sheets(stage)]
 
 
 def shape_sheets(stage: StageResult) -> list[Sheet]:
@@ -32,11 +31,28 @@ def shape_sheets(stage: StageResult) -> list[Sheet]:
     return [*sheets, *([ridge_sheet(stage)] if stage.ridge else [])]
 
 
-def verdict_sheet(stage: ScreenResult) -> Sheet:
-    """Return what the screening says of each factor, in words."""
-    rows = tuple((e.symbol, e.verdict) for e in stage.effects)
-    strong = frozenset(i for i, e in enumerate(stage.effects) if e.factor in stage.significant)
-    return Sheet("Verdict on each factor", ("", "Verdict"), rows, texts=2, strong=strong, long=True)
+def judged(sheet: Sheet, stage: ScreenResult) -> Sheet:
+    """Return the table of effects with a column that says in words what each of them means."""
+    told = [_short_verdict(effect.factor, effect.verdict) for effect in stage.effects]
+    if not any(told):
+        return sheet
+    told += [""] * (len(sheet.rows) - len(told))
+    rows = tuple((*row[:2], words, *row[2:]) for row, words in zip(sheet.rows, told, strict=True))
+    return replace(sheet, columns=(*sheet.columns[:2], "Verdict", *sheet.columns[2:]), rows=rows, texts=3)
+
+
+def _short_verdict(name: str, verdict: str) -> str:
+    """Return the beginning of a factor's verdict, and what it says of the sign.
+
+    >>> _short_verdict("a", "a matters: from low to high it raises the response. Its sign is against the expected -.")
+    'matters, against the expected sign'
+    >>> _short_verdict("a", "a shows no effect beyond what aliased interactions can feign: it lowers the response.")
+    'no effect seen'
+    """
+    words = verdict.partition(":")[0].removeprefix(name).strip()
+    if words.startswith("shows no effect"):
+        return "no effect seen"
+    return words + (", against the expected sign" if "against the expected" in verdict else "")
 
 
 def canonical_sheet(stage: SurfaceResult, canonical: Shape) -> Sheet:

@@ -18,7 +18,7 @@ def further_sheets(stage: StageResult) -> list[Sheet]:
     sheets = []
     if isinstance(stage, InvertResult):
         sheets += [_joint_sheet(stage.joint)] if stage.joint is not None else []
-        sheets += [_interval_sheet(stage)] if stage.known else []
+        sheets += [_interval_sheet(stage)] if len(stage.known) > 1 else []
     sheets += response_sheets(stage)
     if isinstance(stage, ValidateResult) and stage.discrepancy is not None:
         sheets.append(_corrected_sheet(stage))
@@ -94,7 +94,7 @@ def _joint_sheet(joint: JointFitted) -> Sheet:
 def _interval_sheet(stage: InvertResult) -> Sheet:
     sets = stage.known
     rows = [
-        (name, *(cell for part in sets for cell in (interval(part.intervals[name]), _share(part, name))))
+        (name, *(cell for part in sets for cell in (interval(part.intervals[name]), share_of(part, name))))
         for name in stage.point.solution
     ]
     columns = [cell for part in sets for cell in (part.source, "of range")]
@@ -107,7 +107,8 @@ def _interval_sheet(stage: InvertResult) -> Sheet:
     )
 
 
-def _share(part: Certainty, name: str) -> str:
+def share_of(part: Certainty, name: str) -> str:
+    """Return how much of a factor's range its interval takes, or that it is free."""
     return "free" if name in part.free else f"{fixed(100.0 * part.share[name], 0)} %"
 
 

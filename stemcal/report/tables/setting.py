@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import short, significant
+from stemcal.report.numbers import short, significant, unit_written
 from stemcal.report.tables.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -20,16 +20,14 @@ def setting_sheets(study: Study) -> list[Sheet]:
     sheets = [_factors(study), _measured(study)]
     if study.solver.kind == "embedded":
         parts = _parts(study) + _solver(study, study.solver)
-        sheets.append(Sheet("The virtual shear test", ("Part", "Value"), parts, texts=2, long=True))
+        sheets.append(Sheet("The virtual shear test", ("Part", "Value"), parts, texts=2, long=True, detail=True))
     if study.material.given():
-        sheets.append(Sheet("Material held", ("Parameter", "Value"), _material(study), texts=2, long=True))
+        sheets.append(Sheet("Material held", ("Parameter", "Value"), _material(study), texts=2, long=True, detail=True))
     return sheets
 
 
 def _factors(study: Study) -> Sheet:
-    rows = tuple(
-        (f.symbol, f.name, f.label, "" if f.unit == "1" else f.unit, short(f.low), short(f.high)) for f in study.factors
-    )
+    rows = tuple((f.symbol, f.name, f.label, unit_written(f.unit), short(f.low), short(f.high)) for f in study.factors)
     return Sheet("Factors", ("", "Factor", "Meaning", "Unit", "Low", "High"), rows, texts=4)
 
 
@@ -75,5 +73,5 @@ def _material(study: Study) -> Rows:
     rows = []
     for name, value in study.material.given().items():
         scale, unit = _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
-        rows.append((name, f"{short(scale * value)} {unit}".strip()))
+        rows.append((name, f"{short(scale * value)} {unit_written(unit)}".strip()))
     return tuple(rows)

@@ -12,8 +12,8 @@ from stemcal.report.numbers import probability, significant
 class Sheet:
     """A table: the first `texts` columns are words, the others numbers; `strong` rows stand out, `long` words wrap.
 
-    A sheet that `claims`, intervals or agreement, holds for a calibrated study only, as do `claiming` columns and lines
-    of the foot.
+    On the page a `detail` is folded. A sheet that `claims`, intervals or agreement, holds for a calibrated study only,
+    as do `claiming` columns and lines of the foot.
     """
 
     title: str
@@ -23,6 +23,7 @@ class Sheet:
     foot: tuple[str, ...] = ()
     strong: frozenset[int] = frozenset()
     long: bool = False
+    detail: bool = False
     claims: bool = False
     claiming: tuple[str, ...] = ()
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.report.numbers import fixed, interval, percent, probability, short, significant
-from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet
+from stemcal.report.numbers import alike, fixed, interval, percent, probability, short, significant
+from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet, share_of
 from stemcal.report.tables.mesh import budget_sheet, mesh_sheet
 from stemcal.report.tables.sheet import Sheet, force_or_reason, starred
 from stemcal.report.terms import equation, written
-from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
@@ -27,13 +27,15 @@ def sheets_of(stage: StageResult) -> list[Sheet]:
 def screening_sheet(stage: ScreenResult) -> Sheet:
     """Return the effects as papers print them, with Lenth's t and the p-value adjusted by Holm."""
     effects = stage.effects
+    residual = stage.residual
+    squares = alike([residual.sum_of_squares, *(e.sum_of_squares for e in effects)])
     rows = [
         (
             e.symbol,
             e.factor,
             fixed(e.effect),
             percent(e.contribution_percent),
-            significant(e.sum_of_squares),
+            squares(e.sum_of_squares),
             fixed(e.f, 4) if e.f is not None and e.f < 0.01 else significant(e.f),
             starred(e.p, e.stars),
             probability(e.p_holm),
@@ -41,9 +43,8 @@ def screening_sheet(stage: ScreenResult) -> Sheet:
         )
         for e in effects
     ]
-    residual = stage.residual
     share = 100.0 * residual.sum_of_squares / (stage.total_sum_of_squares or 1.0)
-    rows.append(("", "Residual", "", percent(share), significant(residual.sum_of_squares), "", "", "", ""))
+    rows.append(("", "Residual", "", percent(share), squares(residual.sum_of_squares), "", "", "", ""))
     return Sheet(
         "Effects on the maximum force",
         ("", "Factor", "Effect,\nN", "Share,\n%", "Sum of\nsquares", "F", "p", "p\nHolm", "Lenth\nt"),
@@ -68,12 +69,15 @@ def _lenth_foot(stage: ScreenResult) -> list[str]:
 def anova_sheet(stage: SurfaceResult) -> Sheet:
     """Return the analysis of variance."""
     symbols = stage.symbols()
+    squares, means = (
+        alike(values) for values in zip(*((r.sum_of_squares, r.mean_square) for r in stage.anova), strict=True)
+    )
     rows = [
         (
             _source(row.source, symbols),
-            significant(row.sum_of_squares, 6),
+            squares(row.sum_of_squares),
             str(row.df),
-            significant(row.mean_square, 6) if row.mean_square is not None else "",
+            means(row.mean_square),
             significant(row.f) if row.f is not None else "",
             starred(row.p, row.stars),
         )
@@ -85,6 +89,7 @@ def anova_sheet(stage: SurfaceResult) -> Sheet:
         tuple(rows),
         foot=() if stage.lack_of_fit_testable else ("Lack of fit cannot be tested.",),
         strong=frozenset(i for i, row in enumerate(stage.anova) if row.stars),
+        detail=True,
     )
 
 
@@ -115,6 +120,7 @@ def coefficient_sheet(stage: SurfaceResult) -> Sheet:
         ("Term", "Coefficient, N", "Std. error", "95 % low", "95 % high"),
         tuple(rows),
         foot=(equation(stage.coefficients, symbols), "; ".join(coded)),
+        detail=True,
     )
 
 
@@ -132,26 +138,61 @@ def fit_sheet(stage: SurfaceResult) -> Sheet:
 
 
 def calibration_sheet(stage: InvertResult) -> Sheet:
-    """Return the calibrated parameters with the range each may take."""
+    """Return the calibrated parameters with the range of each that is to be cited, and what else was found."""
     published = {} if stage.published is None else stage.published.point.solution
-    point, rows = stage.point, []
+    (head, ranges), point, rows = cited_ranges(stage), stage.point, []
     for name, value in point.solution.items():
-        row = (name, significant(value), interval(stage.ranges.get(name)), fixed(point.coded[name], 3))
+        row = (name, significant(value), ranges[name], *_share(stage, name), fixed(point.coded[name], 3))
         rows.append((*row, short(published.get(name))) if published else row)
-    columns: tuple[str, ...] = ("Factor", "Calibrated", "Range over all solutions", "Coded")
+    share = ("of its\nrange",) if stage.certainty is not None else ()
+    columns = ("Factor", "Calibrated", head, *share, "Coded", *(("Published",) if published else ()))
     intervals = (
-        f"95 % interval of the mean {interval(point.mean_interval)} N, of one prediction "
+        f"95 % interval of the mean force {interval(point.mean_interval)} N, of one simulated force "
         f"{interval(point.prediction_interval)} N."
     )
+    other = _other_ranges(stage)
     foot = (
         f"Target {short(stage.target)} N; predicted {significant(point.predicted)} N; coded radius "
         f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
         intervals,
         *_belonging(stage),
+        *other,
     )
-    if published:
-        columns = (*columns, "Published")
-    return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(columns[2], intervals))
+    return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(head, *share, intervals, *other))
+
+
+def joint_sheets(stage: InvertResult) -> list[Sheet]:
+    """Return the tables of a joint fit: each diameter, and what it leaves of each parameter; none of a single force."""
+    return further_sheets(stage) if stage.joint is not None else []
+
+
+def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
+    """Return the range of each parameter to cite, as it is written, and what it is called."""
+    if stage.certainty is None:
+        return "Exact solutions", {name: interval(stage.ranges.get(name)) for name in stage.point.solution}
+    known = stage.certainty.intervals
+    return "95 % range", {name: interval(known.get(name)) for name in stage.point.solution}
+
+
+def _taken(known: Certainty) -> str:
+    return f"the force ({known.taken})" if known.taken else "the measured force and its scatter"
+
+
+def _share(stage: InvertResult, name: str) -> list[str]:
+    """Return how much of a factor's range the 95 % range takes."""
+    return [] if stage.certainty is None else [share_of(stage.certainty, name)]
+
+
+def _other_ranges(stage: InvertResult) -> list[str]:
+    """Explain the range that is not to be cited: the points where the surface alone meets the target."""
+    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
+        return []
+    exact = "; ".join(f"{name} {interval(stage.ranges[name])}" for name in stage.point.solution)
+    return [
+        f"Cite the 95 % range: what is compatible with {_taken(stage.certainty)}, all other parameters free (profile "
+        "likelihood); free: three quarters of the range or more. The points where the surface meets the target exactly "
+        f"({exact}) leave its error out."
+    ]
 
 
 def _belonging(stage: InvertResult) -> list[str]:

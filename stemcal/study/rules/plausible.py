@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from statistics import median
 
 from stemcal.study import units
 from stemcal.study.model import EmbeddedSolver, Study
@@ -35,11 +36,14 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("runs", "time_limit"): (0.1, 1e7, "s"),
 }
+# Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
+_POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    return [*_sizes(study), *_mesh(study), *_targets(study), *_materials(study), *_factors(study), *_agreement(study)]
+    return [*_sizes(study), *_mesh(study), *_targets(study), *_outliers(study), *_materials(study), *_factors(study),
+            *_agreement(study)]  # fmt: skip
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -89,6 +93,26 @@ def _targets(study: Study) -> Iterator[Finding]:
                 f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
             )
             yield Finding((*path, "travel"), message, "lengthen loading.duration")
+
+
+def _outliers(study: Study) -> Iterator[Finding]:
+    """Question a cutting force that is far from what each other lets expect, whatever power of the diameter it has."""
+    targets = study.targets.forces
+    if len(targets) < 3 or study.solver.kind not in ("embedded", "lsdyna"):
+        return
+    for index, target in enumerate(targets):
+        expected = [
+            other.force * (target.diameter / other.diameter) ** power
+            for other in targets
+            if other is not target
+            for power in _POWERS
+        ]
+        if target.force > _FAR * max(expected) or target.force < min(expected) / _FAR:
+            message = (
+                f"{target.force:g} N at {target.diameter:g} mm, where each of the other diameters lets expect "
+                f"{median(expected):.0f} N or so"
+            )
+            yield Finding(("targets", "forces", index, "force"), message, "look for a slip of the point or the unit")
 
 
 def _materials(study: Study) -> Iterator[Finding]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from typing import Any
 
 from stemcal.study.model import StudyForm
+from stemcal.study.spec.meanings import MEANINGS, TOP
 from stemcal.study.spec.strict_yaml import NodePath
 
 __all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_with"]
@@ -24,7 +26,15 @@ def json_schema() -> dict[str, Any]:
     schema["title"] = "stemcal study"
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
+    _describe(schema["properties"], TOP)
+    for name, section in schema["$defs"].items():
+        _describe(section.get("properties", {}), MEANINGS[name])
     return schema
+
+
+def _describe(keys: dict[str, Any], meanings: Mapping[str, str]) -> None:
+    for key, node in keys.items():
+        node["description"] = meanings[key]
 
 
 def keys_of(path: NodePath) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.study.model import StudyForm
+from stemcal.study.spec.meanings import MEANINGS, PLACES, TOP
 from stemcal.study.spec.schema import json_schema, keys_of, section_with
 from stemcal.study.spec.strict_yaml import read_yaml
 
@@ -22,6 +23,21 @@ def test_schema_describes_the_yaml_form() -> None:
     length = schema["$defs"]["Blade"]["properties"]["length"]
     assert length["type"] == "string"
     assert re.match(length["pattern"], "90 mm") and not re.match(length["pattern"], "90 N")
+
+
+def test_no_key_is_undescribed() -> None:
+    """Every key has a meaning, no meaning is of a key that is gone, and every section its place in the spec."""
+    schema = json_schema()
+    assert list(TOP) == list(schema["properties"])
+    assert set(MEANINGS) == set(PLACES) == set(schema["$defs"])
+    for name, node in schema["$defs"].items():
+        assert set(MEANINGS[name]) == set(node["properties"]), name
+    told = [*TOP.values(), *(text for keys in MEANINGS.values() for text in keys.values())]
+    assert len(told) > 200
+    assert all(text.endswith(".") for text in told)
+    for place in PLACES.values():
+        first = place.partition(",")[0].partition(".")[0].removesuffix("[]")
+        assert first in schema["properties"], place
 
 
 def test_keys_are_found_by_path() -> None:

@@ -194,6 +194,17 @@ def test_implausible_magnitudes_are_doubted(old: str, new: str, warning: str) ->
     assert any(warning in line for line in warnings) if warning else not warnings
 
 
+@pytest.mark.parametrize(
+    ("given", "doubted"), [("2138 N", True), ("21.38 N", True), ("300 N", False), ("140 N", False)]
+)
+def test_a_force_far_from_its_neighbours_is_questioned(given: str, doubted: bool) -> None:
+    """The published 213.8 N at 9 mm with a slip of the point; a force half as large again is scatter."""
+    text = (ROOT / "configs" / "smoke.yaml").read_text(encoding="utf-8")
+    warnings = study_of(text.replace("force: 213.8 N", f"force: {given}")).warnings
+    assert len(warnings) == doubted
+    assert not doubted or re.search(r"lets expect 2[01]\d N or so; look for a slip", warnings[0])
+
+
 @pytest.mark.parametrize("factor", [1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9])
 def test_wrong_magnitudes_of_the_force_are_doubted_or_refused(factor: float) -> None:
     text = MINIMAL.replace("159.2 N", f"{159.2 * factor:.6g} N")

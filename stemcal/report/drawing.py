@@ -1,0 +1,55 @@
+"""Page and figures of a study, drawn where something they are made from has changed."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stemcal import __version__
+from stemcal.files.durable import digest
+from stemcal.files.typed import to_json
+from stemcal.folder.store import StudyFolder
+from stemcal.outputs import write_output
+from stemcal.report.figures.gallery import write_figures
+from stemcal.report.page.render import Shown, write_page
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
+
+MARK = "drawn-for.txt"
+
+
+def draw(study: Study, folder: StudyFolder, what: Shown, figures: bool = True, again: bool = False) -> Path:
+    """Write page and figures unless they are there for the same inputs; returns the page.
+
+    With `again` the page is written anyway.
+    """
+    page, mark, made_for = folder.path / "report.html", folder.path / "figures" / MARK, inputs_of(study, folder, what)
+    drawn = mark.read_text("utf-8").split() if mark.is_file() else []
+    if again or not drawn or drawn != [made_for, _sum(page)]:
+        write_page(study, folder, what)
+    if figures and drawn[:1] != [made_for]:
+        write_figures([plot for plot in what.plots if not plot.on_request], mark.parent)
+    if figures:
+        write_output(mark, f"{made_for}\n{_sum(page)}\n")
+    return page
+
+
+def inputs_of(study: Study, folder: StudyFolder, what: Shown) -> str:
+    """Return a digest of all that page and figures are made from: spec, stage files, records, the code that draws."""
+    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
+    spec = [study.model_dump_json(), study.source.name, list(study.warnings)]
+    told = [list(what.results.stale), to_json(what.verdict)]
+    code = _state(Path(__file__).parent, "*.*")
+    return digest([__version__, code, spec, told, stages, _state(folder.path / "runs", "*.json")])
+
+
+def _state(folder: Path, pattern: str) -> list[list[object]]:
+    """Return name, size and time of the files below a folder."""
+    found = [(path, path.stat()) for path in sorted(folder.rglob(pattern)) if path.suffix != ".pyc"]
+    return [[path.name, state.st_size, state.st_mtime_ns] for path, state in found]
+
+
+def _sum(page: Path) -> str:
+    return hashlib.sha256(page.read_bytes()).hexdigest() if page.is_file() else "none"

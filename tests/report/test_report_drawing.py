@@ -1,0 +1,57 @@
+"""Page and figures are drawn again where something they are made from has changed, and only there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stemcal.folder.store import StudyFolder
+from stemcal.report import drawing
+from stemcal.report.page.render import Shown, shown
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Count what is drawn in place of drawing it."""
+    drawn: list[str] = []
+
+    def page(_study: Any, folder: StudyFolder, _what: Shown) -> Path:
+        drawn.append("page")
+        (folder.path / "report.html").write_text(f"page {len(drawn)}", "utf-8")
+        return folder.path / "report.html"
+
+    def figures(_plots: Any, folder: Path) -> list[Path]:
+        drawn.append("figures")
+        folder.mkdir(exist_ok=True)
+        return []
+
+    monkeypatch.setattr(drawing, "write_page", page)
+    monkeypatch.setattr(drawing, "write_figures", figures)
+    return drawn
+
+
+def test_only_what_changed_is_drawn_again(replayed: tuple[Any, Any], tmp_path: Path, counted: list[str]) -> None:
+    study, original = replayed
+    for path in original.path.glob("*.json"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    folder = StudyFolder(tmp_path)
+    what = shown(study, folder)
+
+    def drawn(study: Any = study, **choice: bool) -> list[str]:
+        counted.clear()
+        drawing.draw(study, folder, what, **choice)
+        return list(counted)
+
+    assert drawn() == ["page", "figures"]
+    assert drawn() == []
+    assert drawn(again=True) == ["page"]
+    assert drawn() == []
+    assert drawn(study.model_copy(update={"title": "Another"})) == ["page", "figures"]
+    assert drawn() == ["page", "figures"]
+    (tmp_path / "report.html").write_text("changed by hand", "utf-8")
+    assert drawn() == ["page"]
+    stage = tmp_path / "validate.json"
+    stage.write_text(stage.read_text("utf-8") + "\n", "utf-8")
+    assert drawn() == ["page", "figures"]

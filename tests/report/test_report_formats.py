@@ -1,0 +1,74 @@
+"""Figures in the formats and widths that journals ask for."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stemcal.cli.plot import _kinds, _width
+from stemcal.errors import UsageError
+from stemcal.report.figures.certainty import profile_points
+from stemcal.report.figures.contour import levels_of, relief
+from stemcal.report.figures.gallery import Plot, write_as
+from stemcal.report.figures.validation import validation
+
+
+def plot(stages: dict[str, Any]) -> Plot:
+    return Plot("validation", "validate", "", lambda: validation(stages["validate"]))
+
+
+def test_one_column_is_90_mm_wide_in_pdf_and_eps(stages: dict[str, Any], tmp_path: Path) -> None:
+    pdf, eps = write_as([plot(stages)], tmp_path, ["pdf", "eps"], 300, _width("one"))
+    box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) [\d.]+ \]", pdf.read_bytes())
+    assert box and float(box[1]) / 72 * 25.4 == pytest.approx(90.0, abs=0.1)
+    assert b"/Type3" not in pdf.read_bytes()
+    box = re.search(rb"%%HiResBoundingBox: ([\d.]+) [\d.]+ ([\d.]+)", eps.read_bytes())
+    assert box and (float(box[2]) - float(box[1])) / 72 * 25.4 == pytest.approx(90.0, abs=1.0)
+
+
+def test_dots_per_inch_of_tiff(stages: dict[str, Any], tmp_path: Path) -> None:
+    from PIL import Image
+
+    (path,) = write_as([plot(stages)], tmp_path, ["tiff"], 150, 100.0)
+    with Image.open(path) as image:
+        assert image.size[0] == pytest.approx(100 / 25.4 * 150, abs=1)
+        assert image.info["dpi"][0] == pytest.approx(150) and image.info["compression"] == "tiff_lzw"
+
+
+def test_widths_and_formats_that_are_none() -> None:
+    assert _width(None) is None and _width("two") == 190.0 and _width("85 mm") == 85.0
+    for wrong in ("three", "7", "1e9", "nan"):
+        with pytest.raises(UsageError, match="one, two, or a width"):
+            _width(wrong)
+    with pytest.raises(UsageError, match="only `stemcal plot animation`"):
+        _kinds("gif")
+
+
+def test_levels_are_round_and_span_the_forces(stages: dict[str, Any]) -> None:
+    import numpy as np
+
+    levels = levels_of(np.array([47.3, 196.2]))
+    assert levels.tolist() == [40, 60, 80, 100, 120, 140, 160, 180, 200]
+
+
+def test_relief_shows_runs_and_lines_on_its_floor(stages: dict[str, Any], edited: Any) -> None:
+    """The published surface has three factors, so its runs lie in no one section; its floor has the lines."""
+    axes: Any = relief(stages["rsm"], ("yield_stress", "failure_strain"), stages["invert"]).axes[0]
+    assert len(axes.lines) == 1
+    floor = axes.get_zlim()[0]
+    assert floor < min(axes.get_zticks())
+    on_floor = [part for part in axes.collections if getattr(part, "levels", None) is not None]
+    assert len(on_floor) == 2  # areas and lines
+
+
+def test_profiles_pass_through_the_interval_that_the_table_gives(stages: dict[str, Any]) -> None:
+    known = stages["invert"].certainty
+    for name, (low, high) in known.intervals.items():
+        points = dict(profile_points(known, name))
+        for end, bounded in zip((low, high), known.bounded[name], strict=True):
+            assert not bounded or points[end] == 1.0
+        assert sorted(points) == list(points)
+    assert any(any(bounded) for bounded in known.bounded.values())
