@@ -31,3 +31,7 @@ ExecutorName = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else there.")]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no notes on stderr.")]
+
+Yes = Annotated[
+    bool, typer.Option("--yes", "-y", help="Begin also what needs more than this machine's memory, or 48 hours.")
+]

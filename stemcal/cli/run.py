@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers, Yes
 from stemcal.errors import TargetUnreachable
 
 
@@ -13,6 +13,7 @@ def run(
     executor: ExecutorName = "local",
     as_json: AsJson = False,
     quiet: Quiet = False,
+    yes: Yes = False,
 ) -> None:
     """Take a study through all stages: screen, rsm, invert, validate, report; climb and refine if the spec has them.
 
@@ -31,6 +32,7 @@ def run(
         from stemcal.stages.results import fresh_results
         from stemcal.stages.verdict.rules import verdict_of
 
+        work.require_sense(yes)
         try:
             workflow.calibrate(work.study, work.folder, work.executor, work.watch)
         except TargetUnreachable as error:

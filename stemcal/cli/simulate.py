@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -11,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.cli.options import AsJson, Out, Quiet, Spec, Yes
 from stemcal.words import nearest
 
 if TYPE_CHECKING:
@@ -52,13 +50,14 @@ def simulate(
     out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    yes: Yes = False,
 ) -> None:
     """Simulate one virtual shear test. Factors stand at mid-level unless set.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
     from stemcal.cli.console import note, say_json, waiting, warn
-    from stemcal.cli.session import read_study
+    from stemcal.cli.session import read_study, require_sense
 
     study = read_study(spec)
     levels = study.midlevels()
@@ -70,8 +69,11 @@ def simulate(
     levels = chosen_levels(levels, settings or [])
     _check_outputs(study, csv_file, figure)
 
+    from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.embedded import simulate as shear_test
 
+    at = study.specimen.outer_diameter if diameter is None else diameter
+    require_sense(demand_of_one(study, [at], symmetry), 1, yes)
     with waiting("one virtual shear test", quiet) as status:
         result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:
@@ -176,14 +178,12 @@ def summary(result: CuttingResult) -> object:
 
 def write_history(result: CuttingResult, path: Path) -> None:
     """Write the history, a column per quantity (s, mm, N, mJ)."""
+    from stemcal.files.showing import csv_text
     from stemcal.outputs import write_output
 
     columns = vars(result.history)
-    text = io.StringIO(newline="")
-    writer = csv.writer(text)
-    writer.writerow(columns)
-    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-    write_output(path, text.getvalue())
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    write_output(path, csv_text([columns, *rows], newline="\r\n"))
 
 
 def _write_figure(result: CuttingResult, path: Path) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
-import os
 import pickle
 import queue
 import signal
@@ -27,6 +26,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import RunTimedOut, WorkerDied
 from stemcal.executors.family import end_family, is_stopped
+from stemcal.executors.machine import available_cores
 from stemcal.executors.worker import serve
 from stemcal.patience import within
 
@@ -38,13 +38,6 @@ __all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
 PATIENCE_S = 2.0  # between asking a worker to end and ending it
 LOADING_S = 3600.0  # to import what a call needs and to compile; the limit of the call itself comes after
 _starting = threading.Lock()
-
-
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class LocalExecutor(RunExecutor):

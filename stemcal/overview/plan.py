@@ -14,7 +14,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Estimating, Request, Solver
+from stemcal.solvers.protocol import Estimating, Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.surface.stage import read_before
@@ -26,7 +26,7 @@ USUAL_FACTORS = 3
 
 @dataclass(frozen=True)
 class PlannedStage:
-    """The runs of a stage; `seconds` on one core, None where the solver gives no estimate.
+    """The runs of a stage; `seconds` on one core, bytes of `memory` of the largest, None where the solver cannot say.
 
     `quality` is the power and leverage of the design, None where there is none or it cannot carry its model.
     """
@@ -38,6 +38,7 @@ class PlannedStage:
     to_run: int
     seconds: float | None
     quality: DesignQuality | None
+    memory: float | None = None
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Plan:
     to_run: int
     seconds: float | None
     notes: tuple[str, ...]
+    memory: float | None = None
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,7 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
         sum(stage.to_run for stage in stages),
         None if None in seconds else sum(second or 0.0 for second in seconds),
         (*notes, *_decided_later(study), *foretold),
+        max((stage.memory for stage in stages if stage.memory is not None), default=None),
     )
 
 
@@ -100,19 +103,26 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 
 def _count(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> PlannedStage:
-    distinct: dict[str, Request] = {}
-    for request in part.requests:
-        distinct.setdefault(record_key(solver, request), request)
-    missing = [request for key, request in distinct.items() if not _recorded(key, study, folder)]
+    distinct = {record_key(solver, request) for request in part.requests}
+    left = missing(part, study, solver, folder)
     return PlannedStage(
         part.stage,
         len(part.requests),
         len(distinct),
-        len(distinct) - len(missing),
-        len(missing),
-        sum(solver.cost_estimate(request) for request in missing) if isinstance(solver, Estimating) else None,
+        len(distinct) - len(left),
+        len(left),
+        sum(solver.cost_estimate(request) for request in left) if isinstance(solver, Estimating) else None,
         None if part.design is None else _quality(part.design),
+        max(map(solver.memory_estimate, left), default=0.0) if isinstance(solver, Weighing) else None,
     )
+
+
+def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
+    """Return the distinct runs of a stage that no record answers for good."""
+    distinct: dict[str, Request] = {}
+    for request in part.requests:
+        distinct.setdefault(record_key(solver, request), request)
+    return [request for key, request in distinct.items() if not _recorded(key, study, folder)]
 
 
 def _recorded(key: str, study: Study, folder: StudyFolder | None) -> bool:

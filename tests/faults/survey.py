@@ -22,15 +22,29 @@ sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "solvers")]
 import of_changes  # noqa: E402
 import of_damage  # noqa: E402
 import of_disks  # noqa: E402
+import of_exports  # noqa: E402
 import of_laboratory  # noqa: E402
 import of_names  # noqa: E402
 import of_processes  # noqa: E402
 import of_runs  # noqa: E402
+import of_seals  # noqa: E402
 import of_specs  # noqa: E402
 import of_trust  # noqa: E402
 from tally import Fault, Missing, Tally  # noqa: E402
 
-KINDS = (of_processes, of_disks, of_damage, of_runs, of_specs, of_names, of_changes, of_laboratory, of_trust)
+KINDS = (
+    of_processes,
+    of_disks,
+    of_damage,
+    of_runs,
+    of_seals,
+    of_specs,
+    of_names,
+    of_changes,
+    of_exports,
+    of_laboratory,
+    of_trust,
+)
 FAULTS: tuple[Fault, ...] = tuple(fault for kind in KINDS for fault in kind.FAULTS)
 PAGE = HERE.parents[1] / "docs" / "survival.md"
 BEGIN, END = "<!-- table: tests/faults/survey.py --page -->\n", "<!-- end of table -->\n"
