@@ -3,7 +3,8 @@
 `ProcessPoolExecutor` gives up every pending run when one worker dies. Here a dead worker costs the run it was
 at, nothing else: its future gets `WorkerDied`, the next run a new process. A run that takes longer than its time
 limit, counted from its own start, is ended with all that it has started, and its future gets `RunTimedOut`. What a
-worker loads or compiles before does not count, nor does time while this process or the worker is stopped.
+worker loads or compiles before does not count, nor does time while this process or the worker is stopped, or the
+worker waits for a core that others have.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import RunTimedOut, WorkerDied
-from stemcal.executors.family import end_family, is_stopped
+from stemcal.executors.family import end_family
 from stemcal.executors.machine import available_cores
 from stemcal.executors.worker import serve
-from stemcal.patience import within
+from stemcal.patience import Hindrance, within
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -232,7 +233,7 @@ class _Worker:
             raise _Gone(f"it was not ready within {LOADING_S:g} s") from None
 
     def _receive(self, limit: float | None = None) -> bytes:
-        if not within(limit, self._is_heard, self._is_stopped):
+        if not within(limit, self._is_heard, Hindrance(self.process.pid)):
             self.end()
             raise RunTimedOut(limit or 0.0)
         try:
@@ -245,9 +246,6 @@ class _Worker:
     def _is_heard(self, seconds: float | None) -> bool:
         """Wait for word of the process, or its end."""
         return bool(wait([self.pipe, self.process.sentinel], seconds))
-
-    def _is_stopped(self) -> bool:
-        return self.process.pid is not None and is_stopped(self.process.pid)
 
     def _gone(self) -> _Gone:
         """See a process off that has closed its end, and say how it ended."""

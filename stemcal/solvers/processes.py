@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO
 
 from stemcal.files.decoding import lenient
-from stemcal.patience import within
+from stemcal.patience import Hindrance, within
 
 __all__ = ["Ended", "run_program"]
 
@@ -71,7 +71,7 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
 
 def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
     """Wait for the program; return whether it ran past its limit."""
-    return not within(time_limit, lambda seconds: _has_ended(process, seconds))
+    return not within(time_limit, lambda seconds: _has_ended(process, seconds), Hindrance(process.pid))
 
 
 def _has_ended(process: subprocess.Popen[bytes], seconds: float | None) -> bool:
