@@ -8,16 +8,18 @@ Stage files are sealed in the same way. Those of versions that did not seal them
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
 import os
 import platform
 import re
 import socket
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from inspect import signature
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -37,6 +39,7 @@ logger = logging.getLogger(__name__)
 SPEC_PLACE = "spec-path.txt"
 UNSEALED = "has no SHA-256 by which a changed digit could be seen: an earlier version wrote it, or somebody took it out"
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
+_NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
 _KEY = re.compile(r"[0-9a-f]{32}")
 
 
@@ -80,7 +83,7 @@ class StudyFolder:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self._lock = FileLock(self.path / ".lock", timeout=_LOCK_PATIENCE_S, poll_interval=0.02)
+        self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
         self._holds = Holder()
         self._told: set[str] = set()
 
@@ -106,10 +109,23 @@ class StudyFolder:
             self._lock.acquire()
         except Timeout:
             raise FolderLocked(f"{self.path}: {self._signature()}; wait for it or choose another --out") from None
+        except NotImplementedError:
+            raise self._without_locks(os.strerror(errno.ENOSYS)) from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
+            raise self._without_locks(error.strerror or str(error)) from None
         if self._lock.lock_counter == 1:
             self._holds = Holder(os.getpid(), socket.gethostname(), now())
             self._sign()
             remove_leftovers(self.path, self.runs)
+
+    def _without_locks(self, reason: str) -> StemcalError:
+        return StemcalError(
+            f"{self.path}: the file system there cannot lock files ({reason}), so that two commands could spoil each "
+            "other's results; name a folder on a local disk with --out, or have it mounted with locks (NFS: without "
+            "nolock and with its lock service, Lustre: with flock)"
+        )
 
     def unlock(self) -> None:
         """Give the folder back."""
@@ -133,14 +149,14 @@ class StudyFolder:
 
     def holder(self) -> Holder | None:
         """Return what the process that works here tells of itself, None if there is none."""
-        probe = FileLock(self.path / ".lock", timeout=0)
+        probe = _file_lock(self.path / ".lock", 0.0)
         try:
             if not Path(probe.lock_file).exists():
                 return None
             probe.acquire()
         except Timeout:
             return self._signature()
-        except OSError:  # not ours to lock: a signature is all there is to see
+        except (OSError, NotImplementedError):  # not ours to lock: a signature is all there is to see
             return found if (found := self._signature()) != Holder() else None
         probe.release()
         return None
@@ -268,6 +284,13 @@ class StudyFolder:
                 file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
         except (OSError, StemcalError) as error:
             logger.warning("log.jsonl: %s", error)
+
+
+def _file_lock(path: Path, patience: float) -> FileLock:
+    """Return a lock of the kernel: one that is only a file would stay when its holder is killed."""
+    kernel_only = {"fallback_to_soft": False} if "fallback_to_soft" in signature(FileLock.__init__).parameters else {}
+    made: Callable[..., FileLock] = FileLock
+    return made(path, timeout=patience, poll_interval=0.02, **kernel_only)
 
 
 def provenance() -> dict[str, str]:

@@ -55,6 +55,8 @@ __all__ = [
     "Targets",
 ]
 
+MOST_FACTORS = 100
+
 Size = Annotated[float, Quantity("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
 Time = Annotated[float, Quantity("time", above=0)]
@@ -427,7 +429,7 @@ class StudyForm(_Frozen):
     schema_version: Annotated[Whole, Field(ge=1, le=1)] = 1
     name: StudyName
     title: Title = ""
-    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=100)]
+    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
     specimen: Specimen = Specimen()
     blade: Blade = Blade()
     supports: Supports = Supports()

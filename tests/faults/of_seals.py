@@ -201,7 +201,7 @@ FAULTS = (
         "read, or refused with the path to the key and the command that mends it",
         unsealed_stage_files,
         20,
-        10_000,
+        485,
     ),
     Fault(
         "sealed records of another shape",
@@ -209,6 +209,6 @@ FAULTS = (
         "seen and not believed: the run counts as missing",
         other_records,
         100,
-        10_000,
+        192,
     ),
 )

@@ -25,6 +25,7 @@ import of_disks  # noqa: E402
 import of_exports  # noqa: E402
 import of_laboratory  # noqa: E402
 import of_names  # noqa: E402
+import of_odds  # noqa: E402
 import of_processes  # noqa: E402
 import of_runs  # noqa: E402
 import of_seals  # noqa: E402
@@ -43,6 +44,7 @@ KINDS = (
     of_changes,
     of_exports,
     of_laboratory,
+    of_odds,
     of_trust,
 )
 FAULTS: tuple[Fault, ...] = tuple(fault for kind in KINDS for fault in kind.FAULTS)

@@ -71,6 +71,8 @@ class Quantity:
         """Return the internal value of `given`, a text with unit or (outside YAML) a plain number."""
         value = self._parsed(given, from_yaml=info.context is not None)
         unit = units.INTERNAL[self.dimension]
+        if not abs(value) <= MOST:
+            raise complain(f"{given} is beyond what can be computed with", "check number and unit")
         if not value > self.above:
             raise complain(f"{given} must be above {self.above:g} {unit}", "write a larger value")
         if not value >= self.at_least:
@@ -130,7 +132,8 @@ SpecFile = Annotated[
 ]
 """A file inside the folder of the spec, resolved; it exists when it came from YAML."""
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+MOST = 1e30  # numbers whose powers are still numbers
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MOST, le=MOST)]
 Whole = Annotated[int, Field(strict=True)]
 
 
