@@ -160,11 +160,11 @@ def _number(path: Path, line: int, column: int, name: str, cell: str, problems: 
         value = float(cell.strip())
     except ValueError:
         value = math.nan
-    if abs(value) > MOST:
-        problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]} is beyond {MOST:g}", "check the unit"))
-    elif not math.isfinite(value) or "_" in cell:
+    if not math.isfinite(value) or "_" in cell:
         remedy = "write a number with a decimal point"
         problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]!r} is no number", remedy))
+    elif abs(value) > MOST:
+        problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]} is beyond {MOST:g}", "check the unit"))
     return value
 
 

@@ -20,6 +20,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "solvers")]
 
 import of_changes  # noqa: E402
+import of_cluster  # noqa: E402
 import of_damage  # noqa: E402
 import of_disks  # noqa: E402
 import of_exports  # noqa: E402
@@ -46,6 +47,7 @@ KINDS = (
     of_laboratory,
     of_odds,
     of_trust,
+    of_cluster,
 )
 FAULTS: tuple[Fault, ...] = tuple(fault for kind in KINDS for fault in kind.FAULTS)
 PAGE = HERE.parents[1] / "docs" / "survival.md"
