@@ -67,7 +67,7 @@ def simulate(
         levels, recorded_diameter = recorded_run(study, out, from_run)
         diameter = recorded_diameter if diameter is None else diameter
     levels = chosen_levels(levels, settings or [])
-    _require_material(study, levels)
+    require_material(study, levels)
     _check_outputs(study, csv_file, figure)
 
     from stemcal.overview.foresight import demand_of_one
@@ -134,13 +134,13 @@ def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, 
     return levels
 
 
-def _require_material(study: Study, levels: Mapping[str, float]) -> None:
+def require_material(study: Study, levels: Mapping[str, float]) -> None:
     """Refuse levels that no material can have."""
     from stemcal.errors import UsageError
     from stemcal.study.rules.factors import wrong_levels
 
     if wrong := list(wrong_levels(study, levels)):
-        raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
+        raise UsageError("\n".join(wrong))
 
 
 def _number(setting: str, text: str) -> float:

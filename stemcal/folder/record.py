@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -9,10 +10,11 @@ from typing import Any
 from stemcal.files.durable import digest
 from stemcal.files.typed import absent, from_json
 
-__all__ = ["KEY_LENGTH", "RECORD_VERSION", "key_of", "problem_of"]
+__all__ = ["KEY_LENGTH", "RECORD_VERSION", "is_key", "key_of", "problem_of"]
 
 RECORD_VERSION = 1
 KEY_LENGTH = 32
+_KEY = re.compile(r"[0-9a-f]{32}")
 _STATUSES = ("ok", "failed")
 
 Numbers = tuple[float, ...]
@@ -79,6 +81,15 @@ class _Record:
     message: str
     details: _Told
     provenance: _Circumstances
+
+
+def is_key(text: str) -> bool:
+    """Tell whether a text may be the name of a record.
+
+    >>> is_key("0123456789abcdef" * 2), is_key("../x"), is_key("")
+    (True, False, False)
+    """
+    return _KEY.fullmatch(text) is not None
 
 
 def key_of(identity: Mapping[str, Any]) -> str:

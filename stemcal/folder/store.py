@@ -13,7 +13,6 @@ import json
 import logging
 import os
 import platform
-import re
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -31,7 +30,7 @@ from stemcal.files.durable import as_json, plain, remove_leftovers, write_durabl
 from stemcal.files.rows import Table
 from stemcal.files.sealed import Broken, opened, sealed
 from stemcal.files.typed import absent, from_json, to_json
-from stemcal.folder.record import RECORD_VERSION, problem_of
+from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
@@ -40,7 +39,6 @@ SPEC_PLACE = "spec-path.txt"
 UNSEALED = "has no SHA-256 by which a changed digit could be seen: an earlier version wrote it, or somebody took it out"
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
-_KEY = re.compile(r"[0-9a-f]{32}")
 
 
 @dataclass(frozen=True)
@@ -176,13 +174,13 @@ class StudyFolder:
 
     def record_path(self, key: str) -> Path:
         """Return the file of a record."""
-        if not _KEY.fullmatch(key):
+        if not is_key(key):
             raise ValueError(f"{key!r} is no key of a record")
         return self.runs / f"{key}.json"
 
     def keys(self) -> list[str]:
         """Return the keys of all records, damaged or not, sorted."""
-        return sorted(path.stem for path in self.runs.glob("*.json") if _KEY.fullmatch(path.stem))
+        return sorted(path.stem for path in self.runs.glob("*.json") if is_key(path.stem))
 
     def save(self, record: Mapping[str, Any]) -> None:
         """Write a record so that it is there whole or not at all; `record["key"]` names it."""

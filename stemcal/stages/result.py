@@ -13,6 +13,7 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
+from stemcal.folder.record import is_key
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
@@ -119,11 +120,14 @@ class StageResult:
         return result
 
     def _require_entries(self) -> None:
-        """Raise `ValueError` if a mapping lacks a factor that others count on."""
+        """Raise `ValueError` if a mapping lacks a factor that others count on, or a run names no record."""
         for place, mapping, names in self.entries():
             for name in names:
                 if name not in mapping:
                     raise ValueError(f"{place}.{name} is missing")
+        for label, outcome in self.runs():
+            if outcome.key and not is_key(outcome.key):
+                raise ValueError(f"the key of {label} is no key of a record: {outcome.key!r:.60}")
 
     def entries(self) -> Iterator[Entries]:
         """Yield the path of a mapping by factor, the mapping, and the factors that must be in it."""

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from fakes import ENVIRONMENT
-from of_processes import SLOW_SPEC, posix
+from of_processes import SLOW_SPEC, heeding, posix
 from tally import Fault, Missing, each
 
 EXECUTORS = Path(__file__).parents[1] / "executors"
@@ -44,6 +44,7 @@ def _screening(folder: Path, address: str) -> subprocess.Popen[str]:
         text=True,
         env=ENVIRONMENT,
         start_new_session=True,
+        preexec_fn=heeding,
     )
 
 
