@@ -6,7 +6,7 @@ import functools
 import hashlib
 from pathlib import Path
 
-import stemcal
+from stemcal import __version__
 
 __all__ = ["code_version"]
 
@@ -17,12 +17,12 @@ _SHORT = 12
 def code_version() -> str:
     """Return version and hash of the sources, alike on every system.
 
-    >>> code_version().startswith(f"{stemcal.__version__}+")
+    >>> code_version().startswith(f"{__version__}+")
     True
     """
-    root = Path(stemcal.__file__).parent
+    root = Path(__file__).parents[1]
     found = hashlib.sha256()
     for path in sorted(root.rglob("*.py"), key=lambda path: path.relative_to(root).as_posix()):
         found.update(path.relative_to(root).as_posix().encode())
         found.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return f"{stemcal.__version__}+{found.hexdigest()[:_SHORT]}"
+    return f"{__version__}+{found.hexdigest()[:_SHORT]}"

@@ -113,9 +113,9 @@ class ScreenResult(StageResult):
             yield f"screen {run.run}", run.outcome
 
     def entries(self) -> Iterator[Entries]:
-        """Yield what every run must tell, and the effects that must be there."""
+        """Yield what every run must tell, and the effects that are called significant."""
         yield from self.design.entries(self.design.varied)
-        yield "effects", [effect.factor for effect in self.effects], (*self.design.varied, *self.significant)
+        yield "effects", [effect.factor for effect in self.effects], self.significant
 
     def summary(self) -> str:
         """Name the factors that matter."""

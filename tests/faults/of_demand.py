@@ -24,7 +24,7 @@ MONSTERS = {
     "elements of 0.03 mm": ("element_size: d/10", "element_size: 0.03 mm"),
     "elements of 0.0001 mm": ("element_size: d/10", "element_size: 0.0001 mm"),
     "elements of 1e-300 mm": ("element_size: d/10", "element_size: 1e-300 mm"),
-    "elements of d/3000": ("element_size: d/10", "element_size: d/3000"),
+    "elements of d/900": ("element_size: d/10", "element_size: d/900"),
     "a specimen of 1000 km": ("length: 30 mm", "length: 1000000 m"),
     "a specimen of 1e20 m": ("length: 30 mm", "length: 1e20 m"),
     "steps of 1e-12 s": ("element_size: d/10\n  mass_scaling: 3e4", f"element_size: d/40\n  {SLOWLY}"),
