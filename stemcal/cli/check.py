@@ -12,13 +12,15 @@ if TYPE_CHECKING:
     from stemcal.errors import SpecError
     from stemcal.study.model import Study
 
+_MANY, _MUCH = 1e6, 1e11  # elements, and steps of elements, of a run that any machine can do
+
 
 def check(spec: Spec, as_json: AsJson = False) -> None:
     """Read a spec and report every problem in it; compute and write nothing.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
-    from stemcal.cli.console import say, say_json
+    from stemcal.cli.console import say, say_json, warn
     from stemcal.cli.session import read_study
     from stemcal.errors import SpecError
 
@@ -28,8 +30,11 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
         if as_json:
             say_json(_problems(error))
         raise
+    demanding = _demanding(study)
+    for sentence in demanding:
+        warn(sentence)
     if as_json:
-        say_json(_summary(study))
+        say_json(_summary(study, demanding))
     else:
         say(
             f"{spec}: right. Study {study.name}: {len(study.factors)} factors, "
@@ -42,13 +47,37 @@ def _problems(error: SpecError) -> Mapping[str, object]:
     return {"schema_version": 1, "stage": "check", "ok": False, "problems": problems}
 
 
-def _summary(study: Study) -> Mapping[str, object]:
+def _demanding(study: Study) -> list[str]:
+    """Say what of a single run is more than this machine has, or takes days; loads little where the mesh is small."""
+    if study.solver.kind != "embedded" or _is_small(study):
+        return []
+    from stemcal.executors.machine import machine_memory
+    from stemcal.overview.foresight import demand_of_one, excess
+
+    return excess(demand_of_one(study, _diameters(study)), 1, machine_memory())
+
+
+def _is_small(study: Study) -> bool:
+    """Tell whether a run is far from too much, by cubes of the element's size and the step that all can take."""
+    solver, largest = study.solver, max(_diameters(study))
+    if solver.kind != "embedded" or solver.time_step is None:
+        return False
+    size = solver.element_size.at(largest)
+    elements = study.specimen.length / size * largest / size * 4.0 * max(largest / size, 50.0)
+    return elements < _MANY and elements * study.loading.duration / solver.time_step < _MUCH
+
+
+def _diameters(study: Study) -> list[float]:
+    return [study.targets.calibrate_at, *(target.diameter for target in study.targets.forces)]
+
+
+def _summary(study: Study, demanding: list[str]) -> Mapping[str, object]:
     return {
         "schema_version": 1,
         "stage": "check",
         "ok": True,
         "problems": [],
-        "warnings": list(study.warnings),
+        "warnings": [*study.warnings, *demanding],
         "name": study.name,
         "factors": [factor.name for factor in study.factors],
         "diameters": [target.diameter for target in study.targets.forces],

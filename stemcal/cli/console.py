@@ -60,8 +60,10 @@ def open_page(page: Path) -> None:
 
 
 def say_json(data: Any) -> None:
-    """Print `data` as JSON on stdout, in ASCII so that no terminal encoding can spoil it."""
-    sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=True) + "\n")
+    """Print `data` as JSON on stdout, in ASCII so that no terminal encoding can spoil it; no number as null."""
+    from stemcal.files.durable import plain
+
+    sys.stdout.write(json.dumps(plain(data), indent=2, ensure_ascii=True, allow_nan=False) + "\n")
 
 
 def warn(sentence: str) -> None:

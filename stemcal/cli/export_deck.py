@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stemcal.cli.options import Quiet, Spec
-from stemcal.cli.simulate import Diameter, Settings, chosen_levels
+from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 
 DeckFile = Annotated[Path, typer.Argument(metavar="OUT.k", help="The deck to write.", show_default=False)]
 
@@ -32,6 +32,7 @@ def export_deck(
 
     study = read_study(spec)
     levels = chosen_levels(study.midlevels(), settings or [])
+    require_material(study, levels)
     chosen = study.specimen.outer_diameter if diameter is None else diameter
     if not out.absolute().parent.is_dir():
         raise UsageError(f"{out}: the folder {out.parent} does not exist")

@@ -33,3 +33,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and n
 OpenPage = Annotated[bool, typer.Option("--open", help="Open the report in the browser when it is written.")]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no notes on stderr.")]
+
+Yes = Annotated[
+    bool, typer.Option("--yes", "-y", help="Begin also what needs more than this machine's memory, or 48 hours.")
+]

@@ -16,11 +16,12 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
 
     Example: [bold]stemcal plan configs/wild-chrysanthemum.yaml --workers 8[/bold]
     """
-    from stemcal.cli.console import note, say, say_json
+    from stemcal.cli.console import note, say, say_json, warn
     from stemcal.cli.session import folder_of, read_study
-    from stemcal.executors.local import available_cores
+    from stemcal.executors.machine import available_cores, machine_memory
     from stemcal.files.typed import to_json
     from stemcal.folder.store import StudyFolder
+    from stemcal.overview.foresight import Demand, excess
     from stemcal.overview.plan import plan as make_plan
     from stemcal.report.tables.terminal import drawn
 
@@ -31,12 +32,16 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
         say_json(to_json(found))
     else:
         say(*drawn(_sheet(found, workers or available_cores())))
+    demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
+    for sentence in excess(demand, workers or available_cores(), machine_memory()):
+        warn(sentence)
     if not quiet:
         for sentence in found.notes:
             note(f"note: {sentence}")
 
 
 def _sheet(found: Plan, workers: int) -> Sheet:
+    from stemcal.overview.foresight import in_bytes
     from stemcal.report.numbers import duration
     from stemcal.report.tables.sheet import Sheet
     from stemcal.words import counted
@@ -56,9 +61,10 @@ def _sheet(found: Plan, workers: int) -> Sheet:
         elapsed = found.seconds / max(1, min(workers, found.to_run))
         total += f": about {duration(found.seconds)} of one core".replace("about under", "under")
         total += f", {duration(elapsed)} with {counted(workers, 'worker')}" if workers > 1 else ""
+    memory = f" A run takes about {in_bytes(found.memory)} of memory." if found.memory else ""
     return Sheet(
         f"Plan of {found.study}",
         ("Stage", "Runs", "Recorded", "To compute", "On one core"),
         rows,
-        foot=(f"{total}.",),
+        foot=(f"{total}.{memory}",),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from stemcal.cli.options import AsJson, ExecutorName, OpenPage, Out, Quiet, Spec, Workers
+from stemcal.cli.options import AsJson, ExecutorName, OpenPage, Out, Quiet, Spec, Workers, Yes
 from stemcal.errors import TargetUnreachable
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ def run(
     open_it: OpenPage = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    yes: Yes = False,
 ) -> None:
     """Take a study through all stages: screen, rsm, invert, validate, report; climb and refine if the spec has them.
 
@@ -38,6 +39,7 @@ def run(
         from stemcal.report.drawing import draw
         from stemcal.report.page.render import shown
 
+        work.require_sense(yes)
         _foretell(work)
         try:
             done = _telling(work) if not as_json else lambda _result: None

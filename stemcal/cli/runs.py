@@ -80,19 +80,15 @@ def runs(
 
 def write_table(found: Iterable[Entry], factors: Iterable[str], path: Path) -> None:
     """Write runs as CSV: a column per factor, empty cells where there is nothing."""
-    import csv
-    import io
-
+    from stemcal.files.showing import csv_text
     from stemcal.outputs import write_output
 
     names = tuple(factors)
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *names, *AFTER_LEVELS])
+    rows: list[list[object]] = [[*COLUMNS, *names, *AFTER_LEVELS]]
     for run in found:
         levels = [run.levels.get(name) for name in names]
-        writer.writerow([*(getattr(run, c) for c in COLUMNS), *levels, *(getattr(run, c) for c in AFTER_LEVELS)])
-    write_output(path, text.getvalue())
+        rows.append([*(getattr(run, c) for c in COLUMNS), *levels, *(getattr(run, c) for c in AFTER_LEVELS)])
+    write_output(path, csv_text(rows))
 
 
 def table_of(title: str, found: Iterable[Entry]) -> Sheet:

@@ -14,6 +14,7 @@ from stemcal.errors import UsageError
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
     from stemcal.folder.store import StudyFolder
+    from stemcal.overview.foresight import Demand
     from stemcal.report.progress import Watcher
     from stemcal.study.model import Study
 
@@ -28,6 +29,14 @@ class Session:
     folder: StudyFolder
     executor: RunExecutor
     watch: Watcher
+
+    def require_sense(self, yes: bool, stage: str | None = None) -> None:
+        """Refuse what this machine cannot hold or takes days, of all stages or of one, unless that is meant."""
+        from stemcal.executors.local import LocalExecutor
+        from stemcal.overview.foresight import demand_of
+
+        here = isinstance(self.executor, LocalExecutor)
+        require_sense(demand_of(self.study, self.folder, stage), self.executor.workers, yes, here)
 
 
 def read_study(spec: Path) -> Study:
@@ -85,6 +94,17 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr()))
         yield Session(study, folder, pool, watch)
+
+
+def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:
+    """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
+    from stemcal.executors.machine import machine_memory
+    from stemcal.overview.foresight import excess
+
+    for sentence in excess(demand, workers, machine_memory() if here else None):
+        if not yes:
+            raise UsageError(f"{sentence}; --yes begins it all the same")
+        warn(sentence)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

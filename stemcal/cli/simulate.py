@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -11,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.cli.options import AsJson, Out, Quiet, Spec, Yes
 from stemcal.words import nearest
 
 if TYPE_CHECKING:
@@ -52,13 +50,14 @@ def simulate(
     out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    yes: Yes = False,
 ) -> None:
     """Simulate one virtual shear test. Factors stand at mid-level unless set.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
     from stemcal.cli.console import note, say_json, waiting, warn
-    from stemcal.cli.session import read_study
+    from stemcal.cli.session import read_study, require_sense
 
     study = read_study(spec)
     levels = study.midlevels()
@@ -68,10 +67,14 @@ def simulate(
         levels, recorded_diameter = recorded_run(study, out, from_run)
         diameter = recorded_diameter if diameter is None else diameter
     levels = chosen_levels(levels, settings or [])
+    require_material(study, levels)
     _check_outputs(study, csv_file, figure)
 
+    from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.embedded import simulate as shear_test
 
+    at = study.specimen.outer_diameter if diameter is None else diameter
+    require_sense(demand_of_one(study, [at], symmetry), 1, yes)
     with waiting("one virtual shear test", quiet) as status:
         result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:
@@ -131,6 +134,15 @@ def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, 
     return levels
 
 
+def require_material(study: Study, levels: Mapping[str, float]) -> None:
+    """Refuse levels that no material can have."""
+    from stemcal.errors import UsageError
+    from stemcal.study.rules.factors import wrong_levels
+
+    if wrong := list(wrong_levels(study, levels)):
+        raise UsageError("\n".join(wrong))
+
+
 def _number(setting: str, text: str) -> float:
     import math
 
@@ -176,14 +188,12 @@ def summary(result: CuttingResult) -> object:
 
 def write_history(result: CuttingResult, path: Path) -> None:
     """Write the history, a column per quantity (s, mm, N, mJ)."""
+    from stemcal.files.showing import csv_text
     from stemcal.outputs import write_output
 
     columns = vars(result.history)
-    text = io.StringIO(newline="")
-    writer = csv.writer(text)
-    writer.writerow(columns)
-    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-    write_output(path, text.getvalue())
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    write_output(path, csv_text([columns, *rows], newline="\r\n"))
 
 
 def _write_figure(result: CuttingResult, path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from inspect import cleandoc
 
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers, Yes
 from stemcal.stages.base import Stage, stage_called
 
 
@@ -19,8 +19,9 @@ def command_of(stage: Stage, example: str = "configs/smoke.yaml") -> Callable[..
         executor: ExecutorName = "local",
         as_json: AsJson = False,
         quiet: Quiet = False,
+        yes: Yes = False,
     ) -> None:
-        _run(stage, spec, out, workers, executor, as_json, quiet)
+        _run(stage, spec, out, workers, executor, as_json, quiet, yes)
 
     return _named(command, stage, example)
 
@@ -42,7 +43,16 @@ def _named(command: Callable[..., None], stage: Stage, example: str) -> Callable
     return command
 
 
-def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool) -> None:
+def _run(
+    stage: Stage,
+    spec: Spec,
+    out: Out,
+    workers: Workers,
+    executor: str,
+    as_json: bool,
+    quiet: bool,
+    yes: bool = False,
+) -> None:
     """Run one stage of a study and show what it came to."""
     from stemcal.cli.console import warn
     from stemcal.cli.session import opened
@@ -51,6 +61,8 @@ def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as
     from stemcal.stages.verdict.rules import verdict_of
 
     with opened(spec, out, workers, executor, quiet) as work:
+        if stage.simulates:
+            work.require_sense(yes, stage.name)
         result = make(stage, work.study, work.folder, work.executor, work.watch)
         verdict = verdict_of(work.study, work.folder)
     if shortfall := result.shortfall():

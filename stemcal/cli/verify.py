@@ -17,7 +17,7 @@ MOST_NAMES = 20
 
 
 def verify(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
-    """Check every record of a study against its SHA-256, and the stages against the spec; change nothing.
+    """Check every record and stage file against its SHA-256, and the stages against the spec; change nothing.
 
     Ends with 1 if something is damaged. `stemcal run` sets damaged records aside and does their runs again.
 

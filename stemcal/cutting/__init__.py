@@ -26,6 +26,7 @@ from stemcal.cutting.result import (
     force_history,
     travel_at,
 )
+from stemcal.cutting.size import MeshSize, mesh_size
 from stemcal.fem.stepper import Inspect, simulate
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Discretisation",
     "ForceHistory",
     "Loading",
+    "MeshSize",
     "Shape",
     "ShearTest",
     "Stem",
@@ -44,6 +46,7 @@ __all__ = [
     "build",
     "in_phases",
     "mean_over_phases",
+    "mesh_size",
     "perturbed",
     "shear",
     "stem_mesh",

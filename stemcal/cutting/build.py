@@ -45,7 +45,7 @@ def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     widths = _widths(outer, how)
-    through = how.through_wall or max(1, ceil((outer - inner) / how.element_size - 1e-9))
+    through = through_wall(stem, how)
     layers = _layers(stem.length, how)
     if how.symmetry == "none":
         whole = np.concatenate([widths, widths[::-1]])
@@ -54,17 +54,33 @@ def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
     return hollow_cylinder(inner, outer, layers, (len(widths), through), (-0.5 * pi, 0.5 * pi), widths)
 
 
+def through_wall(stem: Stem, how: Discretisation) -> int:
+    """Return how many elements there are through the wall."""
+    wall = 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
+    return how.through_wall or max(1, ceil(wall / how.element_size - 1e-9))
+
+
+def around_half(radius: float, how: Discretisation) -> int:
+    """Return how many elements there are around half the stem."""
+    return max(2, round(pi * radius / (0.5 * (1.0 + how.coarsening_around) * how.element_size)))
+
+
+def pairs_along(length: float, how: Discretisation) -> int:
+    """Return how many elements there are on either side of the cut, beside a row under the edge."""
+    odd = 1 if how.edge_over == "elements" else 0
+    mean = 0.5 * (1.0 + how.coarsening) * how.element_size
+    return max(1, ceil((length / mean - odd) / 2 - 1e-9))
+
+
 def _widths(radius: float, how: Discretisation) -> Array:
     """Return how wide the elements around half the stem are, from the bottom to the top under the edge."""
-    mean = 0.5 * (1.0 + how.coarsening_around) * how.element_size
-    return np.linspace(how.coarsening_around, 1.0, max(2, round(pi * radius / mean)))
+    return np.linspace(how.coarsening_around, 1.0, around_half(radius, how))
 
 
 def _layers(length: float, how: Discretisation) -> Array:
     """Return x of the layers of nodes: an odd number of elements if the edge is over elements, else an even one."""
     odd = 1 if how.edge_over == "elements" else 0
-    mean = 0.5 * (1.0 + how.coarsening) * how.element_size
-    pairs = max(1, ceil((length / mean - odd) / 2 - 1e-9))
+    pairs = pairs_along(length, how)
     # element lengths from the cut outwards; the row under the edge counts half on either side
     sizes = np.linspace(1.0, how.coarsening, pairs + odd)
     sizes[0] *= 1.0 - 0.5 * odd

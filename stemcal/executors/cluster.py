@@ -2,7 +2,8 @@
 
 The cluster is the user's own, started by hand or by dask-jobqueue on Slurm and PBS. On a worker each run has a
 process of its own, as on one machine, so that time limits and crashes are handled alike: a run that hangs or
-crashes costs itself, not the worker with all that it holds. A worker that is lost hands its runs to the others.
+crashes costs itself, not the worker with all that it holds. A worker that is lost hands its runs to the others. The
+processes belong to one command: when that ends, in whatever way it can still tell, they end.
 """
 
 from __future__ import annotations
@@ -11,14 +12,18 @@ import functools
 import logging
 import pickle
 import threading
+import uuid
+import warnings
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
+from contextlib import suppress
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal import __version__
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
+from stemcal.executors.code import code_version
 from stemcal.executors.failures import ClusterLost, WorkerDied
 from stemcal.executors.local import LocalExecutor
 
@@ -28,6 +33,8 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 CONNECT_S = 10.0
+FAREWELL_S = 5.0  # for telling the workers that a command ends
+_LOUD = ("distributed", "tornado", "asyncio", "bokeh")
 _MOST_PROCESSES = 256
 _KILLED = ("KilledWorker", "NoValidWorkerError")
 _making = threading.Lock()
@@ -46,11 +53,12 @@ class DaskExecutor(RunExecutor):
     Raises
     ------
     UsageError
-        If Dask is not installed, nobody answers, or a worker has no stemcal or another version of it.
+        If Dask is not installed, nobody answers, or a worker has no stemcal or another version or code of it.
     """
 
     def __init__(self, address: str, time_limit: float | None = None) -> None:
         self.address, self.time_limit = address, time_limit
+        self._session = uuid.uuid4().hex
         self._client = _connected(address)
         self._tasks = self._client.get_executor(pure=False)
         try:
@@ -62,20 +70,29 @@ class DaskExecutor(RunExecutor):
     @property
     def workers(self) -> int:
         """How many runs the cluster can compute at a time, now."""
-        return max(1, sum(map(int, self._client.nthreads().values())))
+        try:
+            return max(1, sum(map(int, self._client.nthreads().values())))
+        except Exception:
+            raise self._lost() from None
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Give a call to the cluster; function, arguments and result must be picklable."""
-        task = self._tasks.submit(supervised, pickle.dumps((fn, args, kwargs)), self.time_limit, __version__)
+        call = pickle.dumps((fn, args, kwargs)), self.time_limit, code_version(), self._session
+        try:
+            task = self._tasks.submit(supervised, *call)
+        except Exception:
+            raise self._lost() from None
         future: Future[T] = Future()
         future.add_done_callback(lambda done: task.cancel() if done.cancelled() else None)
         task.add_done_callback(functools.partial(self._hand_over, future))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Wait for what is under way, or take it back, and leave the cluster as it was."""
-        self._tasks.shutdown(wait=wait and not cancel_futures)
-        self._client.close()
+        """Wait for what is under way, or end it on the workers, and leave the cluster as it was."""
+        with suppress(Exception):  # of a cluster that is lost there is nothing to leave
+            self._tasks.shutdown(wait=wait and not cancel_futures)
+        _at_most(FAREWELL_S, lambda: self._client.run(end_session, self._session))
+        _at_most(FAREWELL_S, self._client.close)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -88,12 +105,19 @@ class DaskExecutor(RunExecutor):
             return
         try:
             future.set_result(task.result())
-        except CancelledError:
-            future.set_exception(
-                ClusterLost(f"the Dask scheduler at {self.address} is gone; finished runs are kept, run again to go on")
-            )
         except BaseException as error:
-            future.set_exception(_translated(error))
+            future.set_exception(self._translated(error))
+
+    def _translated(self, error: BaseException) -> BaseException:
+        """Return Dask's words for a run that outlived too many workers, and for a lost cluster, as ours."""
+        if type(error).__name__ in _KILLED:
+            return WorkerDied(f"the Dask workers that had it were lost: {error}")
+        if isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in ("distributed", "tornado"):
+            return self._lost()
+        return error
+
+    def _lost(self) -> ClusterLost:
+        return ClusterLost(f"the Dask scheduler at {self.address} is gone; finished runs are kept, run again to go on")
 
     def _check_versions(self) -> None:
         try:
@@ -106,24 +130,35 @@ class DaskExecutor(RunExecutor):
         if not found:
             logger.warning("the Dask scheduler at %s has no workers yet; runs wait for them", self.address)
         for worker, version in found.items():
-            if version != __version__:
-                raise UsageError(_mismatch(worker, version, __version__))
+            if version != code_version():
+                raise UsageError(_mismatch(worker, version, code_version()))
 
 
-def supervised(blob: bytes, time_limit: float | None, version: str) -> Any:
+def supervised(blob: bytes, time_limit: float | None, version: str, session: str) -> Any:
     """Let a process of this machine compute a pickled call. Runs in a thread of a Dask worker."""
-    if version != __version__:
-        raise WorkerDied(_mismatch("this worker", __version__, version))
-    return _processes().submit_pickled(blob, time_limit).result()
-
-
-def _processes() -> LocalExecutor:
-    """Return the processes of this Dask worker, one for each of its threads."""
+    if version != code_version():
+        raise WorkerDied(_mismatch("this worker", code_version(), version))
     with _making:
-        return _started_processes()
+        if session in _ended:
+            raise WorkerDied("the command that asked for it has ended")
+        crew = _sessions.get(session) or _sessions.setdefault(session, _started_processes())
+    return crew.submit_pickled(blob, time_limit).result()
 
 
-@functools.cache
+# On a worker: the processes of each command, one for each thread.
+_sessions: dict[str, LocalExecutor] = {}
+_ended: set[str] = set()
+
+
+def end_session(session: str) -> None:
+    """End the processes that compute for a command. Runs on a Dask worker, which does not wait for it."""
+    with _making:
+        _ended.add(session)
+        crew = _sessions.pop(session, None)
+    if crew is not None:
+        threading.Thread(target=crew.stop, name="end of session", daemon=True).start()
+
+
 def _started_processes() -> LocalExecutor:
     from distributed import get_worker
 
@@ -134,18 +169,39 @@ def _started_processes() -> LocalExecutor:
 
 
 def _version() -> str:
-    return __version__
+    return code_version()
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:
-    return f"{worker} has stemcal {version}, the study stemcal {wanted}; install the same version on both"
+    return f"{worker} has stemcal {version}, the study stemcal {wanted}; install the same version and code on both"
 
 
-def _translated(error: BaseException) -> BaseException:
-    """Return Dask's word for a run that outlived too many workers as ours."""
-    if type(error).__name__ in _KILLED:
-        return WorkerDied(f"the Dask workers that had it were lost: {error}")
-    return error
+def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
+    """Do something towards the cluster that may be lost, and wait so long for it."""
+
+    def try_it() -> None:
+        with suppress(Exception):
+            farewell()
+
+    thread = threading.Thread(target=try_it, name="farewell", daemon=True)
+    thread.start()
+    thread.join(seconds)
+
+
+def _quiet() -> None:
+    """Let nothing of Dask's own reach stderr: what matters is said by us."""
+    for name in [*_LOUD, *logging.root.manager.loggerDict]:
+        if name.partition(".")[0] in _LOUD:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    warnings.filterwarnings("ignore", module="distributed")
+
+
+def _scheme() -> str:
+    """Return how the scheduler is spoken to: encrypted if Dask's configuration has certificates for it."""
+    import dask
+
+    encrypted = dask.config.get("distributed.comm.require-encryption", False)
+    return "tls" if encrypted or dask.config.get("distributed.comm.tls.client.cert", None) else "tcp"
 
 
 def _connected(address: str) -> Any:
@@ -154,10 +210,10 @@ def _connected(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise UsageError('--executor dask:// needs Dask; install it with `pip install "stemcal[dask]"`') from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said by us
+    _quiet()
     try:
-        return Client(f"tcp://{address}", timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
+        return Client(f"{_scheme()}://{address}", timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
         raise UsageError(
             f"--executor dask://{address}: no Dask scheduler answers there ({error or type(error).__name__}); "
             "start one with `dask scheduler` and give its address"

@@ -44,15 +44,6 @@ def descendants(pid: int, parents: dict[int, int]) -> set[int]:
     return found
 
 
-def is_stopped(pid: int) -> bool:
-    """Tell whether a process is stopped by a signal, as by Ctrl-Z; only Linux tells."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()[0]
-    except (OSError, IndexError):
-        return False
-    return state in (b"T", b"t")
-
-
 def _parents() -> dict[int, int]:
     """Return the parent of every process of the machine."""
     if Path("/proc/self/stat").exists():

@@ -3,14 +3,14 @@
 `ProcessPoolExecutor` gives up every pending run when one worker dies. Here a dead worker costs the run it was
 at, nothing else: its future gets `WorkerDied`, the next run a new process. A run that takes longer than its time
 limit, counted from its own start, is ended with all that it has started, and its future gets `RunTimedOut`. What a
-worker loads or compiles before does not count, nor does time while this process or the worker is stopped.
+worker loads or compiles before does not count, nor does time while this process or the worker is stopped, or the
+worker waits for a core that others have.
 """
 
 from __future__ import annotations
 
 import contextlib
 import multiprocessing
-import os
 import pickle
 import queue
 import signal
@@ -26,9 +26,10 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import RunTimedOut, WorkerDied
-from stemcal.executors.family import end_family, is_stopped
+from stemcal.executors.family import end_family
+from stemcal.executors.machine import available_cores
 from stemcal.executors.worker import serve
-from stemcal.patience import within
+from stemcal.patience import Hindrance, within
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -38,13 +39,6 @@ __all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
 PATIENCE_S = 2.0  # between asking a worker to end and ending it
 LOADING_S = 3600.0  # to import what a call needs and to compile; the limit of the call itself comes after
 _starting = threading.Lock()
-
-
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class LocalExecutor(RunExecutor):
@@ -239,7 +233,7 @@ class _Worker:
             raise _Gone(f"it was not ready within {LOADING_S:g} s") from None
 
     def _receive(self, limit: float | None = None) -> bytes:
-        if not within(limit, self._is_heard, self._is_stopped):
+        if not within(limit, self._is_heard, Hindrance(self.process.pid)):
             self.end()
             raise RunTimedOut(limit or 0.0)
         try:
@@ -252,9 +246,6 @@ class _Worker:
     def _is_heard(self, seconds: float | None) -> bool:
         """Wait for word of the process, or its end."""
         return bool(wait([self.pipe, self.process.sentinel], seconds))
-
-    def _is_stopped(self) -> bool:
-        return self.process.pid is not None and is_stopped(self.process.pid)
 
     def _gone(self) -> _Gone:
         """See a process off that has closed its end, and say how it ended."""

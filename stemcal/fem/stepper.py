@@ -21,6 +21,8 @@ from stemcal.fem.threads import March, ThreadedMarch
 Array = NDArray[np.float64]
 Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
+_STRIDE = 1_000_000  # steps times elements between two looks at what else is asked of this process
+_LEAST = 1e-300  # s, until the first step is known
 
 
 def simulate(model: Model, duration: float, watch: Watch | None = None, inspect: Inspect | None = None) -> History:
@@ -46,7 +48,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
     if inspect is not None:
         inspect(0.0, state)
     with _march_of(model, state) as advance:
-        for row in _rows(state, advance, outputs):
+        for row in _rows(state, _in_strides(advance, state), outputs):
             rows.append(row)
             if inspect is not None:
                 inspect(row["time"], state)
@@ -69,6 +71,25 @@ def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, An
         _check(advance(until, state), state)
         if state.clock.time[0] > before:  # the step before may have gone past this output as well
             yield _row(state, impulse, before)
+
+
+def _in_strides(advance: March, state: State) -> March:
+    """Return what advances the state in pieces of about a tenth of a second, between which Ctrl-C is heard.
+
+    The same steps are taken. A step too small for the clock to move ends the simulation.
+    """
+    stride = max(1, _STRIDE // len(state.topology.hexes))
+
+    def advanced(until: float, state: State) -> int:
+        outcome, time, step = REACHED, state.clock.time, state.clock.step
+        while outcome == REACHED and time[0] < until:
+            before = float(time[0])
+            outcome = advance(min(until, before + max(stride * float(step[0]), _LEAST)), state)
+            if outcome == REACHED and not time[0] > before:
+                return COLLAPSED
+        return outcome
+
+    return advanced
 
 
 def _check(outcome: int, state: State) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from stemcal.files.showing import csv_text
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
@@ -61,9 +60,7 @@ class Table:
 
     def csv(self) -> str:
         """Return the text of its CSV file: lines end in ``\\n``, cells of None are empty."""
-        text = io.StringIO(newline="")
-        csv.writer(text, lineterminator="\n").writerows([self.columns, *self.rows])
-        return text.getvalue()
+        return csv_text([self.columns, *self.rows])
 
     def to_frame(self) -> pd.DataFrame:
         """Return a frame of pandas."""

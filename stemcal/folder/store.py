@@ -2,21 +2,23 @@
 
 A run is acknowledged once `StudyFolder.save` has returned: its record then survives a killed process and,
 where the system can flush a folder, a power cut. Each record carries the SHA-256 of its own content; one
-that does not match is set aside in ``runs/damaged`` and counts as missing.
+that does not match, or holds something else than a record, is set aside in ``runs/damaged`` and counts as missing.
+Stage files are sealed in the same way. Those of versions that did not seal them are read, and that is told.
 """
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
 import os
 import platform
-import re
 import socket
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from inspect import signature
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -24,18 +26,19 @@ from typing import Any, Self
 from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
-from stemcal.files.durable import as_json, digest, remove_leftovers, write_durably
+from stemcal.files.durable import as_json, plain, remove_leftovers, write_durably
 from stemcal.files.rows import Table
+from stemcal.files.sealed import Broken, opened, sealed
 from stemcal.files.typed import absent, from_json, to_json
+from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
 
-RECORD_VERSION = 1
 SPEC_PLACE = "spec-path.txt"
-MAX_RECORD_BYTES = 64 * 2**20
+UNSEALED = "has no SHA-256 by which a changed digit could be seen: an earlier version wrote it, or somebody took it out"
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
-_KEY = re.compile(r"[0-9a-f]{32}")
+_NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
 
 
 @dataclass(frozen=True)
@@ -78,8 +81,9 @@ class StudyFolder:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self._lock = FileLock(self.path / ".lock", timeout=_LOCK_PATIENCE_S, poll_interval=0.02)
+        self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
         self._holds = Holder()
+        self._told: set[str] = set()
 
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
@@ -103,10 +107,23 @@ class StudyFolder:
             self._lock.acquire()
         except Timeout:
             raise FolderLocked(f"{self.path}: {self._signature()}; wait for it or choose another --out") from None
+        except NotImplementedError:
+            raise self._without_locks(os.strerror(errno.ENOSYS)) from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
+            raise self._without_locks(error.strerror or str(error)) from None
         if self._lock.lock_counter == 1:
             self._holds = Holder(os.getpid(), socket.gethostname(), now())
             self._sign()
             remove_leftovers(self.path, self.runs)
+
+    def _without_locks(self, reason: str) -> StemcalError:
+        return StemcalError(
+            f"{self.path}: the file system there cannot lock files ({reason}), so that two commands could spoil each "
+            "other's results; name a folder on a local disk with --out, or have it mounted with locks (NFS: without "
+            "nolock and with its lock service, Lustre: with flock)"
+        )
 
     def unlock(self) -> None:
         """Give the folder back."""
@@ -130,14 +147,14 @@ class StudyFolder:
 
     def holder(self) -> Holder | None:
         """Return what the process that works here tells of itself, None if there is none."""
-        probe = FileLock(self.path / ".lock", timeout=0)
+        probe = _file_lock(self.path / ".lock", 0.0)
         try:
             if not Path(probe.lock_file).exists():
                 return None
             probe.acquire()
         except Timeout:
             return self._signature()
-        except OSError:  # not ours to lock: a signature is all there is to see
+        except (OSError, NotImplementedError):  # not ours to lock: a signature is all there is to see
             return found if (found := self._signature()) != Holder() else None
         probe.release()
         return None
@@ -157,39 +174,43 @@ class StudyFolder:
 
     def record_path(self, key: str) -> Path:
         """Return the file of a record."""
-        if not _KEY.fullmatch(key):
+        if not is_key(key):
             raise ValueError(f"{key!r} is no key of a record")
         return self.runs / f"{key}.json"
 
     def keys(self) -> list[str]:
         """Return the keys of all records, damaged or not, sorted."""
-        return sorted(path.stem for path in self.runs.glob("*.json") if _KEY.fullmatch(path.stem))
+        return sorted(path.stem for path in self.runs.glob("*.json") if is_key(path.stem))
 
     def save(self, record: Mapping[str, Any]) -> None:
         """Write a record so that it is there whole or not at all; `record["key"]` names it."""
         content = {"record_version": RECORD_VERSION, **record}
-        sealed = {"sha256": digest(content), **content}
-        write_durably(self.record_path(record["key"]), as_json(sealed))
+        write_durably(self.record_path(record["key"]), sealed(content))
 
     def load(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal; one that is damaged is set aside. None if there is none."""
-        record = self.peek(key)
-        if record is None and self.record_path(key).exists():
-            self._set_aside(self.record_path(key))
+        record, problem = self.examine(key)
+        if problem:
+            self._set_aside(self.record_path(key), problem)
         return record
 
     def peek(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal, None if there is none or it is damaged; changes nothing."""
-        try:
-            with self.record_path(key).open("rb") as file:
-                blob = file.read(MAX_RECORD_BYTES + 1)
-        except FileNotFoundError:
-            return None
-        record = _unsealed(blob) if len(blob) <= MAX_RECORD_BYTES else None
-        return record if record is not None and record.get("key") == key else None
+        return self.examine(key)[0]
 
-    def _set_aside(self, path: Path) -> None:
-        logger.warning("%s is damaged; set aside, the run is done again", path)
+    def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
+        """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""
+        try:
+            content, has_seal = opened(self.record_path(key))
+        except FileNotFoundError:
+            return None, ""
+        except Broken as broken:
+            return None, str(broken)
+        problem = problem_of(content, key) if has_seal else "has no SHA-256"
+        return (None, problem) if problem else (content, "")
+
+    def _set_aside(self, path: Path, problem: str) -> None:
+        logger.warning("%s %s; set aside, the run is done again", path, problem)
         with suppress(OSError, StemcalError):
             damaged = make_folder(self.runs / "damaged")
             stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
@@ -199,25 +220,39 @@ class StudyFolder:
     # ---- stages
 
     def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
-        """Write a stage's JSON, whole or not at all; the same content gives the same bytes."""
-        write_durably(self.path / f"{stage}.json", as_json(content))
+        """Write a stage's JSON and its seal, whole or not at all; the same content gives the same bytes."""
+        write_durably(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON; raise `UsageError` if it has not run yet or cannot be read."""
+        """Return a stage's JSON without its seal, to be believed; one that never had a seal is told of, once.
+
+        Raises
+        ------
+        UsageError
+            If the stage has not run yet, or its file has changed since it was written or cannot be read.
+        """
+        content, has_seal = self.examine_stage(stage)
+        if not has_seal and stage not in self._told:
+            self._told.add(stage)
+            logger.warning("%s/%s.json %s; `stemcal %s SPEC` seals it", self.path, stage, UNSEALED, stage)
+        return content
+
+    def examine_stage(self, stage: str) -> tuple[dict[str, Any], bool]:
+        """Return a stage's JSON without its seal, and whether it had one; raises as `read_stage` does."""
         path = self.path / f"{stage}.json"
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            content, has_seal = opened(path)
         except FileNotFoundError:
             raise UsageError(f"{path} is not there yet; run `stemcal {stage} SPEC` first") from None
-        except (ValueError, RecursionError):
-            raise UsageError(f"{path} is damaged; run `stemcal {stage} SPEC` again") from None
-        if not isinstance(content, dict) or content.get("stage") != stage:
+        except Broken as broken:
+            raise UsageError(f"{path} is damaged: it {broken}; run `stemcal {stage} SPEC` again") from None
+        if content.get("stage") != stage:
             raise UsageError(f"{path} holds no {stage} stage; run `stemcal {stage} SPEC` again")
-        return content
+        return content, has_seal
 
     def has_stage(self, stage: str) -> bool:
         """Whether a stage has left its file."""
-        return (self.path / f"{stage}.json").is_file()
+        return (self.path / f"{stage}.json").exists()
 
     def write_csv(self, name: str, table: Table) -> None:
         """Write a table as ``name.csv``."""
@@ -240,12 +275,20 @@ class StudyFolder:
 
     def log(self, event: str, **facts: Any) -> None:
         """Append one line to ``log.jsonl``; a log that cannot be written stops nothing."""
-        line = json.dumps({"time": now(), "event": event, **facts}, ensure_ascii=False, default=str)
+        told = {"time": now(), "event": event, **plain(facts)}
+        line = json.dumps(told, ensure_ascii=False, allow_nan=False)
         try:
             with open_output(self.path / "log.jsonl", append=True) as file:
                 file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
         except (OSError, StemcalError) as error:
             logger.warning("log.jsonl: %s", error)
+
+
+def _file_lock(path: Path, patience: float) -> FileLock:
+    """Return a lock of the kernel: one that is only a file would stay when its holder is killed."""
+    kernel_only = {"fallback_to_soft": False} if "fallback_to_soft" in signature(FileLock.__init__).parameters else {}
+    made: Callable[..., FileLock] = FileLock
+    return made(path, timeout=patience, poll_interval=0.02, **kernel_only)
 
 
 def provenance() -> dict[str, str]:
@@ -273,14 +316,3 @@ def _make_folder(runs: Path) -> None:
         make_folder(runs)
     except OSError as error:
         raise StemcalError(f"{error.filename or runs}: {error.strerror}; choose another place with --out") from error
-
-
-def _unsealed(blob: bytes) -> dict[str, Any] | None:
-    """Return the content of a sealed record, or None if a bit of it has changed."""
-    try:
-        record = json.loads(blob.decode("utf-8"))
-        seal = record.pop("sha256")
-        intact = digest(record) == seal and as_json({"sha256": seal, **record}).encode("utf-8") == blob
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        return None
-    return record if intact else None

@@ -14,7 +14,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Estimating, Request, Solver
+from stemcal.solvers.protocol import Estimating, Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.surface.stage import read_before
@@ -27,7 +27,7 @@ USUAL_FACTORS = 3
 
 @dataclass(frozen=True)
 class PlannedStage:
-    """The runs of a stage; `seconds` on one core, None where the solver gives no estimate.
+    """The runs of a stage; `seconds` on one core, bytes of `memory` of the largest, None where the solver cannot say.
 
     `quality` is the power and leverage of the design, None where there is none or it cannot carry its model.
     """
@@ -39,6 +39,7 @@ class PlannedStage:
     to_run: int
     seconds: float | None
     quality: DesignQuality | None
+    memory: float | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ class Plan:
     to_run: int
     seconds: float | None
     notes: tuple[str, ...]
+    memory: float | None = None
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,7 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
         sum(stage.to_run for stage in stages),
         None if None in seconds else sum(second or 0.0 for second in seconds),
         (*notes, *_decided_later(study), *foretold),
+        max((stage.memory for stage in stages if stage.memory is not None), default=None),
     )
 
 
@@ -94,8 +97,7 @@ def foreseen(study: Study, folder: StudyFolder) -> dict[str, tuple[int, int]]:
     solver = make_solver(study)
     counts = {}
     for part in asked(study, solver, folder):
-        keys = {record_key(solver, request) for request in part.requests}
-        counts[part.stage] = (len(part.requests), sum(not _recorded(key, study, folder) for key in keys))
+        counts[part.stage] = (len(part.requests), len(missing(part, study, solver, folder)))
     return counts
 
 
@@ -121,24 +123,31 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 
 def _count(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> PlannedStage:
-    distinct: dict[str, Request] = {}
-    for request in part.requests:
-        distinct.setdefault(record_key(solver, request), request)
-    missing = [request for key, request in distinct.items() if not _recorded(key, study, folder)]
+    distinct = {record_key(solver, request) for request in part.requests}
+    left = missing(part, study, solver, folder)
     return PlannedStage(
         part.stage,
         len(part.requests),
         len(distinct),
-        len(distinct) - len(missing),
-        len(missing),
-        sum(solver.cost_estimate(request) for request in missing) if isinstance(solver, Estimating) else None,
+        len(distinct) - len(left),
+        len(left),
+        sum(solver.cost_estimate(request) for request in left) if isinstance(solver, Estimating) else None,
         None if part.design is None else _quality(_without_copies(part.design, part.requests, solver)),
+        max(map(solver.memory_estimate, left), default=0.0) if isinstance(solver, Weighing) else None,
     )
 
 
-def _recorded(key: str, study: Study, folder: StudyFolder | None) -> bool:
-    record = folder.peek(key) if folder is not None else None
-    return record is not None and stands(record, study.runs)
+def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
+    """Return the distinct runs of a stage that no record answers for good."""
+    distinct: dict[str, Request] = {}
+    for request in part.requests:
+        distinct.setdefault(record_key(solver, request), request)
+    recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
+    return [
+        request
+        for key, request in distinct.items()
+        if (record := recorded.get(key)) is None or not stands(record, study.runs)
+    ]
 
 
 def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:

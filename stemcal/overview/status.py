@@ -103,10 +103,10 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
 
 
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
-    record = folder.peek(key)
+    record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
     if record is None:
-        status = "damaged" if folder.record_path(key).exists() else "left"
+        status = "damaged" if problem else "left"
         return Entry(*asked_for, status, None, "", "", True, request.diameter, dict(request.levels))
     answer = judged(answer_of(record), study.runs)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
@@ -141,8 +141,9 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
     wanted = asked(study, solver, folder)
     entries, working = _entries(wanted, study, folder, solver), folder.holder()
     decided = {part.stage: part.settled for part in wanted}
-    seen = {*decided, *(entry.stage for entry in entries)}
-    named = [*decided, *(stage.name for stage in STAGES if stage.name in seen - set(decided))]
+    left = {stage.name for stage in STAGES if not stage.simulates and folder.has_stage(stage.name)}
+    seen = {*decided, *(entry.stage for entry in entries), *left}
+    named = [stage.name for stage in STAGES if stage.name in seen]
     stages = [
         _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True), working)
         for name in named

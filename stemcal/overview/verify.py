@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.files.durable import digest
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import Asked, asked
-from stemcal.runs.key import KEY_LENGTH, record_key
+from stemcal.runs.key import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage
 from stemcal.stages.lineage import changes_since
-from stemcal.stages.making import read
+from stemcal.stages.making import kind_of
 from stemcal.study.model import Study
 
 
@@ -28,11 +27,12 @@ class Damage:
 
 @dataclass(frozen=True)
 class StageState:
-    """A stage's file: what is wrong with it, and what has changed since it was written."""
+    """A stage's file: what is wrong with it, what has changed since it was written, and whether it is sealed."""
 
     stage: str
     problem: str
     changed: tuple[str, ...]
+    sealed: bool = True
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
     """Check everything in a study folder; change nothing."""
     solver = solver or make_solver(study)
     keys = folder.keys()
-    problems = {key: _problem(folder, key) for key in keys}
+    problems = {key: folder.examine(key)[1] for key in keys}
     stages = [_stage(study, solver, folder, stage) for stage in STAGES if folder.has_stage(stage.name)]
     damaged = [Damage(f"runs/{key}.json", problem) for key, problem in problems.items() if problem]
     damaged += [Damage(f"{state.stage}.json", state.problem) for state in stages if state.problem]
@@ -80,25 +80,19 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
     )
 
 
-def _problem(folder: StudyFolder, key: str) -> str:
-    """Return what is wrong with a record, "" if nothing is."""
-    try:
-        record = folder.peek(key)
-    except OSError as error:
-        return f"cannot be read: {error.strerror}"
-    if record is None:
-        return "does not agree with its SHA-256"
-    if digest(record.get("identity"))[:KEY_LENGTH] != key:
-        return "its name does not follow from what it says it answers"
-    return ""
-
-
 def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> StageState:
     try:
-        read(stage, folder)
-    except UsageError:
-        return StageState(stage.name, "cannot be read", ())
-    return StageState(stage.name, "", tuple(changes_since(study, solver, folder, stage.name)))
+        content, sealed = folder.examine_stage(stage.name)
+        kind_of(stage).from_json(content)
+    except UsageError as error:
+        return StageState(stage.name, _without_place(str(error), folder, stage), ())
+    return StageState(stage.name, "", tuple(changes_since(study, solver, folder, stage.name)), sealed)
+
+
+def _without_place(message: str, folder: StudyFolder, stage: Stage) -> str:
+    """Return what is wrong with a stage's file, without its name."""
+    name = f"{stage.name}.json"
+    return message.removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
 
 
 def _orphans(folder: StudyFolder, keys: set[str]) -> list[str]:

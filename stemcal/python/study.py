@@ -18,6 +18,7 @@ from stemcal.report.progress import notebook_watch
 from stemcal.report.records import Curve as DrawnCurve
 from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.spec import load_study as read_spec
 from stemcal.words import did_you_mean
 
@@ -158,4 +159,6 @@ def simulate(
             raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
     chosen = study.specimen.outer_diameter if diameter is None else float(diameter)
     whole = {**study.midlevels(), **levels}
+    if wrong := list(wrong_levels(study, whole)):
+        raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
     return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))

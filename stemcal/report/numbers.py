@@ -114,6 +114,8 @@ def duration(seconds: float | None) -> str:
         return "under 1 s"
     if seconds < 90.0:
         return f"{seconds:.0f} s"
+    if seconds > 100 * 365.25 * 86400:
+        return "more than 100 years"
     minutes = round(seconds / 60.0)
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
 

@@ -97,10 +97,18 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
         content = folder.peek(outcome.key) if outcome.key else None
         if content is not None:
             details = content["details"]
-            told = from_json(Checks, details) if "energy_drift_percent" in details else None
+            told = _checks(details)
             provenance = from_json(Provenance, content.get("provenance", {}))
             found[label] = RunRecord(content["key"], from_json(Details, details), told, provenance)
     return found
+
+
+def _checks(details: Mapping[str, Any]) -> Checks | None:
+    """Return a run's checks; None where the solver told nothing of them, or other things under their names."""
+    try:
+        return from_json(Checks, details)
+    except ValueError:
+        return None
 
 
 def distinct_of(records: Records) -> dict[str, tuple[str, RunRecord]]:

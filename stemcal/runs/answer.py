@@ -18,7 +18,7 @@ from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
-from stemcal.runs.key import answer_of, record_key
+from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
 from stemcal.solvers.protocol import Answer, Immediate, Keeping, Placed, Request, Solver
 from stemcal.study.model import RunsOptions
@@ -172,7 +172,7 @@ def _recording(
 
 def _record(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
     """Save one outcome durably and return its answer."""
-    answer = computed.answer
+    answer = readable(computed.answer)
     folder.save(
         {
             "key": key,

@@ -21,6 +21,7 @@ from stemcal.solvers.protocol import Answer, Readied, Request, Solver
 
 logger = logging.getLogger(__name__)
 
+MOST = 1e30  # its powers are still numbers
 _HEARTBEAT_S = 0.5  # how long Ctrl-C may have to wait on Windows
 
 
@@ -67,6 +68,9 @@ def sound(answer: Answer) -> Answer:
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
     if answer.force is None or not math.isfinite(answer.force):
         return Answer("failed", None, "nan", f"the solver gave the force {answer.force}", answer.details)
+    if abs(answer.force) > MOST:
+        message = f"the solver gave the force {answer.force:g}, more than statistics can compute with ({MOST:g})"
+        return Answer("failed", None, "bad_result", message, answer.details)
     return answer
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.solvers.processes import Ended
+from stemcal.solvers.programs.aside import LEAST_READING_S
 from stemcal.solvers.programs.frame import Program
 from stemcal.solvers.programs.inputs import Inputs, values_of
-from stemcal.solvers.programs.readers import read_number
+from stemcal.solvers.programs.readers import read_number_within
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.outside import CommandSolver
 
@@ -40,5 +41,6 @@ class Command(Program):
     def _values(self, request: Request) -> Mapping[str, str]:
         return values_of(request)
 
-    def _read(self, folder: Path, _ended: Ended) -> Answer:
-        return Answer("ok", force=read_number(self.options.result, folder))
+    def _read(self, folder: Path, ended: Ended) -> Answer:
+        left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
+        return Answer("ok", force=read_number_within(left, self.options.result, folder))

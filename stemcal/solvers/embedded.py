@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,8 @@ _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "
 _WORST_DRIFT = 5.0
 # Element-steps per second of one core of a small machine, for estimates only.
 _RATE = 12.0e6
+# What a process takes before it has a mesh, bytes.
+_PROCESS = 250.0e6
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,10 @@ class Embedded:
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
         return sum(_seconds(test) for test in self._tests(request))
+
+    def memory_estimate(self, request: Request) -> float:
+        """Return roughly how many bytes a process needs for a request."""
+        return _PROCESS + max(cutting.mesh_size(test.stem, test.discretisation).memory for test in self._tests(request))
 
     @property
     def phases(self) -> int:
@@ -262,14 +269,12 @@ def _determining(test: ShearTest) -> dict[str, Any]:
 
 
 def _seconds(test: ShearTest) -> float:
-    """Return the steps that the smallest element asks for, times the elements, over a usual rate."""
+    """Return the steps that the smallest element asks for, times the elements, over a usual rate; inf if countless."""
     how, material = test.discretisation, test.material
-    mesh = cutting.stem_mesh(test.stem, how)
-    smallest = float(np.cbrt(mesh.volumes().min()))
-    speed = np.sqrt(material.p_wave_modulus / (how.integration.mass_scaling * material.density))
-    step = max(how.integration.safety * smallest / speed, how.integration.time_step or 0.0)
-    steps = test.loading.duration / step
-    return float(steps * len(mesh.hexes) / _RATE)
+    size = cutting.mesh_size(test.stem, how)
+    speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
+    step = max(how.integration.safety * size.smallest / speed, how.integration.time_step or 0.0)
+    return test.loading.duration / step * size.elements / _RATE if step > 0.0 else inf
 
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:

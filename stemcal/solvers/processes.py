@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import IO
 
 from stemcal.files.decoding import lenient
-from stemcal.patience import within
+from stemcal.patience import Hindrance, within
 
-__all__ = ["Ended", "run_program"]
+__all__ = ["KEEPER", "Ended", "run_program"]
 
 GRACE_S = 2.0  # between asking a group to end and killing it
 _POLL_S = 0.005
@@ -48,7 +48,7 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
         If it cannot be started.
     """
     started = time.monotonic()
-    _KEEPER.wake()
+    KEEPER.wake()
     process = subprocess.Popen(
         list(command),
         cwd=folder,
@@ -59,19 +59,19 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
         start_new_session=True,
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
     )
-    _KEEPER.watch(process.pid)
+    KEEPER.watch(process.pid)
     tail = _Tail(process.stdout)
     try:
         timed_out = _wait(process, time_limit)
     finally:
         _end_group(process)
-        _KEEPER.forget(process.pid)
+        KEEPER.forget(process.pid)
     return Ended(process.returncode, timed_out, tail.text(), time.monotonic() - started)
 
 
 def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
     """Wait for the program; return whether it ran past its limit."""
-    return not within(time_limit, lambda seconds: _has_ended(process, seconds))
+    return not within(time_limit, lambda seconds: _has_ended(process, seconds), Hindrance(process.pid))
 
 
 def _has_ended(process: subprocess.Popen[bytes], seconds: float | None) -> bool:
@@ -190,4 +190,4 @@ class _Keeper:
                 self._process.stdin.flush()
 
 
-_KEEPER = _Keeper()
+KEEPER = _Keeper()

@@ -55,7 +55,8 @@ class Answer:
 class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
-    A solver that can do more says so by its type: `Estimating`, `Placed`, `Readied`, `Keeping`, `Immediate`.
+    A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Meshed`, `Belonging`,
+    `Keeping`, `Immediate`.
     """
 
     def prepare(self) -> None:
@@ -77,6 +78,14 @@ class Estimating(Protocol):
 
     def cost_estimate(self, request: Request) -> float:
         """The seconds a run takes on one core, for plans."""
+
+
+@runtime_checkable
+class Weighing(Protocol):
+    """A solver that knows how much memory a run takes."""
+
+    def memory_estimate(self, request: Request) -> float:
+        """The bytes that a process needs for a run."""
 
 
 @runtime_checkable

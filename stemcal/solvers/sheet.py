@@ -14,6 +14,7 @@ from stemcal.files.decoding import decode
 from stemcal.words import nearest
 
 MAX_BYTES = 10_000_000
+MOST = 1e30  # numbers whose powers are still numbers
 PASSED_OVER = {"run", "#", ""}
 NO_NUMBER = {"", "nan", "na", "n/a", "-"}
 
@@ -162,6 +163,8 @@ def _number(path: Path, line: int, column: int, name: str, cell: str, problems: 
     if not math.isfinite(value) or "_" in cell:
         remedy = "write a number with a decimal point"
         problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]!r} is no number", remedy))
+    elif abs(value) > MOST:
+        problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]} is beyond {MOST:g}", "check the unit"))
     return value
 
 

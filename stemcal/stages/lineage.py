@@ -128,7 +128,7 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
     if not folder.has_stage(stage):
         return
     try:
-        old = folder.read_stage(stage).get("inputs")
+        old = folder.examine_stage(stage)[0].get("inputs")
     except UsageError:
         return
     if changed := differences(old, inputs):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
@@ -13,6 +13,7 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
+from stemcal.folder.record import is_key
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound="StageResult")
 SCHEMA_VERSION = 1
 Interval = tuple[float, float]
+Entries = tuple[str, Collection[str], Iterable[str]]
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,13 @@ class DesignRuns:
         marks = [name for name in ("block", "weight") if self.runs and getattr(self.runs[0], name) is not None]
         return Table.of(["run", *self.varied, *marks, "force"], self.runs)
 
+    def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
+        """Yield what must be told of every run: a level of every factor, the varied ones coded too."""
+        factors = dict.fromkeys(name for run in self.runs for name in run.levels)
+        for index, run in enumerate(self.runs):
+            yield f"design.runs[{index}].levels", run.levels, factors
+            yield f"design.runs[{index}].coded", run.coded, varied
+
 
 class StageResult:
     """The result of a stage: frozen, typed, the same as its file."""
@@ -104,9 +113,25 @@ class StageResult:
     def from_json(cls, content: object) -> Self:
         """Return the result that a stage's file holds; raise `UsageError` if it holds something else."""
         try:
-            return from_json(cls, content)
+            result = from_json(cls, content)
+            result._require_entries()
         except ValueError as error:
             raise UsageError(f"{cls.name}.json: {error}; run `stemcal {cls.name} SPEC` again") from None
+        return result
+
+    def _require_entries(self) -> None:
+        """Raise `ValueError` if a mapping lacks a factor that others count on, or a run names no record."""
+        for place, mapping, names in self.entries():
+            for name in names:
+                if name not in mapping:
+                    raise ValueError(f"{place}.{name} is missing")
+        for label, outcome in self.runs():
+            if outcome.key and not is_key(outcome.key):
+                raise ValueError(f"the key of {label} is no key of a record: {outcome.key!r:.60}")
+
+    def entries(self) -> Iterator[Entries]:
+        """Yield the path of a mapping by factor, the mapping, and the factors that must be in it."""
+        yield from ()
 
     def tables(self) -> dict[str, Table]:
         """Return the tables that the stage leaves as CSV, by file name."""

@@ -15,7 +15,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
 from stemcal.stages.audit.cells import Audited, audit_screening, sentences
 from stemcal.stages.design import runs_of, screening_design
-from stemcal.stages.result import DesignRuns, Head, StageResult, reasons_given
+from stemcal.stages.result import DesignRuns, Entries, Head, StageResult, reasons_given
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
@@ -111,6 +111,11 @@ class ScreenResult(StageResult):
         """Yield label and outcome of every run."""
         for run in self.design.runs:
             yield f"screen {run.run}", run.outcome
+
+    def entries(self) -> Iterator[Entries]:
+        """Yield what every run must tell, and the effects that are called significant."""
+        yield from self.design.entries(self.design.varied)
+        yield "effects", [effect.factor for effect in self.effects], self.significant
 
     def summary(self) -> str:
         """Name the factors that matter."""

@@ -16,7 +16,18 @@ from pydantic.dataclasses import dataclass
 from stemcal.study import units
 from stemcal.study.outside import CommandSolver, LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
-from stemcal.study.spec.fields import FactorName, Label, Number, Quantity, SpecFile, StudyName, Whole, complain
+from stemcal.study.spec.fields import (
+    FactorName,
+    Label,
+    Number,
+    Quantity,
+    Readable,
+    SpecFile,
+    StudyName,
+    Title,
+    Whole,
+    complain,
+)
 from stemcal.study.spec.lengths import Length, StemLength, StemLengthOrZero
 
 __all__ = [
@@ -45,6 +56,8 @@ __all__ = [
     "Targets",
 ]
 
+MOST_FACTORS = 100
+
 Size = Annotated[float, Quantity("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
 Time = Annotated[float, Quantity("time", above=0)]
@@ -62,12 +75,13 @@ class Factor(_Frozen):
     """One parameter to calibrate, with the range to search; `low` and `high` are in `unit`."""
 
     name: FactorName
-    symbol: Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12)]
+    symbol: Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12), Readable]
     label: Label
     unit: Annotated[
         str,
         BeforeValidator(lambda given: "1" if given == 1 and not isinstance(given, bool) else given),
         StringConstraints(strict=True, min_length=1, max_length=24),
+        Readable,
     ] = "1"
     low: Number
     high: Number
@@ -143,7 +157,7 @@ class Contact(_Frozen):
 
 
 Stress = Annotated[float, Quantity("stress")]
-PrintedText = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=40)]
+PrintedText = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=40), Readable]
 
 
 class Material(_Frozen):
@@ -188,7 +202,7 @@ class EmbeddedSolver(_Frozen):
     hourglass: Hourglass = Hourglass()
     mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
     time_step: Time | None = 4e-5
-    time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.9
+    time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
     filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
     coarsening: Annotated[Number, Field(ge=1, le=10)] = 5.0
@@ -438,8 +452,8 @@ class StudyForm(_Frozen):
 
     schema_version: Annotated[Whole, Field(ge=1, le=1)] = 1
     name: StudyName
-    title: Annotated[str, StringConstraints(strict=True, max_length=300)] = ""
-    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=100)]
+    title: Title = ""
+    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
     specimen: Specimen = Specimen()
     blade: Blade = Blade()
     supports: Supports = Supports()

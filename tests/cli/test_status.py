@@ -11,6 +11,7 @@ import pytest
 from commanding import SMOKE, command
 from fakes import SPEC, FakeSolver, force, lines
 
+from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers import SOLVERS
 
@@ -205,14 +206,15 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
 def test_verify_sees_every_damaged_stage(failed: Known, stage: str) -> None:
     (failed.out / f"{stage}.json").write_text('{"stage": "cli', encoding="utf-8")
     result = failed("verify")
-    assert result.exit_code == 1 and f"{stage}.json cannot be read" in result.stderr
+    assert result.exit_code == 1 and f"{stage}.json is damaged: it holds no JSON object" in result.stderr
 
 
 def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> None:
     folder = StudyFolder(failed.out)
     record = folder.peek(folder.keys()[0])
     assert record is not None
-    folder.save({**record, "identity": {**record["identity"], "diameter": 9.0}})
+    path = folder.record_path(record["key"])
+    path.write_text(sealed({**record, "identity": {**record["identity"], "diameter": 9.0}}), encoding="utf-8")
     assert "its name does not follow" in failed.json("verify")["damaged"][0]["problem"]
 
 
@@ -220,9 +222,11 @@ def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:
     failed.solver(version=2)
     found = failed.json("verify")
     assert found["ok"] is True and len(found["stale_records"]) == 12
-    assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["solver version"]}]
+    assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["solver version"], "sealed": True}]
     (failed.out / "screen.json").write_bytes(b"{")
-    assert failed.json("verify")["damaged"] == [{"file": "screen.json", "problem": "cannot be read"}]
+    assert failed.json("verify")["damaged"] == [
+        {"file": "screen.json", "problem": "is damaged: it holds no JSON object; run `stemcal screen SPEC` again"}
+    ]
 
 
 # ---- one run again
@@ -240,7 +244,9 @@ def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.Mon
     request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0, pictured=True)
     key = record_key(Embedded(study), request)
     with StudyFolder(tmp_path / "out") as folder:
-        folder.save({"key": key, "request": {**vars(request), "levels": dict(request.levels)}})
+        asked = {"identity": Embedded(study).identity(request), "request": {**vars(request), "levels": request.levels}}
+        answered = {"status": "ok", "force": 120.0, "reason": "", "message": "", "details": {}, "provenance": {}}
+        folder.save({"key": key, **asked, **answered})
     warnings: list[str] = []
     monkeypatch.setattr("stemcal.cli.repeat.warn", warnings.append)
     assert recorded_run(study, tmp_path / "out", key[:6]) == (dict(request.levels), 7.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,8 +18,10 @@ import pytest
 from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 from test_local import Prepared
 
+import stemcal
 from stemcal import workflow
 from stemcal.errors import UsageError
+from stemcal.executors.code import code_version
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
@@ -35,12 +38,12 @@ MANY = "rsm: {centre_points: 3}\n"
 class Cluster:
     """A scheduler and workers, started by Dask's own commands as a user would."""
 
-    def __init__(self, folder: Path, workers: int) -> None:
+    def __init__(self, folder: Path, workers: int, scheme: str = "tcp") -> None:
         self.file = folder / "scheduler.json"
         self.log = (folder / "dask.log").open("wb")
         self.scheduler = self._dask("scheduler", "--scheduler-file", self.file, "--port", "0")
         eventually_true(self.file.exists)
-        self.address = json.loads(self.file.read_text(encoding="utf-8"))["address"].removeprefix("tcp://")
+        self.address = json.loads(self.file.read_text(encoding="utf-8"))["address"].removeprefix(f"{scheme}://")
         self.workers = [self.start_worker() for _ in range(workers)]
 
     def start_worker(self) -> subprocess.Popen[bytes]:
@@ -201,6 +204,71 @@ def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_another_version_is_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.executors.cluster.__version__", "0.0.0")
-    with pytest.raises(UsageError, match=r"the study stemcal 0\.0\.0; install the same version"):
+    monkeypatch.setattr("stemcal.executors.cluster.code_version", lambda: "0.1.0+other")
+    with pytest.raises(UsageError, match=r"the study stemcal 0\.1\.0\+other; install the same version and code"):
         DaskExecutor(cluster.address)
+
+
+def test_code_that_differs_has_another_version_whatever_its_number(tmp_path: Path) -> None:
+    copy = tmp_path / "stemcal"
+    shutil.copytree(Path(stemcal.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    code = "from stemcal.executors.code import code_version; print(code_version())"
+
+    def told() -> str:
+        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    assert told() == code_version()
+    model = copy / "cutting" / "parts.py"
+    model.write_bytes(model.read_bytes().replace(b"\n", b"\r\n"))
+    assert told() == code_version()
+    model.write_bytes(model.read_bytes() + b"# changed\n")
+    assert told() != code_version() and told().startswith(f"{stemcal.__version__}+")
+
+
+@POSIX
+def test_ctrl_c_ends_the_runs_on_the_workers(cluster: Cluster, tmp_path: Path) -> None:
+    """Also a run that would go on for ever, and another command's runs go on."""
+    with DaskExecutor(cluster.address) as other:
+        going_on = other.submit(pause, str(tmp_path / "other"), 6.0)
+        with pytest.raises(KeyboardInterrupt), DaskExecutor(cluster.address) as executor:
+            executor.submit(pause, str(tmp_path / "mine"), 600.0)
+            eventually_true(lambda: (tmp_path / "mine").exists() and (tmp_path / "other").exists())
+            raise KeyboardInterrupt
+        pid = int((tmp_path / "mine").read_text("utf-8"))
+        eventually_true(lambda: not Path(f"/proc/{pid}").exists(), seconds=5.0)
+        assert going_on.result(timeout=60) is None
+
+
+def pause(witness: str, seconds: float) -> None:
+    """Tell the number of this process and wait."""
+    Path(witness).write_text(str(os.getpid()), encoding="utf-8")
+    time.sleep(seconds)
+
+
+def test_an_encrypted_cluster_is_used_by_dasks_own_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if shutil.which("openssl") is None:
+        pytest.skip("needs openssl")
+    certificate = ["req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=stemcal"]
+    files = ["-keyout", str(tmp_path / "key.pem"), "-out", str(tmp_path / "cert.pem")]
+    subprocess.run(["openssl", *certificate, *files], check=True, capture_output=True)
+    settings = {"DASK_DISTRIBUTED__COMM__TLS__CA_FILE": str(tmp_path / "cert.pem")}
+    settings |= {"DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "True", "DASK_DISTRIBUTED__COMM__DEFAULT_SCHEME": "tls"}
+    for role in ("SCHEDULER", "WORKER", "CLIENT"):
+        settings[f"DASK_DISTRIBUTED__COMM__TLS__{role}__CERT"] = str(tmp_path / "cert.pem")
+        settings[f"DASK_DISTRIBUTED__COMM__TLS__{role}__KEY"] = str(tmp_path / "key.pem")
+    for name, value in settings.items():
+        monkeypatch.setenv(name, value)
+        monkeypatch.setitem(ENVIRONMENT, name, value)
+    code = (
+        "import sys; from stemcal.executors.cluster import DaskExecutor\n"
+        "with DaskExecutor(sys.argv[1]) as executor: print(executor.submit(pow, 2, 10).result(timeout=60))"
+    )
+    encrypted = Cluster(tmp_path, workers=1, scheme="tls")
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code, encrypted.address], capture_output=True, text=True, timeout=120
+        )
+        assert done.stdout == "1024\n", done.stderr
+    finally:
+        encrypted.close()

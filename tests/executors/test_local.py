@@ -227,6 +227,30 @@ if __name__ == "__main__":
 """
 
 
+def spin(seconds: float, core: int) -> float:
+    """Compute for so many seconds on one core; returns how long that took."""
+    os.sched_setaffinity(0, {core})
+    began = time.monotonic()
+    while time.process_time() < seconds:
+        pass
+    return time.monotonic() - began
+
+
+@pytest.mark.skipif(not Path("/proc/self/schedstat").exists(), reason="only Linux tells who waits for a core")
+def test_time_that_others_have_the_core_does_not_count() -> None:
+    core = min(os.sched_getaffinity(0))
+    code = f"import os; os.sched_setaffinity(0, {{{core}}})\nwhile True: pass"
+    others = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(4)]
+    try:
+        with LocalExecutor(1, time_limit=1.5) as executor:
+            executor.submit(square, 2.0).result()
+            assert executor.submit(spin, 1.0, core).result() > 1.5
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+
+
 @POSIX
 def test_time_while_the_whole_command_is_stopped_does_not_count(tmp_path: Path) -> None:
     """Ctrl-Z stops the command and its workers; `fg` lets them go on."""

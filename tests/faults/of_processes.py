@@ -35,6 +35,11 @@ def results(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".json", ".csv")}
 
 
+def heeding() -> None:
+    """Let a child hear Ctrl-C, also where a shell has begun these trials in the background and ignores it for all."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def kill_nine(_place: Path, times: int, rng: random.Random) -> Tally:
     """Let `kill_many` do it in a process of its own, which forks."""
     posix()

@@ -20,17 +20,37 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "solvers")]
 
 import of_changes  # noqa: E402
+import of_cluster  # noqa: E402
 import of_damage  # noqa: E402
+import of_demand  # noqa: E402
 import of_disks  # noqa: E402
+import of_exports  # noqa: E402
 import of_laboratory  # noqa: E402
 import of_names  # noqa: E402
+import of_odds  # noqa: E402
 import of_processes  # noqa: E402
 import of_runs  # noqa: E402
+import of_seals  # noqa: E402
 import of_specs  # noqa: E402
 import of_trust  # noqa: E402
 from tally import Fault, Missing, Tally  # noqa: E402
 
-KINDS = (of_processes, of_disks, of_damage, of_runs, of_specs, of_names, of_changes, of_laboratory, of_trust)
+KINDS = (
+    of_processes,
+    of_disks,
+    of_damage,
+    of_runs,
+    of_seals,
+    of_specs,
+    of_names,
+    of_changes,
+    of_exports,
+    of_laboratory,
+    of_odds,
+    of_trust,
+    of_cluster,
+    of_demand,
+)
 FAULTS: tuple[Fault, ...] = tuple(fault for kind in KINDS for fault in kind.FAULTS)
 PAGE = HERE.parents[1] / "docs" / "survival.md"
 BEGIN, END = "<!-- table: tests/faults/survey.py --page -->\n", "<!-- end of table -->\n"
@@ -57,7 +77,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--page", action="store_true", help="put the table into docs/survival.md")
     given = parser.parse_args()
-    rows, lost = {}, 0
+    rows, lost, all_of = {}, 0, 0
     print(HEAD, end="", flush=True)
     for fault in FAULTS:
         if given.names and not any(name in fault.name for name in given.names):
@@ -70,8 +90,9 @@ def main() -> int:
         print(
             f"{fault.name}: {time.monotonic() - begun:.0f} s", *tally.broken[:10], sep="\n", file=sys.stderr, flush=True
         )
-        rows[fault.name], lost = row(fault, tally), lost + len(tally.broken)
+        rows[fault.name], lost, all_of = row(fault, tally), lost + len(tally.broken), all_of + tally.tried
         print(rows[fault.name], end="", flush=True)
+    print(f"\n{all_of - lost} of {all_of} trials survived.")
     if given.page:
         put_into_page(rows)
     return bool(lost)

@@ -22,13 +22,26 @@ from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files import durable
 from stemcal.files.durable import as_json, canonical, digest
 from stemcal.files.rows import Table
+from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
 
-KEY = "0123456789abcdef" * 2
+IDENTITY = {"solver": "known", "levels": {"a": 1.5}}
+KEY = digest(IDENTITY)[:32]
 
 
 def record(**extra: Any) -> dict[str, Any]:
-    return {"key": KEY, "status": "ok", "force": 120.1, "details": {"curve": [0.1, 2.0, 1e-9]}, **extra}
+    return {
+        "key": KEY,
+        "identity": IDENTITY,
+        "request": {"stage": "screen", "row": 0, "levels": {"a": 1.5}, "diameter": 8.0, "pictured": False},
+        "status": "ok",
+        "force": 120.1,
+        "reason": "",
+        "message": "",
+        "details": {"more": [0.1, 2.0, 1e-9]},
+        "provenance": {},
+        **extra,
+    }
 
 
 @pytest.fixture
@@ -112,8 +125,40 @@ def test_junk_is_damage(folder: StudyFolder, junk: bytes) -> None:
 
 def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     folder.save(record())
-    monkeypatch.setattr("stemcal.folder.store.MAX_RECORD_BYTES", 100)
+    monkeypatch.setattr("stemcal.files.sealed.MAX_BYTES", 100)
     assert folder.peek(KEY) is None
+
+
+RETYPED = {
+    "record_version": [2, "1", None],
+    "identity": [{"solver": "another"}, [], None],
+    "request": [{}, [], {"stage": "screen", "row": "0", "levels": {}, "diameter": 8.0}],
+    "status": ["done", 1],
+    "force": [None, "120", [1.0]],
+    "reason": [None, 1],
+    "message": [None, {}],
+    "details": [None, [], {"curve": [1.0]}, {"curve": {"travel": [0.0]}}, {"phase_peaks": "x"}, {"warnings": 1}],
+    "provenance": [None, [], {"wall_seconds": "1"}],
+}
+
+
+@pytest.mark.parametrize("name", [*RETYPED, "key"])
+def test_a_sealed_record_of_another_shape_is_set_aside(folder: StudyFolder, name: str) -> None:
+    whole = {"record_version": 1, **record()}
+    without = {key: value for key, value in whole.items() if key != name}
+    for content in (without, *({**whole, name: value} for value in RETYPED.get(name, ["f" * 32, 1]))):
+        folder.record_path(KEY).write_bytes(sealed(content).encode())
+        found, problem = folder.examine(KEY)
+        assert found is None and problem, content
+        assert folder.load(KEY) is None and not folder.record_path(KEY).exists()
+
+
+def test_a_folder_in_the_place_of_a_record_is_set_aside(folder: StudyFolder) -> None:
+    folder.record_path(KEY).mkdir()
+    assert folder.examine(KEY) == (None, "is a folder")
+    assert folder.load(KEY) is None
+    folder.save(record())
+    assert folder.load(KEY) is not None
 
 
 # ---- JSON
@@ -139,9 +184,37 @@ def test_unknown_objects_are_refused() -> None:
 # ---- stages and tables
 
 
+def test_a_changed_digit_of_a_stage_file_is_seen(folder: StudyFolder) -> None:
+    folder.write_stage("screen", {"stage": "screen", "x": 120.25})
+    path = folder.path / "screen.json"
+    whole = path.read_bytes()
+    for changed in (whole.replace(b"120.25", b"121.25"), whole + b" ", whole.replace(b"  ", b" ")):
+        path.write_bytes(changed)
+        with pytest.raises(UsageError, match=r"does not agree with its SHA-256; run `stemcal screen SPEC` again"):
+            folder.read_stage("screen")
+
+
+def test_a_stage_file_of_before_is_read_and_told_of_once(folder: StudyFolder, caplog: pytest.LogCaptureFixture) -> None:
+    (folder.path / "screen.json").write_text('{"stage": "screen", "x": 0.1}', encoding="utf-8")
+    for _ in range(2):
+        assert folder.read_stage("screen") == {"stage": "screen", "x": 0.1}
+    assert [m for m in caplog.messages if "has no SHA-256" in m and "`stemcal screen SPEC` seals it" in m] == (
+        caplog.messages
+    )
+    assert len(caplog.messages) == 1
+
+
+def test_a_folder_in_the_place_of_a_stage_file_is_told(folder: StudyFolder) -> None:
+    (folder.path / "screen.json").mkdir()
+    with pytest.raises(UsageError, match=r"screen.json is damaged: it is a folder"):
+        folder.read_stage("screen")
+
+
 def test_stage_files(folder: StudyFolder) -> None:
     folder.write_stage("screen", {"stage": "screen", "x": np.float64(0.1)})
-    assert (folder.path / "screen.json").read_bytes() == b'{\n  "stage": "screen",\n  "x": 0.1\n}\n'
+    seal = digest({"stage": "screen", "x": 0.1})
+    whole = f'{{\n  "sha256": "{seal}",\n  "stage": "screen",\n  "x": 0.1\n}}\n'.encode()
+    assert (folder.path / "screen.json").read_bytes() == whole
     assert folder.read_stage("screen") == {"stage": "screen", "x": 0.1}
     with pytest.raises(UsageError, match="run `stemcal rsm SPEC` first"):
         folder.read_stage("rsm")
@@ -161,6 +234,7 @@ def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
 LOCKER = """
 import sys, time
 from stemcal.files.rows import Table
+from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
 with StudyFolder(sys.argv[1]):
     print("locked", flush=True)

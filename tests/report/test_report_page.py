@@ -133,8 +133,8 @@ def test_markup_is_escaped(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     study, folder = replayed
     hostile = '<script>alert("x")</script>'
     for name, old in (("screen", "density"), ("rsm", "strain_rate_c")):
-        text = (folder.path / f"{name}.json").read_text("utf-8").replace(old, json.dumps(hostile)[1:-1])
-        (tmp_path / f"{name}.json").write_text(text, "utf-8")
+        text = json.dumps(folder.read_stage(name)).replace(old, json.dumps(hostile)[1:-1])
+        StudyFolder(tmp_path).write_stage(name, json.loads(text))
     text = render(study.model_copy(update={"title": hostile, "warnings": (hostile,)}), StudyFolder(tmp_path))
     assert "<script" not in text
     assert text.count("&lt;script&gt;") > 12

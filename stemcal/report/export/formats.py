@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
+import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from stemcal.files.durable import write_durably
+from stemcal.files.showing import csv_text, in_a_line
 from stemcal.outputs import make_folder
 from stemcal.report.export.docx import write_word
 from stemcal.report.export.latex import document
@@ -19,27 +20,29 @@ Tables = Sequence[PaperTable]
 def export_tables(tables: Tables, kind: str, folder: Path) -> list[Path]:
     """Write tables into a folder in one of the `FORMATS`; returns the files."""
     make_folder(folder)
-    return FORMATS[kind](tables, folder)
+    return FORMATS[kind]([_readable(table) for table in tables], folder)
+
+
+def _readable(table: PaperTable) -> PaperTable:
+    """Return a table whose texts are one line each, without control characters."""
+    rows = tuple(tuple(map(in_a_line, row)) for row in table.rows)
+    columns = tuple(map(in_a_line, table.columns))
+    return replace(table, caption=in_a_line(table.caption), columns=columns, rows=rows, note=in_a_line(table.note))
 
 
 def _csv_files(tables: Tables, folder: Path) -> list[Path]:
     """One file per table, UTF-8 with a byte order mark, which Excel needs to know it."""
     paths = []
     for table in tables:
-        text = io.StringIO(newline="")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(table.columns)
-        writer.writerows([_ascii_minus(cell) for cell in row] for row in table.rows)
+        text = csv_text([map(_ascii_minus, row) for row in (table.columns, *table.rows)])
         paths.append(folder / f"table{table.number:02d}-{table.name}.csv")
-        write_durably(paths[-1], "\ufeff" + text.getvalue())
+        write_durably(paths[-1], "\ufeff" + text)
     return paths
 
 
 def _ascii_minus(cell: str) -> str:
-    """Write a minus that spreadsheets take for one; a text that they would take for a formula stays a text."""
-    cell = cell.replace("−", "-")
-    risky = cell[:1] in "=+@" or (cell.startswith("-") and not cell[1:2].isdigit())
-    return f"'{cell}" if cell and risky else cell
+    """Write a minus that spreadsheets take for one."""
+    return cell.replace("−", "-")
 
 
 def _markdown_file(tables: Tables, folder: Path) -> list[Path]:
@@ -67,9 +70,14 @@ def markdown(table: PaperTable) -> str:
 
 
 def _markdown_cell(text: str) -> str:
-    for character in "\\|*_<>":
-        text = text.replace(character, f"\\{character}")
-    return text
+    """Escape what Markdown would take for its own, links of any kind among it.
+
+    >>> print(_markdown_cell("[a](https://b.c) www.d.e f@g.h"))
+    \\[a\\](https\\://b.c) www\\.d.e f\\@g.h
+    """
+    text = "".join(f"\\{character}" if character in "\\|*_<>[]`~@" else character for character in text)
+    text = re.sub(r"&(?=#?\w+;)", "&amp;", text)
+    return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda found: f"\\{found[0]}", text)
 
 
 def _latex_file(tables: Tables, folder: Path) -> list[Path]:

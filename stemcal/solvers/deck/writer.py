@@ -12,7 +12,7 @@ from math import sqrt
 
 import numpy as np
 
-from stemcal.cutting import Blade, Discretisation, Stem, Supports, stem_mesh
+from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, stem_mesh
 from stemcal.errors import UsageError
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Material
@@ -28,6 +28,7 @@ __all__ = ["BLADE", "STEM", "SUPPORTS", "deck_lines", "deck_text"]
 STEM, BLADE, SUPPORTS = 1, 2, 3
 # Steel of blade and supports (Table 2 of the published study): t/mm³, MPa, ν.
 _STEEL = {"ro": 7.8e-09, "e": 207000.0, "pr": 0.3}
+_MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _HOURGLASS = {"viscous": 1, "stiffness": 4}
 _FORMULATION = {"one_point": 1, "full": 2}
 _BY_PART = 3
@@ -84,6 +85,12 @@ def _parts(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float)
             edge_over=solver.edge_over,
             coarsening=solver.coarsening,
             coarsening_around=solver.coarsening_around,
+        )
+    elements = mesh_size(stem, how).elements
+    if elements > _MOST_ELEMENTS:
+        raise UsageError(
+            f"the deck's stem would have {elements:.3g} elements of {size:g} mm, at most {_MOST_ELEMENTS:.0e} are "
+            "written; take coarser elements (solver.element_size) or a shorter specimen"
         )
     supports = Supports(study.supports.clearance, study.supports.fillet_radius)
     lowest = 0.5 * diameter + study.loading.gap

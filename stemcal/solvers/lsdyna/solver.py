@@ -17,10 +17,11 @@ from stemcal.files.decoding import lenient
 from stemcal.solvers.deck import deck_text
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
 from stemcal.solvers.processes import Ended
+from stemcal.solvers.programs.aside import LEAST_READING_S, aside
 from stemcal.solvers.programs.frame import Program
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
-from stemcal.solvers.programs.readers import read_text
+from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.outside import LsDynaSolver
@@ -92,9 +93,15 @@ class LsDyna(Program):
     def _read(self, folder: Path, ended: Ended) -> Answer:
         _require_normal_termination(folder, ended)
         options = self.options
-        contact = contact_force(read_text(folder, FILE), options.interface, options.component)
+        asked = folder, options.interface, options.component
+        left = max(options.time_limit - ended.seconds, LEAST_READING_S)
+        contact = _contact(*asked) if is_small(folder / FILE) else aside(left, _contact, *asked)
         loading = self.study.loading
         return peak_answer(contact, options.scale, options.filter_window, loading.speed, loading.gap)
+
+
+def _contact(folder: Path, interface: int, component: str) -> ContactForce:
+    return contact_force(read_text(folder, FILE), interface, component)
 
 
 def peak_answer(contact: ContactForce, scale: float, window: float, speed: float, gap: float) -> Answer:

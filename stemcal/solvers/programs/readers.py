@@ -11,15 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.files.decoding import lenient
+from stemcal.solvers.programs.aside import aside
 from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.rcforc import contact_force
 from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
 from stemcal.study.outside import ResultReader
 
-__all__ = ["READERS", "read_number", "read_text"]
+__all__ = ["READERS", "is_small", "read_number", "read_number_within", "read_text"]
 
 MAX_BYTES = 200_000_000
 LONGEST_LINE = 10_000
+_SMALL = 1_000_000  # bytes that take no time to speak of
 
 
 def read_number(result: ResultReader, folder: Path) -> float:
@@ -32,6 +34,24 @@ def read_number(result: ResultReader, folder: Path) -> float:
     """
     series = READERS[result.kind](read_text(folder, result.file), result)
     return result.scale * reduce_series(series, result.reduction, result.at, result.over)
+
+
+def read_number_within(seconds: float, result: ResultReader, folder: Path) -> float:
+    """Return what `read_number` does, in so many seconds; raise `NoResult` (``timeout``) if it takes longer.
+
+    What is small and of linear effort is read here, the rest in a process that can be ended.
+    """
+    if is_small(folder / result.file) and result.kind != "regex":
+        return read_number(result, folder)
+    return aside(seconds, read_number, result, folder)
+
+
+def is_small(file: Path) -> bool:
+    """Tell whether a file is read in no time, or is not there."""
+    try:
+        return file.stat().st_size <= _SMALL
+    except OSError:
+        return True
 
 
 def read_text(folder: Path, name: str) -> str:

@@ -20,6 +20,9 @@ class NoResult(Exception):
         self.reason = reason
         super().__init__(message)
 
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.reason, str(self))
+
 
 class Series(NamedTuple):
     """Numbers, and what they are plotted along if that is known."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,7 +12,7 @@ from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
-from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.stages.result import Entries, Head, Interval, StageResult
 
 _COLUMNS = ("factor", "solution", "coded", "low", "high")
 
@@ -195,6 +196,16 @@ class InvertResult(StageResult):
         point = self.point
         rows = [_FactorRow(n, value, point.coded[n], *self.ranges[n]) for n, value in point.solution.items()]
         return {"invert": Table.of(_COLUMNS, rows)}
+
+    def entries(self) -> Iterator[Entries]:
+        """Yield what is told of each factor of the solution."""
+        names = self.point.solution
+        told: dict[str, Collection[str]] = {
+            "coded": self.point.coded,
+            "ranges": self.ranges,
+            "coded_ranges": self.coded_ranges,
+        }
+        yield from ((place, mapping, names) for place, mapping in (told | {"parameters": self.parameters}).items())
 
     def summary(self) -> str:
         """Tell the solution."""

@@ -24,7 +24,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.audit.cells import Audited
-from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval, StageResult
+from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, DiameterRun, circumstances
 from stemcal.stages.surface.shape import Opinions, RidgeRow, Shape
 from stemcal.study.model import Study
@@ -209,6 +209,13 @@ class SurfaceResult(StageResult):
                 yield f"rsm {answered.run} at {part.diameter:g} mm", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
+
+    def entries(self) -> Iterator[Entries]:
+        """Yield what every run must tell, and how every factor is coded."""
+        yield from self.design.entries(self.names)
+        yield "coding", self.coding, self.names
+        yield "factors", [entry.factor for entry in self.factors], self.names
+        yield "coefficients", [row.term for row in self.coefficients], ("1",)
 
     def summary(self) -> str:
         """Tell the factors and how well the surface fits."""

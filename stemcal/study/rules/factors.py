@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from stemcal.study import units
-from stemcal.study.model import Factor
+from stemcal.study.model import Factor, Study
 from stemcal.study.outside import LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.spec.fields import MOST
 from stemcal.study.spec.strict_yaml import NodePath
 from stemcal.words import did_you_mean
 
@@ -71,6 +72,22 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
                 unit = "" if factor.unit == "1" else f" {factor.unit}"
                 remedy = f"correct {level}; {parameter.label} in plants is {_plausible(factor.name)}"
                 yield Finding(("factors", index, level), f"{level} {given:g}{unit} {wrong}", remedy)
+
+
+def wrong_levels(study: Study, levels: Mapping[str, float]) -> Iterator[str]:
+    """Yield what is wrong with levels (units of the spec) that stand in no spec: no material can have them."""
+    if study.solver.kind not in ("embedded", "lsdyna"):
+        return
+    for factor in study.factors:
+        parameter, value = PARAMETERS[factor.name], levels[factor.name]
+        shown = units.from_internal(factor.internal(value), parameter.unit)
+        wrong = parameter.outside(shown) or ("is beyond what can be computed with" if abs(value) > MOST else None)
+        if wrong:
+            unit = "" if factor.unit == "1" else f" {factor.unit}"
+            yield f"{factor.name} = {value:g}{unit} {wrong}; {parameter.label} in plants is {_plausible(factor.name)}"
+    given = study.parameters(levels)
+    if given["tangent_modulus"] >= given["elastic_modulus"]:
+        yield "tangent_modulus must be below elastic_modulus; change one of them"
 
 
 def material_is_physical(draft: Draft) -> Iterator[Finding]:

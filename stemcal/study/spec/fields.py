@@ -12,13 +12,25 @@ from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, StringConstraints, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, GetCoreSchemaHandler, StringConstraints, WithJsonSchema
 from pydantic import GetJsonSchemaHandler as JsonHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from stemcal.files.showing import unprintable
 from stemcal.study import units
 
-__all__ = ["FactorName", "Label", "Number", "Quantity", "SpecFile", "StudyName", "Whole", "complain"]
+__all__ = [
+    "FactorName",
+    "Label",
+    "Number",
+    "Quantity",
+    "Readable",
+    "SpecFile",
+    "StudyName",
+    "Title",
+    "Whole",
+    "complain",
+]
 
 _NUMBER = r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?"
 
@@ -59,6 +71,8 @@ class Quantity:
         """Return the internal value of `given`, a text with unit or (outside YAML) a plain number."""
         value = self._parsed(given, from_yaml=info.context is not None)
         unit = units.INTERNAL[self.dimension]
+        if not abs(value) <= MOST:
+            raise complain(f"{given} is beyond what can be computed with", "check number and unit")
         if not value > self.above:
             raise complain(f"{given} must be above {self.above:g} {unit}", "write a larger value")
         if not value >= self.at_least:
@@ -118,9 +132,23 @@ SpecFile = Annotated[
 ]
 """A file inside the folder of the spec, resolved; it exists when it came from YAML."""
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+MOST = 1e30  # numbers whose powers are still numbers
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MOST, le=MOST)]
 Whole = Annotated[int, Field(strict=True)]
-Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=80)]
+
+
+def _readable(text: str) -> str:
+    """Refuse what would command a terminal, or turn a line of a table around."""
+    if (found := unprintable(text)) is not None:
+        raise complain(f"has the control character {found} in it", "leave it out")
+    return text
+
+
+Readable = AfterValidator(_readable)
+Title = Annotated[
+    str, StringConstraints(strict=True, max_length=300), AfterValidator(lambda text: _readable(" ".join(text.split())))
+]
+Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=80), Readable]
 
 _RESERVED_COLUMNS = {"run", "row", "force", "diameter", "status", "key", "reason"}
 

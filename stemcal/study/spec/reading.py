@@ -15,7 +15,7 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.study.model import Factor, Study, StudyForm
+from stemcal.study.model import MOST_FACTORS, Factor, Study, StudyForm
 from stemcal.study.rules import broken_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.spec.draft import Draft, Finding
@@ -141,7 +141,11 @@ def _validate(name: str, given: Any, folder: Path, sections: dict[str, Any], fin
 
 
 def _validate_factors(name: str, given: Any, folder: Path, sections: dict[str, Any], findings: list[Finding]) -> None:
-    if not isinstance(given, list) or not given or len(given) > 100:
+    if isinstance(given, list) and len(given) > MOST_FACTORS:
+        remedy = "screen those that may matter, and give the others under material"
+        findings.append(Finding((name,), f"there are {len(given)} factors, at most {MOST_FACTORS} can be", remedy))
+        return
+    if not isinstance(given, list) or not given:
         _validate(name, given, folder, sections, findings)
         return
     good: dict[int, Factor] = {}

@@ -1,0 +1,52 @@
+"""How many elements the mesh of a shear test has, how small they are, what memory they take: without building it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi, sin
+
+from stemcal.cutting.build import around_half, pairs_along, through_wall
+from stemcal.cutting.parts import Discretisation, Stem
+from stemcal.fem.model import ElementKind
+
+__all__ = ["MeshSize", "mesh_size"]
+
+# What building and integrating a model takes at its most, bytes per element; `tests/cutting/test_size.py` measures it.
+_BYTES: dict[ElementKind, float] = {"one_point": 2900.0, "full": 3800.0}
+
+
+@dataclass(frozen=True)
+class MeshSize:
+    """Number of elements, the edge of a cube as large as the smallest of them (mm), memory of its simulation (bytes).
+
+    A mesh that no number can count has infinitely many elements of no size.
+    """
+
+    elements: float
+    smallest: float
+    memory: float
+
+
+def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
+    """Return the size of the mesh that `build.stem_mesh` would make."""
+    try:
+        pairs, around, through = (
+            float(count)
+            for count in (
+                pairs_along(stem.length, how),
+                around_half(0.5 * stem.outer_diameter, how),
+                through_wall(stem, how),
+            )
+        )
+    except OverflowError:
+        return MeshSize(inf, 0.0, inf)
+    odd = 1 if how.edge_over == "elements" else 0
+    along = (pairs + odd) if how.symmetry == "quarter" else 2.0 * pairs + odd
+    elements = along * around * through * (2.0 if how.symmetry == "none" else 1.0)
+    # the smallest lies under the edge, on the inside: a prism over a trapezium
+    length = 0.5 * stem.length / (0.5 * (1.0 + how.coarsening) * (pairs + odd) - 0.5 * odd)
+    angle = pi / (0.5 * (1.0 + how.coarsening_around) * around)
+    inner = 0.5 * stem.outer_diameter * stem.diameter_ratio
+    outer = inner + 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio) / through
+    volume = length * 0.5 * (outer * outer - inner * inner) * sin(angle)
+    return MeshSize(elements, max(volume, 0.0) ** (1.0 / 3.0), _BYTES[how.element] * elements)

@@ -1,0 +1,55 @@
+"""The machine that this process runs on: its cores and its memory."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+__all__ = ["available_cores", "machine_memory"]
+
+_LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def machine_memory() -> float | None:
+    """Return how many bytes of memory this process may use at most, None where the system does not tell."""
+    known = [memory for memory in (_installed(), *map(_limit, _LIMITS)) if memory]
+    return min(known, default=None)
+
+
+def _installed() -> float | None:
+    if sys.platform == "win32":
+        return _installed_on_windows()
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError):
+        return None
+
+
+def _installed_on_windows() -> float | None:
+    import ctypes
+
+    kibibytes = ctypes.c_ulonglong(0)
+    with contextlib.suppress(AttributeError, KeyError, OSError):
+        kernel: Any = vars(ctypes)["windll"].kernel32
+        if kernel.GetPhysicallyInstalledSystemMemory(ctypes.byref(kibibytes)):
+            return 1024.0 * kibibytes.value
+    return None
+
+
+def _limit(place: str) -> float | None:
+    """Return the limit of a container, None where there is none."""
+    try:
+        text = Path(place).read_text(encoding="ascii").strip()
+    except (OSError, ValueError):
+        return None
+    return float(text) if text.isdigit() else None

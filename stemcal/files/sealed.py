@@ -1,0 +1,73 @@
+"""JSON objects that carry the SHA-256 of their own content, so that a changed digit is seen."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stemcal.files.durable import as_json, digest
+
+__all__ = ["SEAL", "Broken", "opened", "sealed"]
+
+SEAL = "sha256"
+MAX_BYTES = 64 * 2**20
+
+
+class Broken(Exception):
+    """A file that holds no JSON object, or not the one that was sealed; the message says what is wrong."""
+
+
+def sealed(content: Mapping[str, Any]) -> str:
+    """Return the text of a file with its seal.
+
+    >>> sealed({"a": 1}).splitlines()[1][:20]
+    '  "sha256": "015abd7'
+    """
+    return as_json({SEAL: digest(content), **content})
+
+
+def opened(path: Path) -> tuple[dict[str, Any], bool]:
+    """Return the content of a file without its seal, and whether it had one.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no file.
+    Broken
+        If a bit of it has changed since it was sealed, or it never held a JSON object.
+    """
+    try:
+        with path.open("rb") as file:
+            blob = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise
+    except OSError as error:  # a folder in its place, a file that may not be read
+        raise Broken("is a folder" if path.is_dir() else f"cannot be read: {error.strerror}") from None
+    if len(blob) > MAX_BYTES:
+        raise Broken(f"is larger than {MAX_BYTES // 2**20} MiB")
+    content = _parsed(blob)
+    if SEAL not in content:
+        return content, False
+    if not _agrees(blob, content, content.pop(SEAL)):
+        raise Broken("does not agree with its SHA-256")
+    return content, True
+
+
+def _parsed(blob: bytes) -> dict[str, Any]:
+    try:
+        content = json.loads(blob.decode("utf-8"))
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, dict):
+        raise Broken("holds no JSON object")
+    return content
+
+
+def _agrees(blob: bytes, content: Mapping[str, Any], seal: object) -> bool:
+    """Return whether a seal belongs to a content, and the file has no byte more or less than the two need."""
+    try:
+        return digest(content) == seal and as_json({SEAL: seal, **content}).encode("utf-8") == blob
+    except (ValueError, RecursionError):
+        return False

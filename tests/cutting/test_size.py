@@ -1,0 +1,59 @@
+"""What is foretold of a mesh against the mesh that is built."""
+
+from __future__ import annotations
+
+import tracemalloc
+from dataclasses import replace
+from itertools import product
+from math import inf
+
+import numpy as np
+import pytest
+
+from stemcal.cutting import Discretisation, ShearTest, Stem, build, mesh_size, stem_mesh
+from stemcal.fem.material import Material
+from stemcal.fem.state import start
+
+MATERIAL = Material(
+    density=1.1e-9,
+    elastic_modulus=1000.0,
+    poisson_ratio=0.3,
+    yield_stress=15.0,
+    tangent_modulus=0.5,
+    hardening_parameter=0.05,
+    strain_rate_c=90.0,
+    strain_rate_p=8.0,
+    failure_strain=0.03,
+)
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "edge_over", "coarse"), [*product(("none", "half", "quarter"), ("elements", "nodes"), (1.0, 4.0))]
+)
+def test_the_number_of_elements_and_the_smallest_are_those_of_the_mesh(
+    symmetry: str, edge_over: str, coarse: float
+) -> None:
+    for size, through in (1.0, None), (0.45, 3), (0.7, None):
+        how = Discretisation(size, through, symmetry, edge_over, coarsening=coarse, coarsening_around=coarse)
+        mesh = stem_mesh(Stem(8.0, 0.41, 30.0), how)
+        told = mesh_size(Stem(8.0, 0.41, 30.0), how)
+        assert told.elements == len(mesh.hexes)
+        assert told.smallest == pytest.approx(float(np.cbrt(mesh.volumes().min())), rel=1e-9)
+
+
+@pytest.mark.parametrize("element", ["one_point", "full"])
+def test_the_memory_is_what_building_a_model_takes(element: str) -> None:
+    how = Discretisation(0.3, element=element, coarsening=3.0, coarsening_around=3.0)
+    test = replace(ShearTest(replace(MATERIAL, internal_length=1.8)), discretisation=how)
+    start(build(test))  # what is loaded and compiled once is not the mesh's
+    tracemalloc.start()
+    start(build(test))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert mesh_size(test.stem, how).memory == pytest.approx(most, rel=0.2)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-150, 1e-320])
+def test_countless_elements_are_told_at_once(size: float) -> None:
+    assert mesh_size(Stem(8.0, 0.41, 1e9), Discretisation(size)).elements > 1e18
+    assert mesh_size(Stem(1e300, 0.41, 1e300), Discretisation(1e-320)).memory == inf
