@@ -35,6 +35,7 @@ def test_a_verdict_per_factor_the_strongest_first(stages: dict[str, Any]) -> Non
 def test_shape_and_ridge_of_the_surface(stages: dict[str, Any]) -> None:
     assert [sheet.title for sheet in shape_sheets(stages["rsm"])] == [
         "Canonical analysis",
+        "Share of the force's variation",
         "Ridge of steepest ascent",
     ]
     assert max(map(len, printed(stages["rsm"]).splitlines())) <= 80
