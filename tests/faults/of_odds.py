@@ -260,6 +260,6 @@ FAULTS = (
         "seen, set aside whole, its run alone computed again, same tables",
         not_a_file,
         4,
-        40,
+        16,
     ),
 )
