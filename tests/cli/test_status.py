@@ -117,7 +117,7 @@ def test_runs_of_every_stage_that_simulates(failed: Known) -> None:
     for name in ("screen", "climb", "rsm", "refine", "validate"):
         assert failed("runs", "--stage", name).exit_code == 0
     refused = failed("runs", "--stage", "invert")
-    assert refused.exit_code == 2 and "is not one of screen, climb, rsm, refine, validate" in " ".join(
+    assert refused.exit_code == 2 and "is not one of screen, climb, rsm, refine, mesh, validate" in " ".join(
         refused.stderr.replace("│", " ").split()
     )
 

@@ -86,13 +86,13 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
-    assert "Range over all" in said.stdout and "What the measurements fix" in said.stdout
+    assert "95 % range" in said.stdout and "What the measurements fix" in said.stdout
     assert "Not calibrated: not done yet: Validation" in " ".join(said.stderr.split())
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: Doubted())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "bad", "-j", 1)
         assert said.exit_code == 0
-    for claim in ("Range over all", "What the measurements fix", "How well the forces fix", "95 % interval"):
+    for claim in ("95 % range", "What the measurements fix", "How well the forces fix", "95 % interval"):
         assert claim not in said.stdout
     told = " ".join(said.stderr.split())
     assert "no interval of the parameters and no statement of agreement is given" in told

@@ -230,8 +230,8 @@ if __name__ == "__main__":
 def spin(seconds: float, core: int) -> float:
     """Compute for so many seconds on one core; returns how long that took."""
     os.sched_setaffinity(0, {core})
-    began = time.monotonic()
-    while time.process_time() < seconds:
+    began, enough = time.monotonic(), time.process_time() + seconds
+    while time.process_time() < enough:
         pass
     return time.monotonic() - began
 
@@ -239,9 +239,11 @@ def spin(seconds: float, core: int) -> float:
 @pytest.mark.skipif(not Path("/proc/self/schedstat").exists(), reason="only Linux tells who waits for a core")
 def test_time_that_others_have_the_core_does_not_count() -> None:
     core = min(os.sched_getaffinity(0))
-    code = f"import os; os.sched_setaffinity(0, {{{core}}})\nwhile True: pass"
-    others = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(4)]
+    code = f"import os; os.sched_setaffinity(0, {{{core}}}); print(flush=True)\nwhile True: pass"
+    others = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in range(4)]
     try:
+        for other in others:
+            assert other.stdout is not None and other.stdout.readline()  # it runs
         with LocalExecutor(1, time_limit=1.5) as executor:
             executor.submit(square, 2.0).result()
             assert executor.submit(spin, 1.0, core).result() > 1.5

@@ -22,6 +22,7 @@ TOP = {
     "rsm": "Stage 2: the response surface.",
     "invert": "Stage 3: the parameters that give the measured force.",
     "refine": "Stage 4: simulate at the solution and correct it; without this section it is left out.",
+    "mesh": "Simulate the solution on other meshes; their scatter then enters every interval.",
     "runs": "What becomes of runs that fail.",
     "published": "A paper's printed results, to compare with and to audit.",
 }
@@ -264,6 +265,10 @@ MEANINGS: dict[str, dict[str, str]] = {
         "diameters": "Fit several diameters at once: `all`, or a list. The surface's design is then run at each.",
         "responses": "What is fitted: the force alone, or also travel and work to the maximum.",
         "posterior": "Sample what the forces leave possible (extra `bayes`).",
+        "ranges_chosen": "Whether the factors' ranges were fixed before the measured forces were seen; after that no "
+        "diameter that is left out is an independent check.",
+        "discrepancy": "`scale` takes one scale with scatter for what the model misses over the fitted diameters, and "
+        "gives prediction intervals of the measured forces.",
     },
     "RefineOptions": {
         "tolerance_percent": "Done once the simulated force is within this of the measured one.",
@@ -277,6 +282,10 @@ MEANINGS: dict[str, dict[str, str]] = {
         "censored": "What a force counts as that still rises when the stroke ends: a bound that is warned of, or a "
         "failure.",
     },
+    "MeshOptions": {
+        "phases": "Places of the mesh along the stem.",
+        "sizes": "Further element sizes, lengths or shares of the diameter such as `d/24`.",
+    },
     "Published": {
         "screening": "CSV of the printed effects.",
         "coefficients": "CSV of the printed coefficients.",
@@ -286,6 +295,10 @@ MEANINGS: dict[str, dict[str, str]] = {
         "levels": "CSV of the printed low and high levels.",
         "design": "CSV of the printed design.",
         "claims": "Single printed numbers, by name, as text just as printed.",
+        "runs": "Whether the printed forces were `computed` (repeated runs must then agree) or `measured`.",
+        "bounds": "Whether the printed equation was searched within bounds in `coded` or in `natural` values.",
+        "rate_law": "What the paper calls its rate law, held against the exponent that it prints.",
+        "called": "What the paper calls a factor, by its name here.",
     },
 }
 
@@ -318,6 +331,7 @@ PLACES = {
     "CodingEntry": "rsm.coding.FACTOR",
     "InvertOptions": "invert",
     "RefineOptions": "refine",
+    "MeshOptions": "mesh",
     "RunsOptions": "runs",
     "Published": "published",
 }
