@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
-from stemcal.report.page.render import render, write_page
+from stemcal.report.page.render import render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 
 VOID = {"meta", "br", "link", "img"}
@@ -207,3 +208,13 @@ def test_written_file(replayed: tuple[Any, Any]) -> None:
     assert path == folder.path / "report.html"
     assert path.read_bytes().startswith(b"<!doctype html>")
     assert path.read_text("utf-8").rstrip().endswith("</html>")
+
+
+def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) -> None:
+    study, folder = replayed
+    what = shown(study, folder)
+    assert what.results.inversion is not None
+    inversion = replace(what.results.inversion, belongs_to={"element_size": "d/16 (0.5 mm)"})
+    first = render(study, folder, replace(what, results=replace(what.results, inversion=inversion)))
+    sentence = "These values hold for element_size d/16 (0.5 mm): cite them together."
+    assert first.index("(95 %)") < first.index(sentence) < first.index("Why, and what next")

@@ -155,7 +155,7 @@ def calibration_sheet(stage: InvertResult) -> Sheet:
         f"Target {short(stage.target)} N; predicted {significant(point.predicted)} N; coded radius "
         f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
         intervals,
-        *_belonging(stage),
+        *belonging(stage),
         *other,
     )
     return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(head, *share, intervals, *other))
@@ -195,7 +195,7 @@ def _other_ranges(stage: InvertResult) -> list[str]:
     ]
 
 
-def _belonging(stage: InvertResult) -> list[str]:
+def belonging(stage: InvertResult) -> list[str]:
     """Say what the values hold for."""
     told = [f"{name} {value}" for name, value in (stage.belongs_to or {}).items()]
     return [f"These values hold for {joined(told)}: cite them together."] if told else []
