@@ -32,6 +32,7 @@ from stemcal.fem.kernels.nodes import CHUNK
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
+from stemcal.fem.material import HOURGLASS_SHARE
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 
@@ -223,18 +224,16 @@ def _points(model: Model) -> Array:
 
 
 def hourglass_stiffness(model: Model, material: MaterialNumbers) -> Array:
-    """Return the resistance per modal amplitude of each element: 8 k (N/mm) or the viscous 64 a (N s/mm).
+    """Return the resistance per modal amplitude of each element, 64 a: N/mm, or N s/mm in the viscous form.
 
-    A modal amplitude is q_m = Γ·u/8, hence 8 times the stiffness per Flanagan and Belytschko's Γ·u/√8.
+    A modal amplitude is q_m = Γ·u/8, and the force on it Γ·f, hence 64 times the a of `Hourglass`.
     """
-    volumes = model.mesh.volumes()
+    length = np.cbrt(model.mesh.volumes())
     if model.hourglass.form == "viscous":
-        a = model.hourglass.coefficient * material.density * np.cbrt(volumes) ** 2 * material.sound_speed / 4.0
-        return np.asarray(64.0 * a)
-    b = np.array([b for _, b in model.mesh.modal_gradients()])
-    # ΣB² = Σ|bₘ|² / 8V²
-    gradients = np.sum(b * b, axis=(0, 1)) / (8.0 * volumes**2)
-    return np.asarray(8.0 * model.hourglass.coefficient * model.material.elastic_modulus * volumes * gradients)
+        a = material.density * material.sound_speed * length**2 / 4.0
+    else:
+        a = HOURGLASS_SHARE * model.material.p_wave_modulus * length
+    return np.asarray(64.0 * model.hourglass.coefficient * a)
 
 
 def _candidates(tools: int, nodes: int, elements: int) -> Candidates:

@@ -186,7 +186,7 @@ class Hourglass(_Frozen):
     """Hourglass control of the one-point elements."""
 
     form: Literal["stiffness", "viscous"] = "stiffness"
-    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.003
+    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.01
 
 
 class EmbeddedSolver(_Frozen):

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 NO_VISCOSITY = BulkViscosity(0.0, 0.0)
 # Each element with each way to resist its hourglass modes.
 ELEMENTS = {
-    "one point, stiffness": {"element": "one_point", "hourglass": Hourglass("stiffness", 0.03)},
+    "one point, stiffness": {"element": "one_point", "hourglass": Hourglass("stiffness", 0.1)},
     "one point, viscous": {"element": "one_point", "hourglass": Hourglass("viscous", 0.1)},
     "full": {"element": "full"},
 }

@@ -150,7 +150,7 @@ solver:
   coarsening_around: 3             # width of the elements at the bottom of the section over those under the edge
   hourglass:
     form: stiffness                # stiffness | viscous
-    coefficient: 0.003
+    coefficient: 0.01               # as LS-DYNA's QH
   mass_scaling: 1e4
   time_step: 40 us                 # elements too small for it are given mass; leave it out to have none given
   time_step_safety: 0.9
