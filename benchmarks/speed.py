@@ -34,6 +34,7 @@ from stemcal.fem.kernels.block import LANES, STATE_ROWS
 from stemcal.fem.kernels.element import add_internal_forces, element
 from stemcal.fem.kernels.march import march
 from stemcal.fem.kernels.plasticity import rate_factor
+from stemcal.fem.kernels.vectors import RUN
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Model
@@ -56,12 +57,12 @@ def median_seconds(work: Callable[[], object], runs: int = 7) -> float:
 
 
 @njit(error_model="numpy", fastmath={"contract", "nsz"})
-def one_by_one(scratch, blocks, targets, x, v, state, f, dt, material):
+def one_by_one(scratch, runs, targets, x, v, state, f, dt, material):
     """Do the same one element at a time: gather it, advance it, scatter it."""
-    for b in range(blocks.shape[0]):
+    for b in range(runs.shape[0]):
         for lane in range(LANES):
             for a in range(8):
-                n = blocks[b, a, lane]
+                n = runs[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
                     scratch[(block.COORDINATES + 8 * i + a) * LANES + lane] = x[n, i]
                     scratch[(block.VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i]
@@ -69,7 +70,7 @@ def one_by_one(scratch, blocks, targets, x, v, state, f, dt, material):
             rate = state[b, block.YIELD_RATE, lane]
             state[b, block.RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
             for a in range(8):
-                n = targets[b, a, lane]
+                n = targets[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
                     f[n, i] -= scratch[(block.FORCES + 8 * i + a) * LANES + lane]
 
@@ -85,13 +86,15 @@ def kernel() -> None:
     """Print the rate of the element kernel and its ratio to the element-by-element form."""
     model = moving_block((51, 24, 3))
     state = start(model)
-    body, blocks, steps = state.body, state.body.blocks, 200
+    body, steps = state.body, 200
     rates = {}
     for name, function in ((f"blocks of {LANES} lanes", add_internal_forces), ("element by element", one_by_one)):
 
         def work(function: Callable[..., None] = function) -> None:
             for _ in range(steps):
-                function(body.scratch, blocks, blocks, body.x, body.v, body.state, body.f, 1e-7, state.material)
+                function(
+                    body.scratch, body.runs, body.targets, body.x, body.v, body.state, body.f, 1e-7, state.material
+                )
 
         rates[name] = steps * len(model.mesh.hexes) / median_seconds(work) / 1e6
         print(f"{name}: {rates[name]:.1f} million element-steps per second and core, {len(model.mesh.hexes)} elements")

@@ -110,9 +110,9 @@ def hourglass() -> Topic:
     text = (
         "A sound hexahedron resists all its 24 motions but the 6 rigid ones; the bare one-point element misses twelve "
         "more. The stiffness form with coefficient c resists an amplitude a of each of the four patterns on a cube of "
-        "side h by 8 · 0.038 c (λ+2μ) h a at every corner, as OpenRadioss does with the coefficient of an LS-DYNA deck, and "
-        "stays out of uniform deformation of any shape. With c = 0.548 (1/6 over 0.304) and ν = 0 a cube stores just the "
-        "energy of its own bending."
+        "side h by 8 · 0.038 c (λ+2μ) h a at every corner, as OpenRadioss does with an LS-DYNA deck's coefficient, "
+        "and stays out of uniform deformation of any shape. With c = 0.548 (1/6 over 0.304) and ν = 0 a cube stores "
+        "just the energy of its own bending."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

@@ -32,8 +32,8 @@ from stemcal.fem.kernels.nodes import CHUNK
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
+from stemcal.fem.lanes import Lanes, lay_out, nodal
 from stemcal.fem.material import HOURGLASS_SHARE
-from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 
 Array = NDArray[np.float64]
@@ -56,6 +56,7 @@ class State:
     spread: SpreadEdge
     candidates: Candidates
     exchange: Exchange
+    lanes: Lanes
     shares: Array
     clock: Clock
     ledger: Ledger
@@ -73,13 +74,14 @@ class State:
 
 def start(model: Model) -> State:
     """Return the state of a model at time 0."""
-    topology = model.mesh.topology(model.crowns)
+    lanes = lay_out(model.mesh.hexes, len(model.mesh.nodes))
+    topology = model.mesh.topology(model.crowns, lanes.slots)
     material = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
-    body = _body(model, material)
+    body = _body(model, material, lanes, topology)
     volumes, shares = model.mesh.volumes(), element_shares(model)
     size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(
-        topology.hexes, body.x, body.state, body.element_mass, model.material.lame_modulus,
+        topology, body.x, body.state, body.element_mass, model.material.lame_modulus,
         model.material.shear_modulus,
         material.hourglass_memory,
     )  # fmt: skip
@@ -95,7 +97,8 @@ def start(model: Model) -> State:
         exchange=exchange(
             model.mesh, topology.neighbours, shares, model.material.failure_strain, model.material.internal_length
         ),
-        shares=_padded(shares, 0.0),
+        lanes=lanes,
+        shares=lanes.spread(shares, 0.0),
         clock=Clock(
             time=np.zeros(1),
             step=np.zeros(1),
@@ -131,14 +134,14 @@ def _ledger(tools: int, nodes: int) -> Ledger:
     return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
 
 
-def _body(model: Model, material: MaterialNumbers) -> Body:
+def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topology) -> Body:
     mesh = model.mesh
-    x = np.array(mesh.nodes, dtype=float)
-    element_state = _element_state(model, material)
-    element_mass = _element_masses(model, material, element_state)
+    x = nodal(mesh.nodes)[: len(mesh.nodes)]
+    element_state = _element_state(model, material, lanes)
+    element_mass = _element_masses(model, material, element_state, topology)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
-    v = np.zeros_like(x) if model.velocity is None else np.array(model.velocity, dtype=float)
+    v = nodal(np.zeros_like(x) if model.velocity is None else model.velocity)[: len(x)]
     held = np.zeros(x.shape, dtype=bool) if model.held is None else model.held.copy()
     ghosts = _ghosts(model)
     held[ghosts[:, 0]] = True
@@ -147,14 +150,16 @@ def _body(model: Model, material: MaterialNumbers) -> Body:
     return Body(
         x=x,
         v=v,
-        f=loads.copy(),
+        f=nodal(loads, len(lanes.late)),
         push=np.zeros_like(x),
         loads=loads,
         mass=mass,
         inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
         free=np.where(held, 0.0, 1.0),
         driven=np.where(held, v, 0.0),
-        blocks=_blocks(mesh),
+        runs=lanes.runs,
+        targets=lanes.targets,
+        late=lanes.late,
         state=element_state,
         scratch=aligned_zeros((SCRATCH_ROWS * LANES,)),
         element_mass=element_mass,
@@ -163,7 +168,7 @@ def _body(model: Model, material: MaterialNumbers) -> Body:
     )
 
 
-def _element_masses(model: Model, material: MaterialNumbers, state: Array) -> Array:
+def _element_masses(model: Model, material: MaterialNumbers, state: Array, topology: Topology) -> Array:
     """Return ρV, t, and more where an element could not take the wanted time step: m grows as its square."""
     mesh, how = model.mesh, model.integration
     mass = material.density * mesh.volumes()
@@ -171,36 +176,20 @@ def _element_masses(model: Model, material: MaterialNumbers, state: Array) -> Ar
         return mass
     law = model.material
     steps = how.safety * element_steps(
-        mesh.hexes, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus, material.hourglass_memory
+        topology, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus, material.hourglass_memory
     )
     return np.asarray(mass * np.maximum(1.0, how.time_step / steps) ** 2)
 
 
-def _padded(per_element: Array, fill: float) -> Array:
-    """Return values per element as (blocks, lanes), the last block filled up."""
-    count = -(-len(per_element) // LANES) * LANES
-    padded = np.full(count, fill)
-    padded[: len(per_element)] = per_element
-    return padded.reshape(-1, LANES)
-
-
-def _blocks(mesh: Mesh) -> NDArray[np.int32]:
-    """Return (blocks, 8, lanes) node numbers; the last block is filled with its last element, which stays dead."""
-    count = -(-len(mesh.hexes) // LANES) * LANES
-    index = np.minimum(np.arange(count), len(mesh.hexes) - 1)
-    return np.ascontiguousarray(mesh.hexes[index].reshape(-1, LANES, 8).transpose(0, 2, 1))
-
-
-def _element_state(model: Model, material: MaterialNumbers) -> Array:
-    mesh = model.mesh
-    volumes = mesh.volumes()
-    state = aligned_zeros((-(-len(volumes) // LANES), STATE_ROWS, LANES))
-    state[:, ALIVE] = _padded(np.ones_like(volumes), 0.0)
+def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes) -> Array:
+    volumes = model.mesh.volumes()
+    state = aligned_zeros((len(lanes.runs), STATE_ROWS, LANES))
+    state[:, ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, RATE_FACTOR] = 1.0
-    state[:, VOLUME] = _padded(volumes, 1.0)
-    state[:, VISCOUS_LENGTH] = _padded(np.cbrt(volumes), 1.0)
-    state[:, FAILURE_STRAIN] = _padded(model.material.failure_strains(np.cbrt(volumes)), 1.0)
-    state[:, HOURGLASS_STIFFNESS] = _padded(hourglass_stiffness(model, material), 0.0)
+    state[:, VOLUME] = lanes.spread(volumes, 1.0)
+    state[:, VISCOUS_LENGTH] = lanes.spread(np.cbrt(volumes), 1.0)
+    state[:, FAILURE_STRAIN] = lanes.spread(model.material.failure_strains(np.cbrt(volumes)), 1.0)
+    state[:, HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, material), 0.0)
     return state
 
 

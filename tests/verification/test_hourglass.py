@@ -55,7 +55,7 @@ def test_rank_of_the_stiffness(kind: dict[str, object], zeros: int) -> None:
 @pytest.mark.parametrize("coefficient", [0.01, 0.1, 1.0])
 @pytest.mark.parametrize("mode", range(4))
 def test_stiffness_force_on_a_cube(mode: int, coefficient: float) -> None:
-    """OpenRadioss, s_hg5.F: f = 0.038 · coefficient · (λ+2μ) V^⅓ (Γ·u) Γ, that is 0.304 … h a Γ for u = aΓ on a cube."""
+    """OpenRadioss, s_hg5.F: f = 0.038 · coefficient · (λ+2μ) V^⅓ (Γ·u) Γ, and Γ·Γ = 8 for u = aΓ."""
     h, a = 2.0, 1e-6
     wave_modulus = 100.0 * 0.7 / (1.3 * 0.4)
     mesh = brick((h, h, h), (1, 1, 1))
@@ -90,8 +90,8 @@ def test_a_coefficient_that_is_a_cubes_own_bending() -> None:
     """Pure bending u = κxy of a cube with ν = 0 holds ½E κ² I h, I = h⁴/12; ⅙ / 0.304 stores just that."""
     h, kappa = 2.0, 1e-5
     mesh = brick((h, h, h), (1, 1, 1))
-    model = Model(mesh, Material(1e-9, 100.0, 0.0), hourglass=Hourglass("stiffness", 1 / 6 / 0.304), viscosity=NO_VISCOSITY)
-    state = start(model)
+    own = Hourglass("stiffness", 1 / 6 / 0.304)
+    state = start(Model(mesh, Material(1e-9, 100.0, 0.0), hourglass=own, viscosity=NO_VISCOSITY))
     x = mesh.nodes.copy()
     x[:, 0] += kappa * (mesh.nodes[:, 0] - 1.0) * (mesh.nodes[:, 1] - 1.0)
     advance(state, x)

@@ -4,6 +4,9 @@ A block is `LANES` elements. Everything their physics touches lies in two flat a
 gathers and yields at the corners and the block's own state, value `row` of element `lane` at
 ``values[row * LANES + lane]`` with both numbers known when compiling: in this form, and with every function inlined,
 LLVM turns a loop over the lanes into vector instructions. The states of all blocks are an array (blocks, rows, lanes).
+
+The lanes are filled in runs of `RUN`: elements whose corners follow one another among the nodes, so that a corner of
+all of them is a run of nodes (`vectors`), named by the first. `stemcal.fem.lanes` finds them; empty lanes are dead.
 """
 
 from __future__ import annotations
@@ -13,11 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.compile import inlined, prefetch
+from stemcal.fem.kernels.compile import inlined
+from stemcal.fem.kernels.vectors import RUN, prefetch, read_run, subtract_run
 
 Array = NDArray[np.float64]
 Floats = Any
 LANES = 32  # two to eight vector registers; measured: 16 is a tenth slower, 64 no faster
+RUNS = LANES // RUN
 
 # Rows of an element's state, kept between steps.
 STRESS = 0
@@ -49,8 +54,8 @@ _LINES_PER_CORNER = -(-STATE_ROWS * LANES // (8 * _LINE))
 
 
 @inlined
-def fetch(scratch: Array, corners: Any, x: Array, v: Array, states: Array, following: int) -> None:
-    """Gather positions and velocities of a block's corners (8, lanes), and have the next block's state brought near.
+def fetch(scratch: Array, runs: Any, x: Array, v: Array, states: Array, following: int) -> None:
+    """Gather positions and velocities of a block's corners (8, `RUNS`), and have the next block's state brought near.
 
     That state begins at ``states[following]``, all states in a row. Its rows are read with strides that the processor
     does not foresee: without the prefetch a model that exceeds the caches is computed at half the speed.
@@ -58,21 +63,18 @@ def fetch(scratch: Array, corners: Any, x: Array, v: Array, states: Array, follo
     for a in range(8):
         for line in range(a * _LINES_PER_CORNER, (a + 1) * _LINES_PER_CORNER):
             prefetch(states, following + line * _LINE)
-        for lane in range(LANES):
-            n = np.uintp(corners[a, lane])  # unsigned: no test for an index counted from the end
-            for i in range(3):
-                scratch[(COORDINATES + 8 * i + a) * LANES + lane] = x[n, i]
-                scratch[(VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i]
+        for r in range(RUNS):
+            n, place = np.intp(runs[a, r]), a * LANES + r * RUN
+            read_run(x, n, scratch, COORDINATES * LANES + place, 8 * LANES)
+            read_run(v, n, scratch, VELOCITIES * LANES + place, 8 * LANES)
 
 
 @inlined
-def scatter(scratch: Array, corners: Any, f: Array) -> None:
+def scatter(scratch: Array, runs: Any, f: Array) -> None:
     """Subtract the forces of a block's corners from those of the nodes."""
     for a in range(8):
-        for lane in range(LANES):
-            n = np.uintp(corners[a, lane])
-            for i in range(3):
-                f[n, i] -= scratch[(FORCES + 8 * i + a) * LANES + lane]
+        for r in range(RUNS):
+            subtract_run(f, np.intp(runs[a, r]), scratch, (FORCES + a) * LANES + r * RUN, 8 * LANES)
 
 
 @inlined
@@ -82,6 +84,12 @@ def living(state: Array) -> int:
     for lane in range(LANES):
         count += state[ALIVE, lane] > 0.0
     return count
+
+
+@inlined
+def held(state: Array, slot: int, row: int) -> float:
+    """Return one row of the element in a slot, block · `LANES` + lane."""
+    return state[slot // LANES, row, slot % LANES]
 
 
 @inlined

@@ -182,12 +182,10 @@ def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
 
 
 @inlined
-def run_block(
-    b: int, scratch: Array, blocks: Any, x: Array, v: Array, state: Array, dt: float, material: Floats
-) -> None:
+def run_block(b: int, scratch: Array, runs: Any, x: Array, v: Array, state: Array, dt: float, material: Floats) -> None:
     """Advance block b from the motion of its nodes, and work out the rate factors of its next step."""
-    states, following = state.reshape(state.size), min(b + 1, blocks.shape[0] - 1) * STATE_ROWS * LANES
-    fetch(scratch, blocks[b], x, v, states, following)
+    states, following = state.reshape(state.size), min(b + 1, runs.shape[0] - 1) * STATE_ROWS * LANES
+    fetch(scratch, runs[b], x, v, states, following)
     advance(scratch, state[b].reshape(STATE_ROWS * LANES), dt, material)
     for lane in range(LANES):
         rate = state[b, YIELD_RATE, lane]
@@ -196,18 +194,18 @@ def run_block(
 
 @kernel
 def add_internal_forces(
-    scratch: Array, blocks: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
+    scratch: Array, runs: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
 ) -> int:
     """Subtract the internal forces of all elements from the nodal forces and advance the elements' state.
 
-    `targets`, shaped as `blocks`, names the row of `f` for each corner: the node itself, or where several threads share
-    the elements (`stemcal.fem.threads`) a row apart. Returns how many elements have failed.
+    `targets`, shaped as `runs`, names the rows of `f` for each run of corners: the nodes themselves, or rows apart
+    where two parts of a large model meet (`stemcal.fem.lanes`). Returns how many elements have failed.
     """
     failed = 0
-    for b in range(blocks.shape[0]):
+    for b in range(runs.shape[0]):
         alive = living(state[b])
         if alive > 0:
-            run_block(b, scratch, blocks, x, v, state, dt, material)
+            run_block(b, scratch, runs, x, v, state, dt, material)
             scatter(scratch, targets[b], f)
             failed += alive - living(state[b])
     return failed

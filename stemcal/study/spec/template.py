@@ -146,8 +146,8 @@ solver:
   symmetry: quarter
   element_size: d/16               # of the stem's diameter d, or a length such as 0.5 mm
   edge_over: nodes                 # the edge comes down on a row of nodes | over the middle of a row of elements
-  coarsening: 5                    # length of the elements at the ends of the stem over those under the edge
-  coarsening_around: 3             # width of the elements at the bottom of the section over those under the edge
+  coarsening: 6                    # length of the elements at the ends of the stem over those under the edge
+  coarsening_around: 2             # width of the elements at the bottom of the section over those under the edge
   hourglass:
     form: stiffness                # stiffness | viscous
     coefficient: 0.01               # as LS-DYNA's QH
