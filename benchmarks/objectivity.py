@@ -8,9 +8,11 @@ python benchmarks/objectivity.py grading       graded meshes and added mass agai
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
 python benchmarks/objectivity.py lengths       the force over edge spread and internal length
 python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
+python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
 python benchmarks/objectivity.py hourglass     hourglass forms against the fully integrated element, 17 cases (slow)
+python benchmarks/objectivity.py even          graded meshes against an even one, the 15 points of the design (slow)
 
-Without a name all but the last are run.
+Without a name all but the last two are run.
 """
 
 from __future__ import annotations
@@ -104,6 +106,7 @@ def grading() -> None:
         "even mesh": {"coarsening": 1.0, "coarsening_around": 1.0},
         "even around": {"coarsening_around": 1.0},
         "coarsening 3": {"coarsening": 3.0},
+        "coarsening 7 and 3": {"coarsening": 7.0, "coarsening_around": 3.0},
         "no mass added to small elements": {"integration": light},
         "mass scaling 1e3, no mass added": {"integration": replace(light, mass_scaling=1.0e3)},
         "time step safety 0.45": {"integration": replace(heavy, safety=0.45, time_step=2.0e-5)},
@@ -143,6 +146,32 @@ def lengths() -> None:
         print(f"edge spread d/{spread:g}, internal length d/{internal:g}: {'; '.join(said)}", flush=True)
 
 
+def precision() -> None:
+    """Print how far forces and energies in mixed precision are from those in double."""
+    tests = tests_of(paper_cases())
+    exact = [replace(test.discretisation.integration, precision="double") for test in tests]
+    double = simulate_all([mesh(test, integration=how) for test, how in zip(tests, exact, strict=True)])
+    mixed = simulate_all(tests)
+    force = max(abs(a.peak_force / b.peak_force - 1.0) for a, b in zip(mixed, double, strict=True))
+    print(f"peak force of {len(tests)} cases: at most {100.0 * force:.2g} % apart", flush=True)
+    for name in ("internal", "hourglass", "external", "kinetic"):
+        pairs = [(getattr(a.history, name), getattr(b.history, name)) for a, b in zip(mixed, double, strict=True)]
+        apart = [abs(a[: len(b)] - b[: len(a)]).max() / b.max() for a, b in pairs]
+        print(f"{name} energy: at most {100.0 * max(apart):.2g} % of its largest apart", flush=True)
+
+
+def even() -> None:
+    """Print the force on graded meshes over that on an even one, at the points of the design."""
+    tests = tests_of(paper_cases(["rsm"]))
+    reference = None
+    for along, around in ((1.0, 1.0), (6.0, 2.0), (7.0, 3.0)):
+        results = simulate_all([mesh(test, coarsening=along, coarsening_around=around) for test in tests])
+        force = np.array([result.peak_force for result in results])
+        reference = force if reference is None else reference
+        said = f"{agreement(force, reference)}, largest {100 * np.abs(force / reference - 1).max():.1f} %"
+        print(f"coarsening {along:g} and {around:g} ({results[0].elements} elements): {said}", flush=True)
+
+
 def hourglass() -> None:
     """Print how the hourglass forms follow the fully integrated element over Tables 6 and 13."""
     tests = tests_of(paper_cases(["screen", "validate"]))
@@ -157,9 +186,10 @@ def hourglass() -> None:
 
 ROWS = {
     "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
-    "lengths": lengths, "cut": cut, "hourglass": hourglass,
+    "lengths": lengths, "cut": cut, "precision": precision, "hourglass": hourglass,
+    "even": even,
 }  # fmt: skip
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or [row for row in ROWS if row != "hourglass"]:
+    for name in sys.argv[1:] or [row for row in ROWS if row not in ("hourglass", "even")]:
         ROWS[name]()

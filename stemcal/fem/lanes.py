@@ -63,7 +63,7 @@ class Lanes:
     def gathered(self, rows: Array) -> Array:
         """Return rows of the elements' state, (blocks, lanes) or (blocks, rows, lanes), as (E,) or (E, rows)."""
         lanes_last = np.moveaxis(rows, -1, 1)
-        return np.asarray(lanes_last.reshape(-1, *rows.shape[1:-1])[self.slots])
+        return np.asarray(lanes_last.reshape(-1, *rows.shape[1:-1])[self.slots], dtype=float)
 
 
 def lay_out(hexes: Ints, nodes: int) -> Lanes:

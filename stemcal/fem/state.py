@@ -76,7 +76,8 @@ def start(model: Model) -> State:
     """Return the state of a model at time 0."""
     lanes = lay_out(model.mesh.hexes, len(model.mesh.nodes))
     topology = model.mesh.topology(model.crowns, lanes.slots)
-    material = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
+    numbers = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
+    material = MaterialNumbers(*(_precision(model).type(number) for number in numbers))
     body = _body(model, material, lanes, topology)
     volumes, shares = model.mesh.volumes(), element_shares(model)
     size = float(np.cbrt(np.median(volumes)))
@@ -121,12 +122,23 @@ def start(model: Model) -> State:
     )
 
 
-def aligned_zeros(shape: tuple[int, ...]) -> Array:
+def aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
     """Return zeros that begin on a cache line: a vector read across two lines costs twice, a quarter of the kernel."""
-    size = 8 * prod(shape)
+    size = kind.itemsize * prod(shape)
     raw = np.zeros(size + _CACHE_LINE, dtype=np.uint8)
     begin = -raw.ctypes.data % _CACHE_LINE
-    return raw[begin : begin + size].view(np.float64).reshape(shape)
+    return raw[begin : begin + size].view(kind).reshape(shape)
+
+
+def scratch_like(state: Array) -> Array:
+    """Return room for one block of elements whose state this is."""
+    return aligned_zeros((SCRATCH_ROWS * LANES,), state.dtype)
+
+
+def _precision(model: Model) -> np.dtype[Any]:
+    """Return the precision of the elements' state; fully integrated ones have no other than double."""
+    single = model.integration.precision == "mixed" and model.element == "one_point"
+    return np.dtype(np.float32 if single else np.float64)
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
@@ -161,7 +173,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         targets=lanes.targets,
         late=lanes.late,
         state=element_state,
-        scratch=aligned_zeros((SCRATCH_ROWS * LANES,)),
+        scratch=scratch_like(element_state),
         element_mass=element_mass,
         ghosts=ghosts,
         points=_points(model),
@@ -183,7 +195,7 @@ def _element_masses(model: Model, material: MaterialNumbers, state: Array, topol
 
 def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes) -> Array:
     volumes = model.mesh.volumes()
-    state = aligned_zeros((len(lanes.runs), STATE_ROWS, LANES))
+    state = aligned_zeros((len(lanes.runs), STATE_ROWS, LANES), _precision(model))
     state[:, ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, RATE_FACTOR] = 1.0
     state[:, VOLUME] = lanes.spread(volumes, 1.0)

@@ -14,11 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.fem.kernels.block import LANES, SCRATCH_ROWS
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.march import REACHED, fail_in_the_mean, finish_step, mean_step, meet_tools, renew_time_step
 from stemcal.fem.kernels.nodes import add_late_forces, kick_and_drift
-from stemcal.fem.state import State, aligned_zeros
+from stemcal.fem.state import State, scratch_like
 
 March = Callable[[float, State], int]
 
@@ -29,10 +28,10 @@ class ThreadedMarch:
     def __init__(self, state: State, count: int) -> None:
         self._count = count
         self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
-        ends = state.lanes.ends
+        body, ends = state.body, state.lanes.ends
         self._block_ends = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)]
         self._chunk_ends = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int)
-        self._scratch = [aligned_zeros((SCRATCH_ROWS * LANES,)) for _ in range(count)]
+        self._scratch = [scratch_like(body.state) for _ in range(count)]
 
     def __enter__(self) -> ThreadedMarch:
         return self

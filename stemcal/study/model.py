@@ -203,6 +203,7 @@ class EmbeddedSolver(_Frozen):
     mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
     time_step: Time | None = 4e-5
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
+    precision: Literal["mixed", "double"] = "mixed"
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
     filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
     coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined
+from stemcal.fem.kernels.numbers import ZERO
 from stemcal.fem.kernels.vectors import RUN, prefetch, read_run, subtract_run
 
 Array = NDArray[np.float64]
@@ -40,7 +41,10 @@ VISCOUS_PRESSURE = 31
 HOURGLASS_STIFFNESS = 32
 VISCOUS_LENGTH = 33
 FAILURE_STRAIN = 34
-STATE_ROWS = 35
+# What rounding has kept from the energies so far.
+INTERNAL_REMAINDER = 35
+HOURGLASS_REMAINDER = 36
+STATE_ROWS = 37
 
 # Rows of the scratch: corner coordinates, velocities and forces (x, y, z by eight).
 COORDINATES = 0
@@ -48,25 +52,27 @@ VELOCITIES = 24
 FORCES = 48
 SCRATCH_ROWS = 72
 
-# A cache line holds eight numbers; so many lines of a block's state are asked for with each of the eight corners.
-_LINE = 8
-_LINES_PER_CORNER = -(-STATE_ROWS * LANES // (8 * _LINE))
+_CACHE_LINE = 64  # bytes
 
 
 @inlined
 def fetch(scratch: Array, runs: Any, x: Array, v: Array, states: Array, following: int) -> None:
     """Gather positions and velocities of a block's corners (8, `RUNS`), and have the next block's state brought near.
 
+    They are taken relative to the first corner: single precision is enough for the shape and the motion of an element,
+    not for where it is.
+
     That state begins at ``states[following]``, all states in a row. Its rows are read with strides that the processor
     does not foresee: without the prefetch a model that exceeds the caches is computed at half the speed.
     """
+    line, share = _CACHE_LINE // states.itemsize, STATE_ROWS * LANES // 8
     for a in range(8):
-        for line in range(a * _LINES_PER_CORNER, (a + 1) * _LINES_PER_CORNER):
-            prefetch(states, following + line * _LINE)
+        for place in range(a * share, (a + 1) * share, line):
+            prefetch(states, following + place)
         for r in range(RUNS):
-            n, place = np.intp(runs[a, r]), a * LANES + r * RUN
-            read_run(x, n, scratch, COORDINATES * LANES + place, 8 * LANES)
-            read_run(v, n, scratch, VELOCITIES * LANES + place, 8 * LANES)
+            first, n, place = np.intp(runs[0, r]), np.intp(runs[a, r]), a * LANES + r * RUN
+            read_run(x, n, first, scratch, COORDINATES * LANES + place, 8 * LANES)
+            read_run(v, n, first, scratch, VELOCITIES * LANES + place, 8 * LANES)
 
 
 @inlined
@@ -105,9 +111,16 @@ def store(values: Array, row: int, lane: int, value: float) -> None:
 
 
 @inlined
-def add(values: Array, row: int, lane: int, value: float) -> None:
-    """Add to one row of one lane."""
-    values[row * LANES + lane] += value
+def book(values: Array, row: int, remainder: int, lane: int, value: float) -> None:
+    """Add to one row of one lane, and keep in another what rounding leaves out, to be added with the next value.
+
+    Kahan, Comm. ACM 8, 40 (1965): in single precision many small energies would else stop to count.
+    """
+    old = values[row * LANES + lane]
+    added = value - values[remainder * LANES + lane]
+    new = old + added
+    values[remainder * LANES + lane] = (new - old) - added
+    values[row * LANES + lane] = new
 
 
 @inlined
@@ -151,30 +164,30 @@ def load3(values: Array, row: int, lane: int) -> Floats:
 @inlined
 def store8(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store eight successive rows of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > 0.0 else 0.0
-    values[(row + 1) * LANES + lane] = f[1] if alive > 0.0 else 0.0
-    values[(row + 2) * LANES + lane] = f[2] if alive > 0.0 else 0.0
-    values[(row + 3) * LANES + lane] = f[3] if alive > 0.0 else 0.0
-    values[(row + 4) * LANES + lane] = f[4] if alive > 0.0 else 0.0
-    values[(row + 5) * LANES + lane] = f[5] if alive > 0.0 else 0.0
-    values[(row + 6) * LANES + lane] = f[6] if alive > 0.0 else 0.0
-    values[(row + 7) * LANES + lane] = f[7] if alive > 0.0 else 0.0
+    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
+    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
+    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
+    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
+    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
+    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
+    values[(row + 6) * LANES + lane] = f[6] if alive > ZERO else ZERO
+    values[(row + 7) * LANES + lane] = f[7] if alive > ZERO else ZERO
 
 
 @inlined
 def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store a symmetric tensor of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > 0.0 else 0.0
-    values[(row + 1) * LANES + lane] = f[1] if alive > 0.0 else 0.0
-    values[(row + 2) * LANES + lane] = f[2] if alive > 0.0 else 0.0
-    values[(row + 3) * LANES + lane] = f[3] if alive > 0.0 else 0.0
-    values[(row + 4) * LANES + lane] = f[4] if alive > 0.0 else 0.0
-    values[(row + 5) * LANES + lane] = f[5] if alive > 0.0 else 0.0
+    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
+    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
+    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
+    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
+    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
+    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
 
 
 @inlined
 def store3(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store a vector of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > 0.0 else 0.0
-    values[(row + 1) * LANES + lane] = f[1] if alive > 0.0 else 0.0
-    values[(row + 2) * LANES + lane] = f[2] if alive > 0.0 else 0.0
+    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
+    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
+    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO

@@ -35,18 +35,27 @@ def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
     return types.void(values, place), build
 
 
-def _read_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, stride: Any) -> Any:
-    """Set ``values[place + i * stride + k] = nodal[node + k, i]`` for the nodes k of a run and i = 0, 1, 2."""
+def _read_run(_typing: Any, nodal: Any, node: Any, origin: Any, values: Any, place: Any, stride: Any) -> Any:
+    """Set ``values[place + i * stride + k] = nodal[node + k, i] - nodal[origin + k, i]``, k < `RUN`, i = 0, 1, 2.
+
+    The difference is rounded to the precision of the values.
+    """
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        source, first, target, place, stride = arguments
-        nodes = _load(builder, _nodes(context, builder, signature.args[0], source, first))
+        source, node, origin, target, place, stride = arguments
+        there, from_there = (
+            _load(builder, _nodes(context, builder, signature.args[0], source, first)) for first in (node, origin)
+        )
+        apart = builder.fsub(there, from_there)
+        form = _run_of(signature.args[3])
         for i in range(3):
-            component = builder.shuffle_vector(nodes, nodes, _order(range(i, 3 * RUN, 3)))
-            _store(builder, component, _component(context, builder, signature.args[2], target, place, stride, i))
+            component = builder.shuffle_vector(apart, apart, _order(range(i, 3 * RUN, 3)))
+            if form != _RUN:
+                component = builder.fptrunc(component, form)
+            _store(builder, component, _component(context, builder, signature.args[3], target, place, stride, i))
         return context.get_dummy_value()
 
-    return types.void(nodal, node, values, place, stride), build
+    return types.void(nodal, node, origin, values, place, stride), build
 
 
 def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, stride: Any) -> Any:
@@ -54,9 +63,11 @@ def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, 
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         target, first, source, place, stride = arguments
-        x, y, z = (
+        components = (
             _load(builder, _component(context, builder, signature.args[2], source, place, stride, i)) for i in range(3)
         )
+        single = _run_of(signature.args[2]) != _RUN
+        x, y, z = (builder.fpext(values, _RUN) if single else values for values in components)
         both = builder.shuffle_vector(x, y, _order(range(2 * RUN)))
         rest = builder.shuffle_vector(z, z, _order(range(2 * RUN)))
         one_by_one = [i * RUN + k for k in range(RUN) for i in range(3)]
@@ -66,6 +77,11 @@ def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, 
         return context.get_dummy_value()
 
     return types.void(nodal, node, values, place, stride), build
+
+
+def _run_of(kind: Any) -> Any:
+    """Return the vector that a run of values of an array's type makes."""
+    return ir.VectorType(ir.FloatType() if kind.dtype == types.float32 else _NUMBER, RUN)
 
 
 def _order(places: Iterable[int]) -> Any:
@@ -80,7 +96,8 @@ def _nodes(context: Any, builder: Any, kind: Any, nodal: Any, first: Any) -> Any
 
 def _component(context: Any, builder: Any, kind: Any, values: Any, place: Any, stride: Any, i: int) -> Any:
     """Return the address of component i of a run in flat values."""
-    return _address(context, builder, kind, values, builder.add(place, builder.mul(stride, stride.type(i))), _RUN)
+    at = builder.add(place, builder.mul(stride, stride.type(i)))
+    return _address(context, builder, kind, values, at, _run_of(kind))
 
 
 def _address(context: Any, builder: Any, kind: Any, values: Any, place: Any, form: Any) -> Any:
@@ -89,11 +106,11 @@ def _address(context: Any, builder: Any, kind: Any, values: Any, place: Any, for
 
 
 def _load(builder: Any, address: Any) -> Any:
-    return builder.load(address, align=8)
+    return builder.load(address, align=4)
 
 
 def _store(builder: Any, vector: Any, address: Any) -> None:
-    builder.store(vector, address, align=8)
+    builder.store(vector, address, align=4)
 
 
 prefetch: Any = intrinsic(_prefetch)

@@ -139,7 +139,8 @@ contact:
 # mass_scaling allows larger time steps; `stemcal simulate` shows whether kinetic energy stays small.
 # Further: elements_through_wall: n (else as many as make them no longer than element_size), element: one_point | full
 # (the slow reference), phases: n (mean over n places of the mesh), perturb: seed (a random place), threads: n (for one
-# large model), stop_after_peak: false (compute the whole stroke, also after the stem has broken).
+# large model), stop_after_peak: false (compute the whole stroke, also after the stem has broken), precision: mixed |
+# double (mixed: strains and stresses of the elements in single precision, half the time).
 solver:
   kind: embedded
   rate_law: paper
