@@ -6,6 +6,7 @@ python benchmarks/objectivity.py seeds         ten full models turned and shifte
 python benchmarks/objectivity.py sizes         elements of d/12 to d/32 with the same lengths
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
+python benchmarks/objectivity.py choices       friction, radii, bevel, wall, filter: one at a time
 python benchmarks/objectivity.py lengths       the force over edge spread and internal length
 python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
 python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
@@ -18,6 +19,7 @@ Without a name all but the last two are run.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -126,6 +128,26 @@ def contact() -> None:
         print(f"penalty {penalty:g}:", told(simulate_all(tests)), flush=True)
 
 
+def choices() -> None:
+    """Print the forces with something that the paper leaves open changed."""
+    changes: dict[str, Callable[[ShearTest], ShearTest]] = {
+        "4 elements through the wall": lambda test: mesh(test, through_wall=4),
+        "6 elements through the wall": lambda test: mesh(test, through_wall=6),
+        "no friction": lambda test: replace(
+            test, contact=replace(test.contact, static_friction=0.0, dynamic_friction=0.0)
+        ),
+        "edge radius 0.05 mm": lambda test: replace(test, blade=replace(test.blade, edge_radius=0.05)),
+        "edge radius 0.3 mm": lambda test: replace(test, blade=replace(test.blade, edge_radius=0.3)),
+        "bevel on one side": lambda test: mesh(replace(test, blade=replace(test.blade, bevel="one")), symmetry="half"),
+        "fillet 0.5 mm": lambda test: replace(test, supports=replace(test.supports, fillet_radius=0.5)),
+        "fillet 2 mm": lambda test: replace(test, supports=replace(test.supports, fillet_radius=2.0)),
+        "filter 2 ms": lambda test: mesh(test, filter_window=0.002),
+        "filter 20 ms": lambda test: mesh(test, filter_window=0.02),
+    }
+    for name, change in changes.items():
+        print(f"{name}:", told(simulate_all([change(test) for test in centre()])), flush=True)
+
+
 def lengths() -> None:
     """Print the forces of Table 6 and 13 over edge spread and internal length, and how they agree with the paper's."""
     cases = paper_cases(["screen", "validate"])
@@ -186,8 +208,7 @@ def hourglass() -> None:
 
 ROWS = {
     "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
-    "lengths": lengths, "cut": cut, "precision": precision, "hourglass": hourglass,
-    "even": even,
+    "choices": choices, "lengths": lengths, "cut": cut, "precision": precision, "hourglass": hourglass, "even": even,
 }  # fmt: skip
 
 if __name__ == "__main__":

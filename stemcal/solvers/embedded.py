@@ -252,7 +252,7 @@ def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
             solver.threads,
             solver.time_step,
             solver.precision,
-        ),  # fmt: skip
+        ),
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
