@@ -12,10 +12,20 @@ def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
     done = command("export-deck", PAPER, "--diameter", "7", "--set", "yield_stress=17.96", out)
     assert done.exit_code == 0, done.output
     text = out.read_text(encoding="utf-8")
-    assert "         1   1.1e-09    1000.0       0.3     17.96       0.5      0.05\n" in text
+    assert "         1   1.1e-09    1000.0       0.3     17.96       0.5      0.03       0.0\n" in text
     assert "outer diameter 7 mm" in text
-    assert "(rate/C)^(1/P), not by" in done.stderr
+    assert done.stderr.count("is written as no rate effect") == 1
     assert f"wrote {out}" in done.stderr.replace("\n", "")
+
+
+def test_card_and_format_on_request_and_silence(tmp_path: Path) -> None:
+    out, asked = tmp_path / "run.k", ("--material", "mat003", "--long", "--set", "yield_stress=14.204482103412")
+    done = command("export-deck", SMOKE, *asked, "--quiet", out)
+    assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")
+    text = out.read_text(encoding="utf-8")
+    assert "*MAT_PLASTIC_KINEMATIC+\n" in text
+    assert "     14.204482103412" in text
+    assert text.count("+\n") == 1
 
 
 def test_same_deck_every_time(tmp_path: Path) -> None:
