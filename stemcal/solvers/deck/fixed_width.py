@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from itertools import chain
 
-__all__ = ["Card", "fitted", "keyword", "text_of"]
+__all__ = ["LONG", "SETTINGS", "STANDARD", "Card", "fitted", "keyword", "text_of"]
 
 Card = Mapping[str, float | int | str]
 
 STANDARD, LONG = 10, 20
+# Comments that tell what no card can begin so.
+SETTINGS = "$> "
 _HEADING = "$#"
 
 

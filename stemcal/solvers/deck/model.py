@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, stem_mesh
 from stemcal.errors import UsageError
@@ -110,6 +111,23 @@ class Deck:
     def notes(self) -> list[str]:
         """What the deck says otherwise than the study, or cannot say."""
         return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rounded()]
+
+    @cached_property
+    def settings(self) -> dict[str, Any]:
+        """What belongs to the model and has no card, in mm, t, s, N: an import takes it from comments."""
+        study, solver, given = self.study, self.solver, self.given
+        kept = {
+            "edge_spread": self.edge_spread,
+            **{name: given[name] for name in ("hardening_parameter", "strain_rate_c", "strain_rate_p")},
+            "rate_law": self._rate_law,
+            **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window", "break_drop")},
+        }
+        if not isinstance(solver, EmbeddedSolver):
+            return kept
+        names = ("symmetry", "element", "time_step", "stop_after_peak", "failure_length")
+        hourglass = {"hourglass": solver.hourglass.coefficient}
+        internal = {"internal_length": study.material.internal_length.at(self.diameter)}
+        return {**kept, **internal, **hourglass, **{name: getattr(solver, name) for name in names}}
 
     @property
     def _rate_law(self) -> str:

@@ -6,13 +6,14 @@ data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from textwrap import wrap
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.solvers.deck.equivalents import contact_scale, hourglass_coefficient, stiffest_share, wanted_step
-from stemcal.solvers.deck.fixed_width import Card, fitted, keyword
+from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import Deck, Parts
 from stemcal.study.model import EmbeddedSolver, Study
@@ -56,12 +57,13 @@ def _head(deck: Deck) -> Iterator[str]:
     yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade down along -z, stem along x."
     for note in deck.notes:
         yield from wrap(f"Not as in the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
+    yield from wrap(json.dumps(deck.settings), 78, initial_indent=SETTINGS, subsequent_indent=SETTINGS)
 
 
 def _control(deck: Deck) -> Iterator[str]:
     solver, stem, law = deck.solver, deck.parts.stem, deck.law
     yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration})
-    step = -float(f"{wanted_step(solver, stem, law):.3g}") + 0.0
+    step = -wanted_step(solver, stem, law) + 0.0
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
     )
