@@ -199,6 +199,8 @@ def test_fields_without_counterpart_are_told() -> None:
         (("*BOUNDARY_PRESCRIBED_MOTION_RIGID", "*BOUNDARY_SPC"), "there is no blade"),
         (("*DEFINE_CURVE", "*DEFINE_TABLE"), "*DEFINE_CURVE 1"),
         (("*ELEMENT_SOLID", "*ELEMENT_SHELL"), "no solid elements of stem"),
+        (("*NODE\n", "*NODE_FAR\n"), "nodes that are not there, such as 1"),
+        (("    1000.0       0.3      ", "       0.0       0.3      "), "none that can be computed with"),
         (("      15.0", "    &sigma"), "&sigma"),
         (('$> {"edge', '$> "edge'), "are damaged"),
     ],
@@ -206,6 +208,14 @@ def test_fields_without_counterpart_are_told() -> None:
 def test_what_is_missing_is_told(change: tuple[str, str], said: str) -> None:
     with pytest.raises(UsageError, match=re.escape(said)):
         imported(TEXT.replace(*change))
+
+
+def test_parts_and_sections_in_one_keyword(tmp_path: Path) -> None:
+    apart = re.sub(r"\*(PART|SECTION_SOLID)\n", "", TEXT)
+    for name, first in (("SECTION_SOLID", "$#   secid    elform"), ("PART", "stem\n$#     pid")):
+        apart = apart.replace(first, f"*{name}\n{first}", 1)
+    assert apart.count("*PART") == apart.count("*SECTION_SOLID") == 1
+    assert imported(apart) == imported(TEXT)
 
 
 # ---- shapes

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.cutting import Stem, stem_mesh
+from stemcal.cutting import Stem, mesh_size, stem_mesh
+from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.solvers.deck.cards import CARDS, known_name, passed_over
 from stemcal.solvers.deck.equivalents import contact_scale, hourglass_coefficient, wanted_step
+from stemcal.solvers.deck.model import MOST_ELEMENTS
 from stemcal.solvers.deck.reading import Block
 from stemcal.solvers.deck.shapes import blade_of, discretisation_of, stem_of, supports_of
 from stemcal.solvers.deck.source import UNITS, Source
@@ -82,6 +84,8 @@ class _Study:
     @cached_property
     def mesh(self) -> Mesh:
         """The stem as the study will mesh it, whole."""
+        if mesh_size(self.stem, self.how).elements > MOST_ELEMENTS:
+            raise UsageError(f"elements of {self.how.element_size:g} mm are too small for the stem; is --units right?")
         return stem_mesh(self.stem, self.how)
 
     def sections(self) -> dict[str, Section]:

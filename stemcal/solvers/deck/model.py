@@ -19,9 +19,9 @@ from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.outside import DeckSolver, OpenRadiossSolver
 from stemcal.study.parameters import PARAMETERS
 
-__all__ = ["Deck", "Parts"]
+__all__ = ["MOST_ELEMENTS", "Deck", "Parts"]
 
-_MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
+MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 # What the stem's card calls the parameters, in their order.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
@@ -96,10 +96,10 @@ class Deck:
         blade = Blade(b.thickness, b.width, b.edge_angle, b.edge_radius, b.bevel)
         how = _discretisation(solver, diameter)
         elements = mesh_size(stem, how).elements
-        if elements > _MOST_ELEMENTS:
+        if elements > MOST_ELEMENTS:
             raise UsageError(
                 f"the deck's stem would have {elements:.3g} elements of {how.element_size:g} mm, at most "
-                f"{_MOST_ELEMENTS:.0e} are written; take coarser elements (solver.element_size) or a shorter specimen"
+                f"{MOST_ELEMENTS:.0e} are written; take coarser elements (solver.element_size) or a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + study.loading.gap, how.element_size

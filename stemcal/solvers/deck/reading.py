@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,13 @@ Array = NDArray[np.float64]
 
 # Options behind a keyword's name that put a card of text before the others.
 _HEADED = re.compile(r"_(TITLE|ID)$")
+# Keywords whose cards are as many parts or sections, each with its title if they have titles.
+_SEVERAL = {"PART", "SECTION_SOLID"}
 # A Fortran number may lack its E.
 _NO_E = re.compile(r"(?<=[0-9.])([-+][0-9]+)$")
+
+
+_MOST = 1e30
 
 
 @dataclass(frozen=True)
@@ -61,17 +67,14 @@ class Block:
 
     def _number(self, text: str, name: str) -> float:
         text = text.strip()
-        if not text:
-            return 0.0
-        try:
-            return float(text)
-        except ValueError:
-            pass
-        try:
-            return float(_NO_E.sub(r"e\1", text.upper().replace("D", "E")))
-        except ValueError:
-            place = f"*{self.name} at line {self.line}"
-            raise UsageError(f"{place}: {name} is {text[:40]!r}, no number; parameters (&) are not read") from None
+        for way in (text or "0", _NO_E.sub(r"e\1", text.upper().replace("D", "E"))):
+            try:
+                if isfinite(number := float(way)) and abs(number) < _MOST:
+                    return number
+            except ValueError:
+                continue
+        place = f"*{self.name} at line {self.line}"
+        raise UsageError(f"{place}: {name} is {text[:40]!r}, no usable number; parameters (&) are not read")
 
 
 def blocks(text: str) -> Iterator[Block]:
@@ -88,10 +91,13 @@ def blocks(text: str) -> Iterator[Block]:
         long = word.endswith("+") or (long_deck and not word.endswith("-"))
         cards = [line for line in lines[start + 1 : end] if not line.startswith("$") and line.strip()]
         name = word.rstrip("+-")
-        # *PART begins with its title always
-        headed = bool(cards) and (_HEADED.search(name) is not None or name == "PART")
-        heading = cards.pop(0).strip() if headed else ""
-        yield Block(_HEADED.sub("", name), heading, tuple(cards), LONG if long else STANDARD, start + 1)
+        headed = _HEADED.search(name) is not None or name == "PART"  # which has a title always
+        plain = _HEADED.sub("", name)
+        each = (1 + headed) if plain in _SEVERAL and cards else max(len(cards), 1)
+        for at in range(0, max(len(cards), 1), each):
+            own = cards[at : at + each]
+            heading = own.pop(0).strip() if headed and own else ""
+            yield Block(plain, heading, tuple(own), LONG if long else STANDARD, start + 1)
 
 
 def settings(text: str) -> dict[str, Any]:

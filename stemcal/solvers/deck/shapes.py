@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stemcal.cutting import Blade, Discretisation, Stem, Supports, stem_mesh
 from stemcal.cutting.build import around_half, pairs_along
+from stemcal.errors import UsageError
 
 __all__ = ["blade_of", "discretisation_of", "stem_of", "supports_of"]
 
@@ -38,6 +39,8 @@ def blade_of(nodes: Array) -> Blade:
     leans = [atan(flank[1]) for flank in (right, left)]
     bevel: Literal["both", "one"] = "one" if min(leans) < 1e-6 else "both"
     angle = sum(leans)
+    if not 0.0 < angle < pi:
+        raise UsageError("the blade's section has no edge: two faces that lean towards each other are needed")
     # the flanks x = x₀ + s z, one to either side, meet where both x are alike
     apex = -(left[0] + right[0]) / (left[1] + right[1])
     rise = 1.0 / tan(0.5 * angle) - 1.0 if bevel == "one" else 1.0 / sin(0.5 * angle) - 1.0

@@ -80,7 +80,13 @@ class Source:
                 f"{len(found)} parts of *MAT_003 or *MAT_024 where the stem is one; give the deck of one stem, with "
                 "its material in the same file"
             )
-        return found[0]
+        (card,) = found
+        if not (
+            card["ro"] > 0.0 and card["e"] > card["etan"] >= 0.0 and 0.0 <= card["pr"] < 0.5 and card["sigy"] > 0.0
+        ):
+            given = ", ".join(f"{name} = {card[name]:g}" for name in ("ro", "e", "pr", "sigy", "etan"))
+            raise UsageError(f"the stem's material is none that can be computed with: {given}")
+        return card
 
     @property
     def stem_section(self) -> int:
@@ -99,10 +105,13 @@ class Source:
         if curve is None:
             raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion is not in the deck")
         head = self.fields(curve)
+        if len(curve.cards) < 2:
+            raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion has no points")
         values = [Block(curve.name, "", (line,), 20, curve.line).fields(0, ("a", "o"))["o"] for line in curve.cards[1:]]
         if np.ptp(values) > 1e-9 * np.abs(values).max():
             self.told.append(f"*DEFINE_CURVE {head['lcid']:g}: the blade's speed changes; its largest is taken")
-        largest = max(values, key=abs)
+        if (largest := max(values, key=abs)) == 0.0:
+            raise UsageError("the blade does not move: its curve is zero")
         speed = largest * (head["sfo"] or 1.0) * (card["sf"] or 1.0) * self.length / self.time
         return int(card["pid"]), int(card["dof"]) - 1, speed
 
@@ -120,7 +129,11 @@ class Source:
             used = np.unique(elements[np.isin(elements[:, 1], pids), 2:])
             if not used.size:
                 raise UsageError(f"the deck has no solid elements of {name}; all three are needed")
-            found[name] = np.array([place[int(node)] for node in used if int(node) in place])
+            if lost := [int(node) for node in used if int(node) not in place]:
+                raise UsageError(f"elements of {name} name {len(lost)} nodes that are not there, such as {lost[0]}")
+            found[name] = np.array([place[int(node)] for node in used])
+            if np.ptp(found[name], axis=0).min() <= 0.0:
+                raise UsageError(f"the nodes of {name} lie in a plane")
         return self._turned(found)
 
     def _table(self, name: str, widths: tuple[int, ...], columns: int) -> Array:
@@ -129,7 +142,7 @@ class Source:
 
     def _elements(self) -> NDArray[np.int64]:
         """Return (E, 10): element, part and eight nodes, one card or two for each."""
-        found = []
+        found: list[Array] = []
         for block in self.named("ELEMENT_SOLID"):
             cards = block.cards
             if cards and len(cards[0].split()) <= 2:
