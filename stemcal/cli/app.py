@@ -20,6 +20,7 @@ from stemcal.cli import (
     explain,
     export,
     export_deck,
+    import_deck,
     init,
     measure,
     plan,
@@ -77,6 +78,7 @@ app.command(rich_help_panel=AROUND)(check.check)
 app.command(rich_help_panel=AROUND)(plan.plan)
 app.command(rich_help_panel=AROUND)(simulate.simulate)
 app.command("export-deck", rich_help_panel=AROUND)(export_deck.export_deck)
+app.command("import-deck", rich_help_panel=AROUND)(import_deck.import_deck)
 app.command(rich_help_panel=FOLDER)(status.status)
 app.command(rich_help_panel=FOLDER)(runs.runs)
 app.command(rich_help_panel=FOLDER)(retry.retry)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -11,6 +11,13 @@ from stemcal.cli.options import Quiet, Spec
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 
 DeckFile = Annotated[Path, typer.Argument(metavar="OUT.k", help="The deck to write.", show_default=False)]
+Card = Annotated[
+    Literal["mat024", "mat003"] | None,
+    typer.Option(help="The stem's material card.", show_default="mat024; mat003 for LS-DYNA as the solver"),
+]
+Long = Annotated[
+    bool, typer.Option("--long", help="Twenty columns (+) where ten round a value; OpenRadioss does not read them.")
+]
 
 
 def export_deck(
@@ -18,11 +25,13 @@ def export_deck(
     out: DeckFile,
     diameter: Diameter = None,
     settings: Settings = None,
+    material: Card = None,
+    long: Long = False,
     quiet: Quiet = False,
 ) -> None:
     """Write the shear test as an LS-DYNA keyword deck: stem, blade and supports meshed, contact, motion, output.
 
-    Units are mm, tonne, s, N and MPa. Factors stand at mid-level unless set.
+    Units are mm, tonne, s, N and MPa. Factors stand at mid-level unless set. LS-DYNA and OpenRadioss read it.
 
     Example: [bold]stemcal export-deck configs/wild-chrysanthemum.yaml --set yield_stress=17.96 run.k[/bold]
     """
@@ -37,17 +46,22 @@ def export_deck(
     if not out.absolute().parent.is_dir():
         raise UsageError(f"{out}: the folder {out.parent} does not exist")
 
+    from dataclasses import replace
+
     from stemcal.outputs import write_output
-    from stemcal.solvers.deck import deck_text
+    from stemcal.solvers.deck import Deck, deck_text
     from stemcal.study.model import EmbeddedSolver
 
     size = study.solver.element_size.at(chosen) if isinstance(study.solver, EmbeddedSolver) else 0.0
     if chosen < 2 * size:
         raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
 
-    text = deck_text(study, levels, chosen)
+    deck = Deck.of(study, levels, chosen)
+    form = replace(deck.form, material=material or deck.form.material, long=long or deck.form.long)
+    deck = replace(deck, form=form)
+    text = deck_text(deck)
     write_output(out, text)
-    if isinstance(study.solver, EmbeddedSolver) and study.solver.rate_law == "paper":
-        warn("LS-DYNA scales the yield stress by 1 + (rate/C)^(1/P), not by 1 + (rate/C)^P as this study does")
     if not quiet:
+        for sentence in deck.notes:
+            warn(sentence)
         note(f"wrote {out} ({text.count(chr(10))} lines)")

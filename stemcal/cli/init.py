@@ -16,12 +16,26 @@ def init(
     Example: [bold]stemcal init maize-2026[/bold]
     """
     from stemcal.cli.console import note, say
-    from stemcal.errors import UsageError
     from stemcal.study.spec.template import template
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    text = template(stem)
+    write_new(path, template(stem))
+    say(str(path))
+    given = f'"{path}"' if " " in str(path) else path
+    note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a spec that is not there yet.
+
+    Raises
+    ------
+    UsageError
+        If there is a file of that name, or none can be written.
+    """
+    from stemcal.errors import UsageError
+
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8", newline="\n") as file:
@@ -30,6 +44,3 @@ def init(
         raise UsageError(f"{path} exists already; choose another name or remove it first") from None
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
-    say(str(path))
-    given = f'"{path}"' if " " in str(path) else path
-    note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")

@@ -70,10 +70,10 @@ def around_half(radius: float, how: Discretisation) -> int:
 def pairs_along(length: float, how: Discretisation) -> int:
     """Return how many elements there are on either side of the cut, beside a row under the edge."""
     odd = 1 if how.edge_over == "elements" else 0
-    return max(1, ceil((length / (_mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
+    return max(1, ceil((length / (mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
 
 
-def _mean_length(how: Discretisation) -> float:
+def mean_length(how: Discretisation) -> float:
     """Return the mean length of the elements along the stem over that of those under the edge."""
     return 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
 

@@ -36,11 +36,18 @@ def _lsdyna(study: Study) -> Solver:
     return LsDyna(study)
 
 
+def _openradioss(study: Study) -> Solver:
+    from stemcal.solvers.openradioss import OpenRadioss
+
+    return OpenRadioss(study)
+
+
 SOLVERS: dict[str, Callable[[Study], Solver]] = {
     "embedded": _embedded,
     "table": _table,
     "command": _command,
     "lsdyna": _lsdyna,
+    "openradioss": _openradioss,
 }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from stemcal.solvers.processes import Ended
 from stemcal.solvers.programs.aside import LEAST_READING_S
-from stemcal.solvers.programs.frame import Program
+from stemcal.solvers.programs.frame import OneCommand
 from stemcal.solvers.programs.inputs import Inputs, values_of
 from stemcal.solvers.programs.readers import read_number_within
 from stemcal.solvers.protocol import Answer, Request
@@ -19,7 +19,7 @@ __all__ = ["Command"]
 
 
 @dataclass(frozen=True)
-class Command(Program):
+class Command(OneCommand):
     """Answers requests by any program; see `study.outside.CommandSolver`."""
 
     @property

@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr,
 from pydantic.dataclasses import dataclass
 
 from stemcal.study import units
-from stemcal.study.outside import CommandSolver, LsDynaSolver
+from stemcal.study.outside import CommandSolver, LsDynaSolver, OpenRadiossSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec.fields import (
     FactorName,
@@ -461,9 +461,9 @@ class StudyForm(_Frozen):
     loading: Loading = Loading()
     contact: Contact = Contact()
     material: Material = Material()
-    solver: Annotated[EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver, Field(discriminator="kind")] = (
-        EmbeddedSolver()
-    )
+    solver: Annotated[
+        EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver, Field(discriminator="kind")
+    ] = EmbeddedSolver()
     targets: Targets
     screen: ScreenOptions = ScreenOptions()
     climb: ClimbOptions | None = None

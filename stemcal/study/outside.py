@@ -1,4 +1,4 @@
-"""Solvers outside stemcal as a spec describes them: any command, and LS-DYNA."""
+"""Solvers outside stemcal as a spec describes them: any command, LS-DYNA and OpenRadioss."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from stemcal.study.spec.fields import Number, Quantity, SpecFile, Whole, complai
 __all__ = [
     "CalculixResult",
     "CommandSolver",
+    "Commanded",
     "CsvResult",
+    "DeckSolver",
     "JsonResult",
     "LsDynaSolver",
+    "OpenRadiossSolver",
     "ProgramOptions",
     "RcforcResult",
     "RegexResult",
@@ -139,10 +142,15 @@ ResultReader = Annotated[
 ]
 
 
+class Commanded(_Frozen):
+    """A program that one command starts."""
+
+    command: Command
+
+
 class ProgramOptions(_Frozen):
     """What is said of every program that answers in place of the embedded solver."""
 
-    command: Command
     environment: Environment = {}
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
@@ -150,7 +158,7 @@ class ProgramOptions(_Frozen):
     keep: Literal["failed", "all"] = "failed"
 
 
-class CommandSolver(ProgramOptions):
+class CommandSolver(ProgramOptions, Commanded):
     """Any program that reads text files and leaves its result in one.
 
     In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
@@ -179,28 +187,53 @@ class DeckAt(_Frozen):
     deck: SpecFile
 
 
-class LsDynaSolver(ProgramOptions):
-    """LS-DYNA, run on a deck that stemcal writes, or on the user's own `deck` with the stem's MAT_003 replaced.
+class DeckSolver(ProgramOptions):
+    """What is said of every program that runs a keyword deck of the shear test.
 
-    A deck of the user's is of one stem: `deck` of that at the calibration diameter, `decks` of others.
-
-    In the arguments of `command`, ``{{deck}}`` stands for the file name of the deck. The force is the resultant of
-    contact `interface` along `component` in ``rcforc``, times `scale` (4 for a quarter model), filtered like that
-    of the embedded solver. `files` (what the deck includes) are put beside it.
+    The force is that of contact `interface`, times `scale` (4 for a quarter model), filtered, and its peak found like
+    that of the embedded solver.
     """
 
-    kind: Literal["lsdyna"] = "lsdyna"
     time_limit: TimeLimit = 86400.0
-    deck: SpecFile | None = None
-    decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
-    material: Annotated[Whole, Field(ge=1)] | None = None
     interface: Annotated[Whole, Field(ge=1)] = 1
-    component: Literal["x", "y", "z"] = "z"
     scale: Number = 1.0
     filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
+    break_drop: Annotated[Number, Field(gt=0, le=1)] = 0.5
     element_size: Annotated[float, Quantity("length", above=0)] = 1.0
     elements_through_wall: Annotated[Whole, Field(ge=1, le=50)] | None = None
     hourglass: DeckHourglass = DeckHourglass()
     mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
     time_step_safety: Annotated[Number, Field(gt=0, le=1)] = 0.8
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
+
+
+class LsDynaSolver(DeckSolver, Commanded):
+    """LS-DYNA, run on a deck that stemcal writes, or on the user's own `deck` with the stem's MAT_003 replaced.
+
+    A deck of the user's is of one stem: `deck` of that at the calibration diameter, `decks` of others.
+
+    In the arguments of `command`, ``{{deck}}`` stands for the file name of the deck. The force is the resultant of
+    contact `interface` along `component` in ``rcforc``. `files` (what the deck includes) are put beside it.
+    """
+
+    kind: Literal["lsdyna"] = "lsdyna"
+    deck: SpecFile | None = None
+    decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
+    material: Annotated[Whole, Field(ge=1)] | None = None
+    component: Literal["x", "y", "z"] = "z"
+
+
+class OpenRadiossSolver(DeckSolver):
+    """OpenRadioss, run on a deck that stemcal writes: starter, engine, ``th_to_csv``.
+
+    The programs are those named here, else those of the installation in `home` or in the environment variable
+    ``OPENRADIOSS_PATH``, else those on PATH. `rate_law` is that of the embedded solver.
+    """
+
+    kind: Literal["openradioss"] = "openradioss"
+    home: Text | None = None
+    starter: Argument | None = None
+    engine: Argument | None = None
+    th_to_csv: Argument | None = None
+    threads: Annotated[Whole, Field(ge=1, le=256)] = 1
+    rate_law: Literal["paper", "cowper_symonds"] = "paper"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from commanding import REPLAY, ROOT, SMOKE, command
@@ -12,10 +13,20 @@ def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
     done = command("export-deck", PAPER, "--diameter", "7", "--set", "yield_stress=17.96", out)
     assert done.exit_code == 0, done.output
     text = out.read_text(encoding="utf-8")
-    assert "         1   1.1e-09    1000.0       0.3     17.96       0.5      0.05\n" in text
+    assert "         1   1.1e-09    1000.0       0.3     17.96       0.5      0.03       0.0\n" in text
     assert "outer diameter 7 mm" in text
-    assert "(rate/C)^(1/P), not by" in done.stderr
+    assert done.stderr.count("is written as no rate effect") == 1
     assert f"wrote {out}" in done.stderr.replace("\n", "")
+
+
+def test_card_and_format_on_request_and_silence(tmp_path: Path) -> None:
+    out, asked = tmp_path / "run.k", ("--material", "mat003", "--long", "--set", "yield_stress=14.204482103412")
+    done = command("export-deck", SMOKE, *asked, "--quiet", out)
+    assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")
+    text = out.read_text(encoding="utf-8")
+    assert "*MAT_PLASTIC_KINEMATIC+\n" in text
+    assert "     14.204482103412" in text
+    assert text.count("+\n") == 1
 
 
 def test_same_deck_every_time(tmp_path: Path) -> None:
@@ -23,6 +34,23 @@ def test_same_deck_every_time(tmp_path: Path) -> None:
         assert command("export-deck", SMOKE, tmp_path / name).exit_code == 0
     assert (tmp_path / "a.k").read_bytes() == (tmp_path / "b.k").read_bytes()
     assert b"\r" not in (tmp_path / "a.k").read_bytes()
+
+
+def test_deck_comes_back_as_a_spec_that_checks(tmp_path: Path) -> None:
+    deck, spec = tmp_path / "run.k", tmp_path / "back.yaml"
+    assert command("export-deck", SMOKE, "--quiet", deck).exit_code == 0
+    deck.write_text(
+        deck.read_text(encoding="utf-8").replace("*END", "*LOAD_BODY_Z\n         1\n*END"), encoding="utf-8"
+    )
+    done = command("import-deck", deck, spec)
+    assert done.exit_code == 0, done.output
+    assert done.stdout.strip() == str(spec)
+    assert "not in the study: *LOAD_BODY_Z at line" in done.stderr.replace("\n", " ")
+    assert "# - *LOAD_BODY_Z at line" in spec.read_text(encoding="utf-8")
+    assert command("check", spec).exit_code == 0
+    again = command("import-deck", deck, spec)
+    assert (again.exit_code, "exists already" in again.stderr) == (2, True)
+    assert json.loads(command("import-deck", deck, tmp_path / "b.yaml", "--json", "--quiet").stdout)["leaves"]
 
 
 def test_refusals(tmp_path: Path) -> None:

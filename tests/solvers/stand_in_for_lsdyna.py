@@ -2,7 +2,7 @@
 
 It reads SIGY and the speed from the deck and writes an ``rcforc`` whose force rises to 10·SIGY and falls again,
 on the side of the stem of contact 1, in LS-DYNA's columns. STAND_IN=error, silent, nan, rising or broken
-makes it fail in that way.
+makes it fail in that way, STAND_IN=fails tells of an element that does.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 
 NORMAL = " N o r m a l    t e r m i n a t i o n\n"
 ERROR = " *** Error 40509 (SOL+509)\n     negative volume\n E r r o r   t e r m i n a t i o n\n"
+FAILED = " solid element     1911 failed at time  3.0000E-01\n"
 STEPS = 101
 
 
@@ -45,8 +46,10 @@ def main() -> int:
             file.write(text.replace("E", "X") if mode == "broken" else text)
         if mode == "nan":
             file.write(f" slave           1 time{0.51:13.5E}  x          NaN  y          NaN  z          NaN\n")
+    if mode == "fails":
+        print(FAILED)
     if mode != "silent":
-        Path("messag").write_text(NORMAL, encoding="utf-8")
+        Path("messag").write_text((FAILED if mode == "fails" else "") + NORMAL, encoding="utf-8")
     return 0
 
 

@@ -19,12 +19,13 @@ from stemcal.folder.store import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.lsdyna import LsDyna
 from stemcal.solvers.lsdyna.mat003 import FIELDS, find_material, replaced
-from stemcal.solvers.lsdyna.solver import peak_answer
+from stemcal.solvers.programs.peak import peak_answer
 from stemcal.solvers.programs.rcforc import ContactForce, contact_force
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
+from stemcal.study.model import Loading, Study
+from stemcal.study.outside import DeckSolver
 from stemcal.study.spec import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
@@ -114,6 +115,14 @@ def test_force_that_still_rises_is_marked(tmp_path: Path) -> None:
     assert answer.ok
     assert answer.details["stroke_was_enough"] is False
     assert "still rose at the end" in answer.details["warnings"][0]
+
+
+def test_failed_elements_end_the_search_for_the_peak(tmp_path: Path) -> None:
+    """The stand-in's triangle falls to half its height at 0.375 s; it tells of one element at 0.3 s, twice."""
+    answer = solved(tmp_path, mode="fails")
+    assert answer.details["deleted_in_all"] == 1
+    assert answer.details["stroke_end"] == "broken"
+    assert answer.details["break_travel"] == pytest.approx(100 / 60 * 0.375 - 0.001, rel=0.02)
 
 
 def test_study_through_all_stages(tmp_path: Path) -> None:
@@ -249,8 +258,21 @@ def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
 
 def test_no_force_is_no_contact() -> None:
     with pytest.raises(NoResult) as caught:
-        peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), 1.0, 0.0, 1.0, 0.0)
+        peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), DeckSolver(filter_window=0.0), Loading())
     assert caught.value.reason == "no_contact"
+
+
+def test_peak_is_that_before_the_stem_breaks() -> None:
+    """What the released stem does afterwards is no cutting force; without failed elements nothing has broken."""
+    force = np.array([0.0, 50.0, 100.0, 40.0, 20.0, 150.0, 10.0])
+    contact = ContactForce(np.arange(7.0), force)
+    unfiltered = DeckSolver(filter_window=0.0)
+    broken = peak_answer(contact, unfiltered, Loading(), failed=[2.5, 2.7])
+    assert broken.force == 100.0
+    assert broken.details["stroke_end"] == "broken"
+    assert (broken.details["deleted_elements"], broken.details["deleted_in_all"]) == (0, 2)
+    assert peak_answer(contact, unfiltered, Loading()).force == 150.0
+    assert peak_answer(contact, unfiltered, Loading(), failed=[5.5]).force == 150.0
 
 
 # ---- at check time

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
-from stemcal.solvers.deck.writer import deck_lines, deck_text
+from stemcal.solvers.deck.form import DeckForm
+from stemcal.solvers.deck.model import Deck
+from stemcal.solvers.deck.writer import deck_text
 
-__all__ = ["deck_lines", "deck_text"]
+__all__ = ["Deck", "DeckForm", "deck_text"]

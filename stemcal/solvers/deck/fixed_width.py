@@ -1,8 +1,8 @@
-"""Keyword cards: fields in columns, numbers as they are.
+"""Keyword cards: fields in columns, numbers with as many digits as these hold.
 
-A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader knows. If one of its
-numbers needs more, that keyword alone is in long format, fields of twenty columns, marked by a ``+`` behind its
-name. So a value of the study stands in the deck with all its digits.
+A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader knows. On request, where
+one of its numbers needs more, that keyword is in long format, fields of twenty columns, marked by a ``+`` behind its
+name: LS-DYNA then reads all digits, OpenRadioss does not know the keyword.
 """
 
 from __future__ import annotations
@@ -10,16 +10,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from itertools import chain
 
-__all__ = ["Card", "fitted", "keyword", "text_of"]
+__all__ = ["LONG", "SETTINGS", "STANDARD", "Card", "fitted", "keyword", "text_of"]
 
 Card = Mapping[str, float | int | str]
 
 STANDARD, LONG = 10, 20
+# Comments that tell what no card can begin so.
+SETTINGS = "$> "
 _HEADING = "$#"
 
 
-def keyword(name: str, *cards: Card, title: str | None = None) -> Iterable[str]:
+def keyword(name: str, *cards: Card, title: str | None = None, long: bool = False) -> Iterable[str]:
     """Yield the lines of a keyword: its name, a title if it has one, and each card below its fields' names.
+
+    `long` allows the long format where a number needs it; else numbers are rounded to what ten columns hold.
 
     >>> print(*keyword("DATABASE_GLSTAT", {"dt": 0.001, "binary": 1}), sep="\\n")
     *DATABASE_GLSTAT
@@ -27,9 +31,7 @@ def keyword(name: str, *cards: Card, title: str | None = None) -> Iterable[str]:
          0.001         1
     """
     widest = max((len(text_of(value)) for card in cards for value in card.values()), default=0)
-    if widest > LONG:
-        raise ValueError(f"*{name}: a value has more than {LONG} characters")
-    width = STANDARD if widest <= STANDARD else LONG
+    width = LONG if long and widest > STANDARD else STANDARD
     yield f"*{name}{'+' if width == LONG else ''}"
     if title is not None:
         yield title[:80]
@@ -39,7 +41,16 @@ def keyword(name: str, *cards: Card, title: str | None = None) -> Iterable[str]:
 def _card(card: Card, width: int) -> Iterable[str]:
     heading = "".join(f"{name:>{width}}" for name in card)
     yield _HEADING + heading[len(_HEADING) :]
-    yield "".join(f"{text_of(value):>{width}}" for value in card.values())
+    yield "".join(f"{_in_columns(value, width):>{width}}" for value in card.values())
+
+
+def _in_columns(value: float | int | str, width: int) -> str:
+    text = text_of(value)
+    if len(text) <= width:
+        return text
+    if isinstance(value, float):
+        return fitted(value, width)
+    raise ValueError(f"{text} has more than {width} characters")
 
 
 def text_of(value: float | int | str) -> str:

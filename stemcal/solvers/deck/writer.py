@@ -6,29 +6,24 @@ data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from math import sqrt
+from textwrap import wrap
 
-import numpy as np
-
-from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, stem_mesh
-from stemcal.errors import UsageError
-from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.fixed_width import fitted, keyword
-from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
+from stemcal.solvers.deck.equivalents import contact_scale, stiffest_share, wanted_step
+from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
+from stemcal.solvers.deck.form import DeckForm
+from stemcal.solvers.deck.model import Deck, Parts
 from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.outside import LsDynaSolver
+from stemcal.study.outside import DeckSolver
 
 __all__ = ["BLADE", "STEM", "SUPPORTS", "deck_lines", "deck_text"]
 
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
-# Steel of blade and supports (Table 2 of the published study): t/mm³, MPa, ν.
-_STEEL = {"ro": 7.8e-09, "e": 207000.0, "pr": 0.3}
-_MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
+_STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
 _HOURGLASS = {"viscous": 1, "stiffness": 4}
 _FORMULATION = {"one_point": 1, "full": 2}
 _BY_PART = 3
@@ -36,126 +31,85 @@ _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
 _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
 
 
-def deck_text(study: Study, levels: Mapping[str, float], diameter: float) -> str:
-    """Return the whole deck of a shear test at given levels (units of the spec) and stem diameter (mm)."""
-    return "\n".join(deck_lines(study, levels, diameter)) + "\n"
+def deck_text(deck: Deck) -> str:
+    """Return the whole deck as text."""
+    return "\n".join(deck_lines(deck)) + "\n"
 
 
-def deck_lines(study: Study, levels: Mapping[str, float], diameter: float) -> Iterator[str]:
-    """Yield the lines of the deck.
-
-    Raises
-    ------
-    UsageError
-        If the study's solver is neither embedded nor LS-DYNA: its factors are then no stem material.
-    """
-    solver = study.solver
-    if not isinstance(solver, EmbeddedSolver | LsDynaSolver):
-        raise UsageError(f"a deck needs `solver: {{kind: embedded}}` or lsdyna; this spec has kind {solver.kind}")
-    parts = _parts(study, solver, diameter)
-    given = study.parameters(levels)
-    yield from _head(study, solver, diameter)
-    yield from _control(study, solver, given, parts.stem)
-    yield from _output(study.loading.duration / solver.outputs)
-    yield from _materials(given)
-    yield from _part_cards(solver)
-    yield from _motion(study)
-    yield from _contacts(study)
-    yield from _mesh(parts)
+def deck_lines(deck: Deck) -> Iterator[str]:
+    """Yield the lines of the deck."""
+    yield from _head(deck)
+    yield from _control(deck)
+    yield from _output(deck)
+    yield from _stem_material(deck.material, deck.form)
+    yield from _tool_materials(deck.law)
+    yield from _part_cards(deck.solver)
+    yield from _motion(deck.study)
+    yield from _contacts(deck)
+    yield from _mesh(deck.parts)
     yield "*END"
 
 
-@dataclass(frozen=True)
-class _Parts:
-    stem: Mesh
-    blade: Mesh
-    supports: Mesh
-
-
-def _parts(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float) -> _Parts:
-    """Return the meshes: the whole stem, no symmetry."""
-    stem = Stem(diameter, study.specimen.diameter_ratio, study.specimen.length)
-    b = study.blade
-    blade = Blade(b.thickness, b.width, b.edge_angle, b.edge_radius, b.bevel)
-    size = solver.element_size.at(diameter) if isinstance(solver, EmbeddedSolver) else solver.element_size
-    how = Discretisation(size, solver.elements_through_wall, symmetry="none")
-    if isinstance(solver, EmbeddedSolver):
-        how = replace(
-            how,
-            edge_over=solver.edge_over,
-            coarsening=solver.coarsening,
-            coarsening_around=solver.coarsening_around,
-        )
-    elements = mesh_size(stem, how).elements
-    if elements > _MOST_ELEMENTS:
-        raise UsageError(
-            f"the deck's stem would have {elements:.3g} elements of {size:g} mm, at most {_MOST_ELEMENTS:.0e} are "
-            "written; take coarser elements (solver.element_size) or a shorter specimen"
-        )
-    supports = Supports(study.supports.clearance, study.supports.fillet_radius)
-    lowest = 0.5 * diameter + study.loading.gap
-    return _Parts(stem_mesh(stem, how), blade_mesh(blade, b.length, lowest, size), supports_mesh(supports, stem, size))
-
-
-def _head(study: Study, solver: EmbeddedSolver | LsDynaSolver, diameter: float) -> Iterator[str]:
+def _head(deck: Deck) -> Iterator[str]:
     yield "*KEYWORD"
     yield "$ Virtual shear test of a hollow stem, written by stemcal."
     yield "$ Units: mm, tonne, s, N, MPa."
-    yield f"$ Study {study.name}, outer diameter {diameter:g} mm. Blade down along -z, stem along x."
-    if isinstance(solver, EmbeddedSolver):
-        yield "$ Without edge spread and internal length of the embedded solver: the force belongs to this mesh."
-    if isinstance(solver, EmbeddedSolver) and solver.rate_law == "paper":
-        yield "$ LS-DYNA's rate law is 1 + (rate/C)^(1/P); the study asks for 1 + (rate/C)^P."
+    yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade down along -z, stem along x."
+    for note in deck.notes:
+        yield from wrap(f"Not as in the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
+    yield from wrap(json.dumps(deck.settings), 78, initial_indent=SETTINGS, subsequent_indent=SETTINGS)
 
 
-def _control(
-    study: Study, solver: EmbeddedSolver | LsDynaSolver, given: Mapping[str, float], stem: Mesh
-) -> Iterator[str]:
-    yield from keyword("CONTROL_TERMINATION", {"endtim": study.loading.duration})
-    scaled = solver.mass_scaling > 1.0
-    step = -float(f"{_time_step(stem, given) * sqrt(solver.mass_scaling):.3g}") if scaled else 0.0
+def _control(deck: Deck) -> Iterator[str]:
+    solver, stem, law = deck.solver, deck.parts.stem, deck.law
+    yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration})
+    step = -wanted_step(solver, stem, law) + 0.0
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
     )
-    form = solver.hourglass.form
-    yield from keyword("CONTROL_HOURGLASS", {"ihq": _HOURGLASS[form], "qh": solver.hourglass.coefficient})
+    yield from keyword(
+        "CONTROL_HOURGLASS", {"ihq": _HOURGLASS[solver.hourglass.form], "qh": solver.hourglass.coefficient}
+    )
     yield from keyword("CONTROL_ENERGY", {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1})
+    # the contacts' own factors are then all there is, in OpenRadioss too, which does not read this one
+    checks = dict.fromkeys(("rwpnal", "islchk", "shlthk", "penopt", "thkchg", "orien", "enmass"), 0)
+    yield from keyword("CONTROL_CONTACT", {"slsfac": 1.0, **checks})
 
 
-def _time_step(mesh: Mesh, given: Mapping[str, float]) -> float:
-    """Return V / (A c) of the smallest element, s: its volume over its largest face and the speed of sound."""
-    faces = mesh.nodes[mesh.hexes[:, FACES]]
-    diagonals = faces[..., 2, :] - faces[..., 0, :], faces[..., 3, :] - faces[..., 1, :]
-    areas = 0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1)
-    material = Material(given["density"], given["elastic_modulus"], given["poisson_ratio"])
-    length = float((mesh.volumes() / areas.max(axis=1)).min())
-    return length * sqrt(material.density / material.p_wave_modulus)
-
-
-def _output(interval: float) -> Iterator[str]:
+def _output(deck: Deck) -> Iterator[str]:
+    interval = deck.study.loading.duration / deck.solver.outputs
     for name in ("GLSTAT", "RCFORC"):
         yield from keyword(f"DATABASE_{name}", {"dt": interval, "binary": 1})
-    yield from keyword("DATABASE_BINARY_D3PLOT", {"dt": 10.0 * interval})
+    if deck.form.pictures:
+        yield from keyword("DATABASE_BINARY_D3PLOT", {"dt": 10.0 * interval})
 
 
-def _materials(given: Mapping[str, float]) -> Iterator[str]:
-    """Yield *MAT_003 of the stem with the nine parameters as they are, and the steel of the tools."""
-    elastic = {"mid": STEM, "ro": given["density"], "e": given["elastic_modulus"], "pr": given["poisson_ratio"]}
-    plastic = {
-        "sigy": given["yield_stress"],
-        "etan": given["tangent_modulus"],
-        "beta": given["hardening_parameter"],
-    }
-    rate = {"src": given["strain_rate_c"], "srp": given["strain_rate_p"], "fs": given["failure_strain"], "vp": 0.0}
-    yield from keyword("MAT_PLASTIC_KINEMATIC", elastic | plastic, rate)
+def _stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
+    """Yield the stem's material: *MAT_024 with failure, or *MAT_003 with the nine parameters as they are."""
+    elastic = {"mid": STEM, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
+    plastic = {"sigy": value["sigy"], "etan": value["etan"]}
+    if form.material == "mat003":
+        rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": 0.0}
+        cards: list[Card] = [elastic | plastic | {"beta": value["beta"]}, rate]
+        yield from keyword("MAT_PLASTIC_KINEMATIC", *cards, long=form.long)
+        return
+    failing = elastic | plastic | {"fail": value["fail"], "tdel": 0.0}
+    rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": 0.0}
+    curve: list[Card] = [{f"{name}{i}": 0.0 for i in range(1, 9)} for name in ("eps", "es")]
+    yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve, long=form.long)
+
+
+def _tool_materials(law: Material) -> Iterator[str]:
+    """Yield blade and supports: rigid, so that their moduli only enter the contact, where the stem's own agree."""
+    moduli = {"e": law.elastic_modulus, "pr": law.poisson_ratio}
     for part, held in ((BLADE, _NO_PLANE_MOTION), (SUPPORTS, _NO_TRANSLATION)):
-        steel = {"mid": part, **_STEEL, "n": 0.0, "couple": 0.0, "m": 0.0}
+        tool = {"mid": part, "ro": _STEEL_DENSITY, **moduli, "n": 0.0, "couple": 0.0, "m": 0.0}
         held_card = {"cmo": 1.0, "con1": held, "con2": _NO_ROTATION}
         axes = dict.fromkeys(("lco", "a2", "a3", "v1", "v2", "v3"), 0.0)
-        yield from keyword("MAT_RIGID", steel, held_card, axes)
+        yield from keyword("MAT_RIGID", tool, held_card, axes)
 
 
-def _part_cards(solver: EmbeddedSolver | LsDynaSolver) -> Iterator[str]:
+def _part_cards(solver: EmbeddedSolver | DeckSolver) -> Iterator[str]:
     form = _FORMULATION[solver.element if isinstance(solver, EmbeddedSolver) else "one_point"]
     yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": form})
     yield from keyword("SECTION_SOLID", {"secid": BLADE, "elform": 1})
@@ -173,15 +127,29 @@ def _motion(study: Study) -> Iterator[str]:
         yield f"{time!r:>20}{study.loading.speed!r:>20}"
 
 
-def _contacts(study: Study) -> Iterator[str]:
+def _contacts(deck: Deck) -> Iterator[str]:
     """Yield blade and stem, interface 1, then stem and supports, interface 2."""
-    c = study.contact
+    study, c = deck.study, deck.study.contact
     friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
     friction |= {"vdc": float(f"{100 * c.damping:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
-    scales = {"sfs": 1.0, "sfm": 1.0, "sst": 0.0, "mst": 0.0, "sfst": 1.0, "sfmt": 1.0, "fsf": 1.0, "vsf": 1.0}
     erosion = {"isym": 0, "erosop": 1, "iadj": 1}
-    yield from keyword("CONTACT_ERODING_SURFACE_TO_SURFACE", _pair(BLADE), friction, scales, erosion)
-    yield from keyword("CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", _pair(SUPPORTS), friction, scales)
+    # a spread edge is rigid
+    edge = stiffest_share(deck.solver, c.penalty) if deck.edge_spread > 0.0 else c.penalty
+    near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
+    blade = friction, _scales(deck, edge, (0.0, 0.0, radius)), erosion
+    supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
+    for number, name, tool, title, cards in (
+        (1, "ERODING", BLADE, "blade and stem", blade),
+        (2, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
+    ):
+        heading = f"{number:10d}{title}"
+        yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", _pair(tool), *cards, title=heading)
+
+
+def _scales(deck: Deck, share: float, place: tuple[float, float, float]) -> dict[str, float]:
+    factor = float(f"{contact_scale(deck.solver, deck.parts.stem, deck.law, share, place):.4g}")
+    unused = {"sst": 0.0, "mst": 0.0, "sfst": 1.0, "sfmt": 1.0, "fsf": 1.0, "vsf": 1.0}
+    return {"sfs": factor, "sfm": factor, **unused}
 
 
 def _pair(tool: int) -> dict[str, int]:
@@ -189,7 +157,7 @@ def _pair(tool: int) -> dict[str, int]:
     return {"ssid": STEM, "msid": tool, **kinds}
 
 
-def _mesh(parts: _Parts) -> Iterator[str]:
+def _mesh(parts: Parts) -> Iterator[str]:
     meshes = {STEM: parts.stem, BLADE: parts.blade, SUPPORTS: parts.supports}
     yield "*NODE"
     yield "$#   nid               x               y               z"

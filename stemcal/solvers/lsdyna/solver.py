@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isclose
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import numpy as np
-
-from stemcal.cutting.result import moving_mean
-from stemcal.cutting.stroke import stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.files.decoding import lenient
-from stemcal.solvers.deck import deck_text
+from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
 from stemcal.solvers.processes import Ended
 from stemcal.solvers.programs.aside import LEAST_READING_S, aside
-from stemcal.solvers.programs.frame import Program
+from stemcal.solvers.programs.frame import OneCommand
 from stemcal.solvers.programs.inputs import Inputs
+from stemcal.solvers.programs.peak import peak_answer
 from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
@@ -27,18 +25,21 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.outside import LsDynaSolver
 from stemcal.study.spec.placeholders import template_bytes
 
-__all__ = ["LsDyna", "peak_answer"]
+__all__ = ["LsDyna"]
 
 DECK = "run.k"
 # Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.
 _MESSAGES = ("messag", "mes0000", "d3hsp")
-_TAIL_BYTES = 20_000
-_CURVE_POINTS = 200
+_TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
+# " solid element     1911 failed at time  2.8203E-01", once for each element that is taken away.
+_FAILED = re.compile(r"\belement\s+(\d+)\s+failed at time\s*(\d[.\d]*(?:[Ee][-+]?\d+)?)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class LsDyna(Program):
+class LsDyna(OneCommand):
     """Answers requests by LS-DYNA; see `study.outside.LsDynaSolver`."""
+
+    revision: ClassVar[int] = 2
 
     @property
     def options(self) -> LsDynaSolver:
@@ -66,7 +67,7 @@ class LsDyna(Program):
         """Write the deck of a request; tell the text of each value that went into the user's own deck."""
         self.inputs.write(folder, {})
         if not self._own():
-            text = deck_text(self.study, request.levels, request.diameter)
+            text = deck_text(Deck.of(self.study, request.levels, request.diameter))
             (folder / DECK).write_text(text, encoding="utf-8", newline="\n")
             return {}
         own = template_bytes(self._own_at(request.diameter))
@@ -96,39 +97,19 @@ class LsDyna(Program):
         asked = folder, options.interface, options.component
         left = max(options.time_limit - ended.seconds, LEAST_READING_S)
         contact = _contact(*asked) if is_small(folder / FILE) else aside(left, _contact, *asked)
-        loading = self.study.loading
-        return peak_answer(contact, options.scale, options.filter_window, loading.speed, loading.gap)
+        return peak_answer(contact, options, self.study.loading, _failed_elements(folder, ended))
 
 
 def _contact(folder: Path, interface: int, component: str) -> ContactForce:
     return contact_force(read_text(folder, FILE), interface, component)
 
 
-def peak_answer(contact: ContactForce, scale: float, window: float, speed: float, gap: float) -> Answer:
-    """Return the peak of the filtered force, as the embedded solver reports it."""
-    time, force = contact.time, scale * contact.force
-    rows = max(1, round(window / float(np.median(np.diff(time)))))
-    filtered = moving_mean(force, rows)
-    peak = int(np.argmax(filtered))
-    if filtered[peak] <= 0.0:
-        raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
-    travel = speed * time - gap
-    end = stroke_end(travel, force, filtered, rows)
-    keep = np.unique(np.linspace(0, len(time) - 1, _CURVE_POINTS).round().astype(int))
-    details: dict[str, Any] = {
-        "peak_force": float(filtered[peak]),
-        "peak_force_raw": float(force.max()),
-        "peak_time": float(time[peak]),
-        "peak_travel": float(travel[peak]),
-        "stroke_was_enough": end.was_enough,
-        "stroke_end": end.kind,
-        "warnings": [] if end.was_enough else [f"{end.sentence}; lengthen the run"],
-        "curve": {
-            "travel": [round(float(v), 6) for v in travel[keep]],
-            "force": [round(float(v), 4) for v in filtered[keep]],
-        },
-    }
-    return Answer("ok", force=float(filtered[peak]), details=details)
+def _failed_elements(folder: Path, ended: Ended) -> list[float]:
+    """Return when each element was taken away, s, as far as LS-DYNA has told; an element is told of in many files."""
+    times: dict[int, float] = {}
+    for text in (ended.output, *(_tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
+        times.update((int(number), float(time)) for number, time in _FAILED.findall(text))
+    return list(times.values())
 
 
 def _require_normal_termination(folder: Path, ended: Ended) -> None:
@@ -146,11 +127,11 @@ def _first_error(said: str) -> str:
     return f": {lines[0][:200]}" if lines else ""
 
 
-def _tail(path: Path) -> str:
+def _tail(path: Path, most: int = _TAIL_BYTES) -> str:
     try:
         with path.open("rb") as file:
             file.seek(0, 2)
-            file.seek(max(0, file.tell() - _TAIL_BYTES))
+            file.seek(max(0, file.tell() - most))
             return lenient(file.read())
     except OSError:
         return ""

@@ -1,4 +1,4 @@
-"""A run of a program from beginning to end: its folder, its inputs, the process, what it leaves."""
+"""A run of a program from beginning to end: its folder, its inputs, the process or processes, what it leaves."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.rooms import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.outside import ProgramOptions
+from stemcal.study.outside import Commanded, ProgramOptions
 from stemcal.study.spec.placeholders import fill
 
-__all__ = ["Program", "checked", "executable", "run_in"]
+__all__ = ["OneCommand", "Program", "code_is_zero", "executable", "run_in"]
 
 # Characters of a program's last output that a record keeps.
 _KEPT_OUTPUT = 2000
@@ -29,8 +29,8 @@ _KEPT_OUTPUT = 2000
 class Program(ABC):
     """Answers requests by running a program in a folder of its own.
 
-    A kind of program says what its input files are, how a run is written, what stands for the placeholders of its
-    command, how its result is read, and what beside all that determines an answer.
+    A kind of program says what its input files are, how a run is written and made, and what beside the files
+    determines an answer.
 
     Parameters
     ----------
@@ -58,22 +58,21 @@ class Program(ABC):
         """Return the same solver with its run folders below `place`."""
         return replace(self, place=place)
 
+    @abstractmethod
     def prepare(self) -> None:
         """Refuse to begin if the program is not there."""
-        executable(self.options.command[0], self.study.source.parent)
 
     def given_design(self, _stage: str) -> list[dict[str, float]] | None:
         """Return None: any levels can be written into the inputs."""
         return None
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return everything that determines the answer: the files' content, the command, how the result is read."""
+        """Return everything that determines the answer: the files' content, how the program runs and is read."""
         options = self.options
         return {
             "solver": self.study.solver.kind,
             "revision": self.revision,
             "version": options.version,
-            "command": list(options.command),
             "environment": dict(options.environment),
             "inputs": self.inputs.identity(),
             **self._determining(request),
@@ -88,17 +87,10 @@ class Program(ABC):
             written = self._write(folder, request)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
-        answer = run_in(folder, self._command(request), options, lambda ended: self._read(folder, ended))
+        answer = self._run(folder, request)
         if answer.ok and options.keep == "failed":
             discard(folder)
         return replace(answer, details={**answer.details, **written})
-
-    def _command(self, request: Request) -> list[str]:
-        """Return the program and its arguments, values in place of placeholders."""
-        program, *arguments = self.options.command
-        values = self._values(request)
-        filled = [fill(argument.encode(), values).decode() for argument in arguments]
-        return [executable(program, self.study.source.parent), *filled]
 
     @abstractmethod
     def _inputs(self) -> Inputs:
@@ -113,6 +105,37 @@ class Program(ABC):
         """Put what a run needs into its folder; return what its record shall tell of that."""
 
     @abstractmethod
+    def _run(self, folder: Path, request: Request) -> Answer:
+        """Run what is in the folder and return its answer, or why there is none."""
+
+
+@dataclass(frozen=True)
+class OneCommand(Program):
+    """A program that one command of the user's starts.
+
+    A kind of it says what stands for the placeholders of the command, and how the result is read.
+    """
+
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+        executable(self._given_command()[0], self.study.source.parent)
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return what determines the answer, the command among it."""
+        return {**super().identity(request), "command": list(self._given_command())}
+
+    def _given_command(self) -> Sequence[str]:
+        assert isinstance(self.options, Commanded)
+        return self.options.command
+
+    def _run(self, folder: Path, request: Request) -> Answer:
+        program, *arguments = self._given_command()
+        values = self._values(request)
+        filled = [fill(argument.encode(), values).decode() for argument in arguments]
+        command = [executable(program, self.study.source.parent), *filled]
+        return run_in(folder, command, self.options, lambda ended: self._read(folder, ended))
+
+    @abstractmethod
     def _values(self, request: Request) -> Mapping[str, str]:
         """Return what stands for each placeholder of the command."""
 
@@ -121,7 +144,7 @@ class Program(ABC):
         """Return the answer that a program has left; raise `NoResult` if there is none."""
 
 
-def executable(program: str, folder: Path) -> str:
+def executable(program: str, folder: Path, key: str = "command") -> str:
     """Return the full path of a program: one on PATH, or, if it is written with a folder, one beside the spec.
 
     Raises
@@ -133,20 +156,34 @@ def executable(program: str, folder: Path) -> str:
     found = shutil.which(str(folder / program) if by_path else program)
     if found is None:
         where = f"in {folder}" if by_path else "on PATH"
-        raise UsageError(f"solver.command: there is no program {program!r} {where}; install it or correct its name")
+        raise UsageError(f"solver.{key}: there is no program {program!r} {where}; install it or correct its name")
     return str(Path(found).absolute())
 
 
-def run_in(folder: Path, command: Sequence[str], options: ProgramOptions, read: Callable[[Ended], Answer]) -> Answer:
-    """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result."""
+def run_in(
+    folder: Path,
+    command: Sequence[str],
+    options: ProgramOptions,
+    read: Callable[[Ended], Answer],
+    seconds: float | None = None,
+    check: Callable[[Ended], None] | None = None,
+) -> Answer:
+    """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
+
+    It may take so many `seconds`, all of the time limit by default. `check` raises `NoResult` if it ended badly; by
+    default an exit code other than 0 says so.
+    """
     try:
-        ended = run_program(command, folder, options.environment, options.time_limit)
+        ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
         return Answer("failed", reason="not_started", message=f"{command[0]}: {error.strerror or error}")
-    (folder / OUTPUT).write_text(ended.output, encoding="utf-8", newline="")
+    with (folder / OUTPUT).open("a", encoding="utf-8", newline="") as file:
+        file.write(ended.output)
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
-        checked(ended, options.time_limit)
+        if ended.timed_out:
+            raise NoResult("timeout", f"ended after {options.time_limit:g} s, its solver.time_limit")
+        (check or code_is_zero)(ended)
         answer = read(ended)
     except (NoResult, SimulationFailed) as failure:
         details["output"] = ended.output[-_KEPT_OUTPUT:]
@@ -154,10 +191,8 @@ def run_in(folder: Path, command: Sequence[str], options: ProgramOptions, read: 
     return replace(answer, details={**details, **answer.details})
 
 
-def checked(ended: Ended, time_limit: float) -> None:
-    """Raise `NoResult` if a program was stopped or ended with another code than 0."""
-    if ended.timed_out:
-        raise NoResult("timeout", f"ended after {time_limit:g} s, its solver.time_limit")
+def code_is_zero(ended: Ended) -> None:
+    """Raise `NoResult` if a program ended with another code than 0."""
     if ended.code < 0:
         raise NoResult("exit_code", f"the program was ended by signal {-ended.code}")
     if ended.code != 0:

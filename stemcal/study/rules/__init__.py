@@ -47,6 +47,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     outside.run_files_differ,
     outside.reduction_has_what_it_needs,
     outside.command_names_deck,
+    outside.openradioss_hardens_isotropically,
 )
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from stemcal.study import units
-from stemcal.study.model import Factor, Study
-from stemcal.study.outside import LsDynaSolver
+from stemcal.study.model import EmbeddedSolver, Factor, Study
+from stemcal.study.outside import DeckSolver, LsDynaSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec.draft import Draft, Finding
 from stemcal.study.spec.fields import MOST
@@ -76,7 +76,7 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
 
 def wrong_levels(study: Study, levels: Mapping[str, float]) -> Iterator[str]:
     """Yield what is wrong with levels (units of the spec) that stand in no spec: no material can have them."""
-    if study.solver.kind not in ("embedded", "lsdyna"):
+    if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
     for factor in study.factors:
         parameter, value = PARAMETERS[factor.name], levels[factor.name]

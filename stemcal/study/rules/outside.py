@@ -6,7 +6,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.study.outside import CommandSolver, CsvResult, JsonResult, LsDynaSolver, RegexResult, ResultReader
+from stemcal.study.outside import (
+    CommandSolver,
+    CsvResult,
+    JsonResult,
+    LsDynaSolver,
+    OpenRadiossSolver,
+    RegexResult,
+    ResultReader,
+)
 from stemcal.study.spec.draft import Draft, Finding
 from stemcal.study.spec.placeholders import DIAMETER, placeholders, template_bytes
 from stemcal.study.spec.strict_yaml import NodePath
@@ -103,6 +111,14 @@ def command_names_deck(draft: Draft) -> Iterator[Finding]:
             yield Finding(("solver", "command"), f"{{{{{name[:60]}}}}} has no meaning here", "write i={{deck}}")
     if "deck" not in names:
         yield Finding(("solver", "command"), "the command does not name the deck", 'add an argument "i={{deck}}"')
+
+
+def openradioss_hardens_isotropically(draft: Draft) -> Iterator[Finding]:
+    """The card that OpenRadioss deletes elements by has no hardening parameter."""
+    for index, factor in draft.factors.items():
+        if isinstance(draft.solver, OpenRadiossSolver) and factor.name == "hardening_parameter":
+            message = "has no effect: OpenRadioss's deck hardens isotropically"
+            yield Finding(("factors", index, "name"), message, "give it a fixed value under material")
 
 
 def table_answers_something(draft: Draft) -> Iterator[Finding]:

@@ -8,6 +8,7 @@ from statistics import median
 
 from stemcal.study import units
 from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.outside import DeckSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec.draft import Finding
 from stemcal.study.spec.lengths import Length
@@ -98,7 +99,7 @@ def _targets(study: Study) -> Iterator[Finding]:
 def _outliers(study: Study) -> Iterator[Finding]:
     """Question a cutting force that is far from what each other lets expect, whatever power of the diameter it has."""
     targets = study.targets.forces
-    if len(targets) < 3 or study.solver.kind not in ("embedded", "lsdyna"):
+    if len(targets) < 3 or not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
     for index, target in enumerate(targets):
         expected = [

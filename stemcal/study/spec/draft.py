@@ -21,7 +21,7 @@ from stemcal.study.model import (
     TableSolver,
     Targets,
 )
-from stemcal.study.outside import CommandSolver, LsDynaSolver
+from stemcal.study.outside import CommandSolver, DeckSolver, LsDynaSolver, OpenRadiossSolver
 from stemcal.study.spec.strict_yaml import NodePath
 
 __all__ = ["Draft", "Finding"]
@@ -50,7 +50,7 @@ class Draft:
     supports: Supports | None = None
     contact: Contact | None = None
     material: Material | None = None
-    solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | None = None
+    solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
     rsm: RsmOptions | None = None
@@ -68,7 +68,9 @@ class Draft:
         """The name of the solver if its factors are parameters of the stem's material, else an empty text."""
         if self.embedded is not None:
             return "embedded"
-        return "LS-DYNA" if isinstance(self.solver, LsDynaSolver) else ""
+        if not isinstance(self.solver, DeckSolver):
+            return ""
+        return "LS-DYNA" if isinstance(self.solver, LsDynaSolver) else "OpenRadioss"
 
     @property
     def diameters(self) -> dict[NodePath, float]:

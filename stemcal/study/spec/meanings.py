@@ -37,13 +37,13 @@ _REDUCED = {
     "scale": "The number is multiplied by it: 4 for a quarter model, 1e-3 from mN.",
 }
 _PROGRAM = {
-    "command": "The program and its arguments, as a list; it never passes through a shell.",
     "environment": "Further variables of the environment, by name.",
     "time_limit": "How long a run may take before it is ended with all its processes.",
     "files": "Files put beside each run under their own names.",
     "version": "Any text that tells versions of the program apart; another one computes all runs anew.",
     "keep": "Which run folders stay: those of failed runs, or all.",
 }
+_COMMAND = {"command": "The program and its arguments, as a list; it never passes through a shell."}
 _MESH = {
     "elements_through_wall": "Elements through the wall; as many as make them no longer than `element_size` by "
     "default.",
@@ -57,6 +57,23 @@ _MESH = {
 _HOURGLASS = {
     "form": "Stiffness or viscous form.",
     "coefficient": "Strength; too small and elements fold, too large and the stem is too stiff.",
+}
+
+_RATE_LAW = (
+    "How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study, "
+    "`cowper_symonds` 1 + (rate/C)^(1/P)."
+)
+_BREAK_DROP = (
+    "The stem counts as broken, and the maximum as passed, once elements have failed and the force has dropped by this "
+    "share of it."
+)
+_DECK = {
+    **_PROGRAM,
+    **_MESH,
+    "interface": "Number of the contact whose force is read.",
+    "scale": "The force is multiplied by it: 4 for a quarter model.",
+    "break_drop": _BREAK_DROP,
+    "element_size": "Length of the elements of the deck that stemcal writes.",
 }
 
 MEANINGS: dict[str, dict[str, str]] = {
@@ -124,9 +141,7 @@ MEANINGS: dict[str, dict[str, str]] = {
     "EmbeddedSolver": {
         **_MESH,
         "kind": "The solver that comes with stemcal.",
-        "rate_law": "How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum "
-        "study, "
-        "`cowper_symonds` 1 + (rate/C)^(1/P).",
+        "rate_law": _RATE_LAW,
         "symmetry": "Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`.",
         "element_size": "Length of the elements under the edge: a length, or a share of the diameter such as d/16. At "
         "most "
@@ -141,9 +156,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "coarsening_around": "Width of the elements at the bottom of the section over those under the edge.",
         "phases": "The force is the mean over so many places of the mesh under the edge.",
         "perturb": "Seed of a random place of the mesh, for tests of how much that matters.",
-        "break_drop": "The stem counts as broken, and the maximum as passed, once elements have failed and the force "
-        "has "
-        "dropped by this share of it.",
+        "break_drop": _BREAK_DROP,
         "stop_after_peak": "End a simulation there; `false` computes the whole stroke.",
         "failure_length": "Crack-band length: each element fails at the failure strain times this over its own "
         "length. It "
@@ -157,6 +170,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "validate": "CSV of diameters and simulated forces.",
     },
     "CommandSolver": {
+        **_COMMAND,
         **_PROGRAM,
         "kind": "Any program that reads text and leaves a number.",
         "templates": "Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in "
@@ -164,16 +178,24 @@ MEANINGS: dict[str, dict[str, str]] = {
         "result": "Where the program leaves its number.",
     },
     "LsDynaSolver": {
-        **_PROGRAM,
-        **_MESH,
+        **_COMMAND,
+        **_DECK,
         "kind": "LS-DYNA.",
         "deck": "Your own deck of the stem at the calibration diameter; without it stemcal writes one.",
         "decks": "Your own decks of other diameters.",
         "material": "Number of the material in your deck whose nine values are replaced; the only MAT_003 by default.",
-        "interface": "Number of the contact whose force is read.",
-        "component": "Direction of that force.",
-        "scale": "The force is multiplied by it: 4 for a quarter model.",
-        "element_size": "Length of the elements of the deck that stemcal writes.",
+        "component": "Direction of the force.",
+    },
+    "OpenRadiossSolver": {
+        **_DECK,
+        "kind": "OpenRadioss.",
+        "home": "Folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment "
+        "variable `OPENRADIOSS_PATH` names.",
+        "starter": "Name or path of the starter, where `home` has none of the usual name.",
+        "engine": "The same of the engine.",
+        "th_to_csv": "The same of the program that makes a table of the time histories.",
+        "threads": "Threads of one run (`OMP_NUM_THREADS`, `-nt`).",
+        "rate_law": _RATE_LAW,
     },
     "DeckAt": {"diameter": "Outer diameter of the stem in the deck.", "deck": "The deck."},
     "JsonResult": {
@@ -323,8 +345,9 @@ PLACES = {
     "RcforcResult": "solver.result, kind: rcforc",
     "CalculixResult": "solver.result, kind: calculix",
     "LsDynaSolver": "solver, kind: lsdyna",
+    "OpenRadiossSolver": "solver, kind: openradioss",
     "DeckAt": "solver.decks[], kind: lsdyna",
-    "DeckHourglass": "solver.hourglass, kind: lsdyna",
+    "DeckHourglass": "solver.hourglass, kind: lsdyna, openradioss",
     "Targets": "targets",
     "Target": "targets.forces[]",
     "ScreenOptions": "screen",

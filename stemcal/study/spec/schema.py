@@ -12,7 +12,7 @@ from stemcal.study.spec.strict_yaml import NodePath
 
 __all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_with"]
 
-SOLVER_KINDS = ("embedded", "table", "command", "lsdyna")
+SOLVER_KINDS = ("embedded", "table", "command", "lsdyna", "openradioss")
 RESULT_KINDS = ("json", "csv", "regex", "rcforc", "calculix")
 
 

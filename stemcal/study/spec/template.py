@@ -9,17 +9,22 @@ from pydantic import TypeAdapter, ValidationError
 from stemcal.errors import UsageError
 from stemcal.study.spec.fields import StudyName
 
-__all__ = ["template"]
+__all__ = ["study_name", "template"]
 
 
 def template(name: str = "my-study") -> str:
     """Return a commented spec called `name`; raise `UsageError` if no folder can have that name."""
+    return _TEXT.replace("@NAME@", json.dumps(study_name(name), ensure_ascii=False), 1)
+
+
+def study_name(name: str) -> str:
+    """Return the name of a study; raise `UsageError` if no folder can have it."""
     try:
         TypeAdapter(StudyName).validate_python(name)
     except ValidationError as error:
         problem = error.errors()[0].get("ctx", {})
         raise UsageError(f"{problem['message']}; {problem['remedy']}") from None
-    return _TEXT.replace("@NAME@", json.dumps(name, ensure_ascii=False), 1)
+    return name
 
 
 _TEXT = """\

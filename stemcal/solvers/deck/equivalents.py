@@ -1,0 +1,117 @@
+"""The embedded solver's numbers in the words of LS-DYNA's cards.
+
+Contact stiffness, mass scaling and rate law are each defined in another way there. Every conversion stands here once,
+with what it rests on; the hourglass coefficient means the same (`fem.material.Hourglass`).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.search import FACES
+from stemcal.fem.material import Material
+from stemcal.fem.mesh import Mesh
+from stemcal.study.model import EmbeddedSolver
+from stemcal.study.outside import DeckSolver
+
+__all__ = [
+    "contact_scale",
+    "rate_constants",
+    "shortest",
+    "stiffest_share",
+    "wanted_step",
+]
+
+Array = NDArray[np.float64]
+
+# A rate law that raises the yield stress by less than this at the highest rate has no effect.
+_NO_EFFECT = 1e-3
+
+
+def wanted_step(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> float:
+    """Return dt2ms less its sign, s: small elements are given mass until they can take it; 0 for no scaling.
+
+    The density of the cards is the real one. With a mass scaling n, the smallest element takes √n times its own step,
+    with a time step Δt all take Δt/TSSFAC, whichever is more.
+    """
+    scaled = sqrt(solver.mass_scaling) * shortest(mesh) / _sound(material) if solver.mass_scaling > 1.0 else 0.0
+    return max(scaled, (_time_step(solver) or 0.0) / solver.time_step_safety)
+
+
+def shortest(mesh: Mesh) -> float:
+    """Return V/A of the smallest element, mm: its volume over its largest face, as LS-DYNA's time step has it."""
+    return float((mesh.volumes() / _areas(mesh, mesh.hexes[:, FACES]).max(axis=1)).min())
+
+
+def contact_scale(
+    solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material, share: float, place: tuple[float, float, float]
+) -> float:
+    """Return the factor on K A²/V that makes a penalty as stiff as share · m/Δt² at a place of the stem's surface.
+
+    A segment of LS-DYNA's has the stiffness SLSFAC · SFS · K A²/V (K bulk modulus, A area, V volume of its element);
+    OpenRadioss takes SFS alone for SLSFAC · SFS. Both then combine those of stem and tool, one by the smaller, the
+    other by the mean: tools of the stem's moduli and SLSFAC = 1 make them agree.
+    """
+    masses, step = _masses(solver, mesh, material)
+    nodal = np.bincount(mesh.hexes.ravel(), np.repeat(masses / 8.0, 8), minlength=len(mesh.nodes))
+    elements, sides = np.nonzero(mesh.neighbours() < 0)
+    corners = mesh.hexes[elements[:, None], np.asarray(FACES)[sides]]
+    away = np.linalg.norm(mesh.nodes[corners].mean(axis=1) - place, axis=1)
+    nearest = int(np.argmin(away))
+    face = corners[nearest]
+    area, volume = float(_areas(mesh, face[None, None])[0, 0]), float(mesh.volumes()[elements[nearest]])
+    per_factor = material.bulk_modulus * area**2 / volume
+    return float(share * nodal[face].mean() / step**2 / per_factor)
+
+
+def stiffest_share(solver: EmbeddedSolver | DeckSolver, penalty: float) -> float:
+    """Return the largest p for which p · m/Δt² leaves the step stable: of ω²Δt² ≤ 4 elements take (2 · safety)²."""
+    return max(penalty, 4.0 - (2.0 * solver.time_step_safety) ** 2)
+
+
+def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, float]:
+    """Return C and P with which 1 + (ε̇/C)^(1/P) says the same as a law; zeros where it has no effect up to `rate`.
+
+    >>> rate_constants("cowper_symonds", 90.0, 8.0, 10.0), rate_constants("paper", 90.0, 8.0, 10.0)
+    ((90.0, 8.0), (0.0, 0.0))
+    >>> rate_constants("paper", 90.0, 0.5, 10.0)
+    (90.0, 2.0)
+    """
+    if law == "cowper_symonds":
+        return c, p
+    return (0.0, 0.0) if (rate / c) ** p < _NO_EFFECT else (c, 1.0 / p)
+
+
+def _masses(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> tuple[Array, float]:
+    """Return the scaled mass of each element (t) and the time step (s) that the embedded solver begins with."""
+    mass = solver.mass_scaling * material.density * mesh.volumes()
+    steps = solver.time_step_safety * _own_steps(mesh, mass, material)
+    wanted = _time_step(solver) or 0.0
+    return mass * np.maximum(1.0, wanted / steps) ** 2, max(wanted, float(steps.min()))
+
+
+def _own_steps(mesh: Mesh, mass: Array, material: Material) -> Array:
+    """Return 2/ω of each element (E,), s: `fem.kernels.timestep` without compiling it."""
+    b, volumes = np.array([gradient for _, gradient in mesh.modal_gradients()]), mesh.volumes()
+    products = np.einsum("ime,jme->ije", b, b) / (8.0 * volumes**2)
+    trace, norm = np.trace(products), np.abs(products).sum(axis=1).max(axis=0)
+    bound = material.lame_modulus * trace + 2.0 * material.shear_modulus * norm
+    return np.asarray(2.0 / np.sqrt(8.0 * volumes * bound / mass))
+
+
+def _areas(mesh: Mesh, faces: NDArray[np.int32]) -> Array:
+    """Return the areas (…,) of faces (…, 4), mm²."""
+    corners = mesh.nodes[faces]
+    diagonals = corners[..., 2, :] - corners[..., 0, :], corners[..., 3, :] - corners[..., 1, :]
+    return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1))
+
+
+def _time_step(solver: EmbeddedSolver | DeckSolver) -> float | None:
+    return solver.time_step if isinstance(solver, EmbeddedSolver) else None
+
+
+def _sound(material: Material) -> float:
+    return sqrt(material.p_wave_modulus / material.density)

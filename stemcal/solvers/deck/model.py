@@ -1,0 +1,185 @@
+"""What a deck says: meshes, the stem's law and its values, and where that is not what the study says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, stem_mesh
+from stemcal.errors import UsageError
+from stemcal.fem.material import Material
+from stemcal.fem.mesh import Mesh
+from stemcal.solvers.deck.equivalents import rate_constants, shortest
+from stemcal.solvers.deck.fixed_width import STANDARD, fitted
+from stemcal.solvers.deck.form import DeckForm, form_of
+from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.outside import DeckSolver, OpenRadiossSolver
+from stemcal.study.parameters import PARAMETERS
+
+__all__ = ["MOST_ELEMENTS", "Deck", "Parts"]
+
+MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
+# What the stem's card calls the parameters, in their order.
+_FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The meshes: the whole stem, no symmetry, and the tools."""
+
+    stem: Mesh
+    blade: Mesh
+    supports: Mesh
+
+
+@dataclass(frozen=True)
+class Deck:
+    """The deck of a shear test at given levels (units of the spec) and stem diameter (mm)."""
+
+    study: Study
+    levels: Mapping[str, float]
+    diameter: float
+    form: DeckForm
+
+    @classmethod
+    def of(cls, study: Study, levels: Mapping[str, float], diameter: float, form: DeckForm | None = None) -> Deck:
+        """Return a deck in the form that the study's solver reads, unless another is given.
+
+        Raises
+        ------
+        UsageError
+            If the study's solver computes no stem: its factors are then no stem material.
+        """
+        if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
+            known = "`solver: {kind: embedded}`, lsdyna or openradioss"
+            raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
+        return cls(study, levels, diameter, form or form_of(study))
+
+    @property
+    def solver(self) -> EmbeddedSolver | DeckSolver:
+        """The study's solver."""
+        assert isinstance(self.study.solver, EmbeddedSolver | DeckSolver)
+        return self.study.solver
+
+    @cached_property
+    def given(self) -> dict[str, float]:
+        """The nine parameters of the study."""
+        return self.study.parameters(self.levels)
+
+    @property
+    def law(self) -> Material:
+        """The elastic law of the stem."""
+        return Material(self.given["density"], self.given["elastic_modulus"], self.given["poisson_ratio"])
+
+    @property
+    def edge_spread(self) -> float:
+        """How far the edge's force is spread in the study, mm; other programs know no such edge."""
+        return self.study.blade.edge_spread.at(self.diameter) if isinstance(self.solver, EmbeddedSolver) else 0.0
+
+    @cached_property
+    def material(self) -> dict[str, float]:
+        """The values of the stem's card, ``ro e pr sigy etan beta c p fail``, as its columns hold them."""
+        given = self.given
+        c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
+        values = _by_field({**given, "strain_rate_c": c, "strain_rate_p": p})
+        return {name: value if self.form.long else float(fitted(value, STANDARD)) for name, value in values.items()}
+
+    @cached_property
+    def parts(self) -> Parts:
+        """The meshes of the three parts."""
+        study, solver, diameter = self.study, self.solver, self.diameter
+        stem = Stem(diameter, study.specimen.diameter_ratio, study.specimen.length)
+        b = study.blade
+        blade = Blade(b.thickness, b.width, b.edge_angle, b.edge_radius, b.bevel)
+        how = _discretisation(solver, diameter)
+        elements = mesh_size(stem, how).elements
+        if elements > MOST_ELEMENTS:
+            raise UsageError(
+                f"the deck's stem would have {elements:.3g} elements of {how.element_size:g} mm, at most "
+                f"{MOST_ELEMENTS:.0e} are written; take coarser elements (solver.element_size) or a shorter specimen"
+            )
+        supports = Supports(study.supports.clearance, study.supports.fillet_radius)
+        lowest, size = 0.5 * diameter + study.loading.gap, how.element_size
+        return Parts(
+            stem_mesh(stem, how), blade_mesh(blade, b.length, lowest, size), supports_mesh(supports, stem, size)
+        )
+
+    @cached_property
+    def notes(self) -> list[str]:
+        """What the deck says otherwise than the study, or cannot say."""
+        return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rounded()]
+
+    @cached_property
+    def settings(self) -> dict[str, Any]:
+        """What belongs to the model and has no card, in mm, t, s, N: an import takes it from comments."""
+        study, solver, given = self.study, self.solver, self.given
+        kept = {
+            "edge_spread": self.edge_spread,
+            **{name: given[name] for name in ("hardening_parameter", "strain_rate_c", "strain_rate_p")},
+            "rate_law": self._rate_law,
+            **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window", "break_drop")},
+        }
+        if not isinstance(solver, EmbeddedSolver):
+            return kept
+        names = ("symmetry", "element", "time_step", "stop_after_peak", "failure_length")
+        internal = {"internal_length": study.material.internal_length.at(self.diameter)}
+        return {**kept, **internal, **{name: getattr(solver, name) for name in names}}
+
+    @property
+    def _rate_law(self) -> str:
+        solver = self.solver
+        return solver.rate_law if isinstance(solver, EmbeddedSolver | OpenRadiossSolver) else "cowper_symonds"
+
+    @property
+    def _strain_rate(self) -> float:
+        """The largest strain rate that the blade can drive an element at, 1/s: its speed over the shortest."""
+        return self.study.loading.speed / shortest(self.parts.stem)
+
+    def _without_lengths(self) -> Iterator[str]:
+        internal = self.study.material.internal_length.at(self.diameter)
+        lengths = {"edge_spread": self.edge_spread, "internal_length": internal}
+        told = [f"{name} ({length:.3g} mm)" for name, length in lengths.items() if length > 0.0]
+        if told and isinstance(self.solver, EmbeddedSolver):
+            yield f"there is no card for {' and '.join(told)}, so the force belongs to this mesh"
+
+    def _hardening(self) -> Iterator[str]:
+        beta = self.given["hardening_parameter"]
+        if self.form.material == "mat024" and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
+            kinematic = 100.0 * (1.0 - beta)
+            yield f"*MAT_024 hardens isotropically, {kinematic:g} % of the hardening is kinematic in the study"
+
+    def _rate(self) -> Iterator[str]:
+        if self._rate_law != "paper":
+            return
+        c, p = self.given["strain_rate_c"], self.given["strain_rate_p"]
+        law = f"the printed rate law 1 + (rate/C)^{p:g}"
+        if self.material["c"] > 0.0:
+            yield f"{law} stands as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
+        else:
+            most = (self._strain_rate / c) ** p
+            yield f"{law} is written as no rate effect: at the speed of the blade it adds {most:.1g} at most"
+
+    def _rounded(self) -> Iterator[str]:
+        exact = _by_field(self.given)
+        changed = [name for name, value in exact.items() if name not in ("c", "p") and value != self.material[name]]
+        if changed:
+            yield f"ten columns round {', '.join(changed)}"
+
+
+def _by_field(given: Mapping[str, float]) -> dict[str, float]:
+    return dict(zip(_FIELDS, (given[name] for name in PARAMETERS), strict=True))
+
+
+def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Discretisation:
+    if not isinstance(solver, EmbeddedSolver):
+        return Discretisation(solver.element_size, solver.elements_through_wall, symmetry="none")
+    how = Discretisation(solver.element_size.at(diameter), solver.elements_through_wall, symmetry="none")
+    return replace(
+        how,
+        edge_over=solver.edge_over,
+        coarsening=solver.coarsening,
+        coarsening_around=solver.coarsening_around,
+    )

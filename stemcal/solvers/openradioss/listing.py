@@ -1,0 +1,162 @@
+"""What OpenRadioss says: errors, echoed values, how it ended, elements taken away, time histories."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Mapping
+from math import isclose
+from typing import NamedTuple
+
+import numpy as np
+
+from stemcal.solvers.programs.rcforc import ContactForce
+from stemcal.solvers.programs.reductions import NoResult
+
+__all__ = ["Problem", "contact_force", "deleted_elements", "differences", "is_normal_end", "problems"]
+
+_BLOCK = re.compile(r"^ERROR ID :\s*(\d+)\s*\n\*\* (.*)\n(?:DESCRIPTION :.*\n((?:[ \t]+\S.*\n)*))?", re.MULTILINE)
+_VALUE = re.compile(r"^\s+([A-Z][^=\n]*?)[\s.]*=\s*([-+]?\d[\d.]*(?:E[-+]?\d+)?)\s*$", re.MULTILINE)
+_MATERIAL = re.compile(r"^\s+MATERIAL NUMBER[\s.]*=\s*(\d+)\s*$", re.MULTILINE)
+_FAILURE = re.compile(r"^\s+FIRST\s+FAILURE PARAMETER \(D1\)[\s.]*=\s*(\S+)\s*$", re.MULTILINE)
+_DELETED = re.compile(r"DELETE SOLID ELEMENT NUMBER\s+(\d+)(?:\s+AT TIME :\s*(\S+))?")
+_CYCLE = re.compile(r"^\s*\d+\s+(\d\S*)\s+\d\S*\s+[A-Z]+\s+\d+")
+_COLUMN = re.compile(r"TH-INTER (\d+) (?:.* )?(F[NT]Z)")
+# Echoes have 13 digits, or four.
+_CLOSE = 2e-4
+
+
+class Problem(NamedTuple):
+    """An error of the starter: its number, what is wrong, and where."""
+
+    number: int
+    title: str
+    description: str
+
+    def __str__(self) -> str:
+        """Write it in one line."""
+        return f"ERROR ID {self.number}: {self.title}{': ' if self.description else ''}{self.description}"
+
+
+def problems(text: str) -> list[Problem]:
+    """Return the errors of a listing or of what was printed."""
+    found = []
+    for match in _BLOCK.finditer(text.replace("\r\n", "\n")):
+        lines = [line.strip() for line in (match[3] or "").splitlines()]
+        title = match[2].strip().removeprefix("ERROR:").removeprefix("ERROR").strip()
+        found.append(Problem(int(match[1]), title, "; ".join(lines)[:300]))
+    return found
+
+
+def differences(text: str, material: int, written: Mapping[str, float]) -> tuple[list[str], bool]:
+    """Return where the echo of a material is not what was written, and whether elements fail by a criterion.
+
+    A keyword or a field that the reader does not know leaves no error, only other values.
+
+    Parameters
+    ----------
+    written : mapping
+        ``ro e pr sigy etan fail c p`` as they stand in the deck.
+    """
+    echo = _echo(text, material)
+    criterion = _FAILURE.search(text)
+    if criterion is not None:
+        echo["failure strain"] = float(criterion[1])
+    wrong = []
+    for name, value in _expected(written).items():
+        if name not in echo:
+            wrong.append(f"{name} {value:.6g} was not read")
+        elif not isclose(echo[name], value, rel_tol=_CLOSE):
+            wrong.append(f"{name} was read as {echo[name]:.6g}, not {value:.6g}")
+    return wrong, criterion is not None
+
+
+def _echo(text: str, material: int) -> dict[str, float]:
+    """Return the values of a material by our names."""
+    _, *pieces = _MATERIAL.split(text)
+    for number, block in zip(pieces[::2], pieces[1::2], strict=True):
+        if int(number) == material:
+            values = {" ".join(label.split()): float(value) for label, value in reversed(_VALUE.findall(block))}
+            return {ours: values[theirs] for theirs, ours in _LABELS.items() if theirs in values}
+    return {}
+
+
+_LABELS = {
+    "INITIAL DENSITY": "density",
+    "YOUNG MODULUS": "elastic modulus",
+    "YOUNG'S MODULUS": "elastic modulus",
+    "POISSON RATIO": "Poisson's ratio",
+    "POISSON'S RATIO": "Poisson's ratio",
+    "YIELD STRESS": "yield stress",
+    "HARDENING PARAMETER": "plastic modulus",
+    "REFERENCE STRAIN RATE CC": "C",
+    "STRAIN RATE EXPONENT (1/P)": "1/P",
+    "FAILURE PLASTIC STRAIN": "failure strain",
+}
+
+
+def _expected(written: Mapping[str, float]) -> dict[str, float]:
+    e, tangent = written["e"], written["etan"]
+    rate = {"C": written["c"], "1/P": 1.0 / written["p"]} if written["c"] > 0.0 else {}
+    return {
+        "density": written["ro"],
+        "elastic modulus": e,
+        "Poisson's ratio": written["pr"],
+        "yield stress": written["sigy"],
+        **({"plastic modulus": e * tangent / (e - tangent)} if tangent > 0.0 else {}),
+        **rate,
+        "failure strain": written["fail"],
+    }
+
+
+def is_normal_end(text: str) -> bool:
+    """Tell whether the engine says that it came to its normal end."""
+    return "NORMAL TERMINATION" in text
+
+
+def deleted_elements(listing: str, printed: str) -> list[float]:
+    """Return when each element was taken away, s: as printed, or else the cycle told of before it in the listing."""
+    times: dict[int, float] = {}
+    now = 0.0
+    for line in listing.splitlines():
+        if (cycle := _CYCLE.match(line)) is not None:
+            now = float(cycle[1])
+        elif (gone := _DELETED.search(line)) is not None:
+            times[int(gone[1])] = now
+    times.update((int(number), float(time)) for number, time in _DELETED.findall(printed) if time)
+    return sorted(times.values())
+
+
+def contact_force(text: str, interface: int) -> ContactForce:
+    """Return the force along z of a contact from the table of time histories, FNZ + FTZ, its peak positive.
+
+    Raises
+    ------
+    NoResult
+        ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
+    """
+    header, *rows = csv.reader(text.splitlines())
+    names = [" ".join(name.split()) for name in header]
+    chosen = [index for index, number in _columns(names) if number == interface]
+    if len(chosen) != 2:
+        there = sorted({number for _, number in _columns(names)})
+        raise NoResult(
+            "no_result", f"the time histories have no contact {interface}, only {there}; see solver.interface"
+        )
+    try:
+        values = np.array([[float(row[index]) for index in (0, *chosen)] for row in rows if row])
+    except (ValueError, IndexError) as error:
+        raise NoResult("bad_result", f"the table of time histories cannot be read: {error}") from None
+    if len(values) < 2 or not np.isfinite(values).all():
+        raise NoResult("nan", f"the force of contact {interface} has no numbers")
+    time, force = values[:, 0], values[:, 1] + values[:, 2]
+    if not (np.diff(time) > 0).all():
+        raise NoResult("bad_result", "the times of the time histories do not rise")
+    return ContactForce(time, force if force.max() >= -force.min() else -force)
+
+
+def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
+    """Yield column and contact of each force along z."""
+    for index, name in enumerate(names):
+        if (match := _COLUMN.fullmatch(name)) is not None:
+            yield index, int(match[1])

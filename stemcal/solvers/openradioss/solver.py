@@ -1,0 +1,187 @@
+"""A run of OpenRadioss from beginning to end: deck, starter, engine, time histories, peak force."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from stemcal.solvers.deck import Deck, DeckForm, deck_text
+from stemcal.solvers.deck.writer import STEM
+from stemcal.solvers.openradioss.installation import Installation, installation
+from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, is_normal_end, problems
+from stemcal.solvers.processes import Ended
+from stemcal.solvers.programs.aside import LEAST_READING_S, aside
+from stemcal.solvers.programs.frame import Program, code_is_zero, run_in
+from stemcal.solvers.programs.inputs import Inputs
+from stemcal.solvers.programs.peak import peak_answer
+from stemcal.solvers.programs.rcforc import ContactForce
+from stemcal.solvers.programs.readers import is_small, read_text
+from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.programs.rooms import OUTPUT
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.outside import OpenRadiossSolver
+
+__all__ = ["OpenRadioss"]
+
+# Files of a run: all are named after the deck.
+DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
+    *("run.k", "run_0000.out", "run_0001.rad", "run_0001.out"),
+    *("runT01", "runT01.csv"),
+)
+# Ten columns, elements that are deleted, no pictures: 50 files for each run.
+FORM = DeckForm(pictures=False)
+_UNDELETED = (
+    "the material has no failure criterion: at the failure strain elements only lost their shear stress, none was "
+    "taken away"
+)
+
+
+class _Step(NamedTuple):
+    """One program of a run: its name, command, and what raises `NoResult` if it ended badly."""
+
+    name: str
+    command: Sequence[str]
+    check: Callable[[Ended], None]
+
+
+@dataclass(frozen=True)
+class OpenRadioss(Program):
+    """Answers requests by OpenRadioss; see `study.outside.OpenRadiossSolver`."""
+
+    @property
+    def options(self) -> OpenRadiossSolver:
+        """What the spec says of OpenRadioss."""
+        assert isinstance(self.study.solver, OpenRadiossSolver)
+        return self.study.solver
+
+    def prepare(self) -> None:
+        """Refuse to begin if a program is not there."""
+        self._installation()
+
+    def _installation(self) -> Installation:
+        return installation(self.options, self.study.source.parent)
+
+    def _inputs(self) -> Inputs:
+        return Inputs.of([], self.options.files)
+
+    def _determining(self, request: Request) -> dict[str, Any]:
+        dump = self.study.model_dump(mode="json")
+        apart = {"home", "starter", "engine", "th_to_csv", "environment", "time_limit", "files", "version", "keep"}
+        return {
+            "options": self.options.model_dump(mode="json", exclude=apart),
+            "model": {name: dump[name] for name in ("specimen", "blade", "supports", "loading", "contact")},
+            "material": self.study.parameters(request.levels),
+        }
+
+    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
+        self.inputs.write(folder, {})
+        text = deck_text(self._deck(request))
+        (folder / DECK).write_text(text, encoding="utf-8", newline="\n")
+        return {}
+
+    def _deck(self, request: Request) -> Deck:
+        return Deck.of(self.study, request.levels, request.diameter, FORM)
+
+    def _run(self, folder: Path, request: Request) -> Answer:
+        """Run starter, engine and ``th_to_csv`` one after the other, in one time limit; then read the force."""
+        there = self._installation()
+        options = self.options.model_copy(update={"environment": there.environment})
+        written = self._deck(request).material
+        *first, last = self._steps(folder, there, written)
+        seconds: dict[str, float] = {}
+
+        def run(step: _Step, read: Callable[[Ended], Answer]) -> Answer:
+            left = max(options.time_limit - sum(seconds.values()), LEAST_READING_S)
+            answer = run_in(folder, step.command, options, read, left, step.check)
+            seconds[step.name] = answer.details.get("program_seconds", 0.0)
+            return replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
+
+        try:
+            for step in first:
+                answer = run(step, lambda _: Answer("ok"))
+                if not answer.ok:
+                    return answer
+            return run(last, partial(self._read, folder, written))
+        finally:
+            _remove_restart_files(folder)
+
+    def _steps(self, folder: Path, there: Installation, written: Mapping[str, float]) -> list[_Step]:
+        several = ["-nt", str(self.options.threads)] if self.options.threads > 1 else []
+        return [
+            _Step(
+                "starter",
+                [there.starter, "-i", DECK, "-np", "1", *several],
+                partial(_starter_ran, folder, written),
+            ),
+            _Step("engine", [there.engine, "-i", ENGINE_INPUT, *several], partial(_engine_ran, folder)),
+            _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(_table_made, folder)),
+        ]
+
+    def _read(self, folder: Path, written: Mapping[str, float], ended: Ended) -> Answer:
+        asked = folder, self.options.interface
+        left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
+        contact = _contact(*asked) if is_small(folder / TABLE) else aside(left, _contact, *asked)
+        _, fails = differences(read_text(folder, STARTER_LISTING), STEM, written)
+        gone = deleted_elements(read_text(folder, ENGINE_LISTING), _said(folder, OUTPUT))
+        return peak_answer(contact, self.options, self.study.loading, gone, [] if fails else [_UNDELETED])
+
+
+def _contact(folder: Path, interface: int) -> ContactForce:
+    return contact_force(read_text(folder, TABLE), interface)
+
+
+def _starter_ran(folder: Path, written: Mapping[str, float], ended: Ended) -> None:
+    """Raise `NoResult` unless the starter has read the deck as it was written."""
+    listing = _said(folder, STARTER_LISTING)
+    found = problems(listing) or problems(ended.output)
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        raise NoResult("starter_error", f"the starter refused the deck: {found[0]}{more}")
+    code_is_zero(ended)
+    wrong, _ = differences(listing, STEM, written)
+    if wrong:
+        raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
+    engine = folder / ENGINE_INPUT
+    if not engine.is_file():
+        raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT}")
+    # the starter calls the run after the whole name of the deck, runk; its restart file is run's
+    engine.write_bytes(re.sub(rb"^/RUN/[^/\r\n]+/", b"/RUN/run/", engine.read_bytes(), flags=re.MULTILINE))
+
+
+def _engine_ran(folder: Path, ended: Ended) -> None:
+    """Raise `NoResult` unless the engine came to its normal end."""
+    said = f"{_said(folder, ENGINE_LISTING)}\n{ended.output}"
+    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
+        raise NoResult("no_restart", f"the engine found no {missing[1]}: the starter's restart file is not there")
+    if ended.code == 0 and is_normal_end(said):
+        return
+    if "ERROR TERMINATION" in said:
+        wrong = [line.strip() for line in said.splitlines() if "** ERROR" in line]
+        raise NoResult("engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}")
+    code_is_zero(ended)
+    raise NoResult("no_termination", "the engine did not say that it came to its normal end")
+
+
+def _table_made(folder: Path, ended: Ended) -> None:
+    """Raise `NoResult` unless there is a table of the time histories."""
+    if ended.code != 0 or not (folder / TABLE).is_file():
+        because = "" if (folder / HISTORY).is_file() else f": the engine has left no {HISTORY}"
+        raise NoResult("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
+
+
+def _said(folder: Path, name: str) -> str:
+    """Return a text file of the run, empty if there is none."""
+    try:
+        return read_text(folder, name)
+    except NoResult:
+        return ""
+
+
+def _remove_restart_files(folder: Path) -> None:
+    """Remove what takes most room and no one reads."""
+    for path in folder.glob("run_*.rst"):
+        path.unlink(missing_ok=True)

@@ -1,0 +1,65 @@
+"""From the force of a contact over time to an answer, by the rule of the embedded solver."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stemcal.cutting.result import break_row, moving_mean
+from stemcal.cutting.stroke import stroke_end
+from stemcal.solvers.programs.rcforc import ContactForce
+from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.protocol import Answer
+from stemcal.study.model import Loading
+from stemcal.study.outside import DeckSolver
+
+__all__ = ["peak_answer"]
+
+_CURVE_POINTS = 200
+
+
+def peak_answer(
+    contact: ContactForce,
+    options: DeckSolver,
+    loading: Loading,
+    failed: Sequence[float] = (),
+    notes: Sequence[str] = (),
+) -> Answer:
+    """Return the peak of the filtered force until the stem breaks, as the embedded solver reports it.
+
+    Parameters
+    ----------
+    failed : sequence of float
+        When each element was taken away, s. Without any the stem has not broken, and the peak is that of the stroke.
+    notes : sequence of str
+        What else is to be told with the answer.
+    """
+    time, force = contact.time, options.scale * contact.force
+    rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))
+    filtered = moving_mean(force, rows)
+    deleted = np.searchsorted(np.sort(np.asarray(failed, dtype=float)), time, side="right")
+    broken = break_row(filtered, deleted, options.break_drop)
+    peak = int(np.argmax(filtered[:broken]))
+    if filtered[peak] <= 0.0:
+        raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
+    travel = loading.speed * time - loading.gap
+    end = stroke_end(travel, force, filtered, rows, broken)
+    keep = np.unique(np.linspace(0, len(time) - 1, _CURVE_POINTS).round().astype(int))
+    details: dict[str, Any] = {
+        "peak_force": float(filtered[peak]),
+        "peak_force_raw": float(force[:broken].max()),
+        "peak_time": float(time[peak]),
+        "peak_travel": float(travel[peak]),
+        **({} if broken is None else {"break_travel": float(travel[broken])}),
+        **({"deleted_elements": int(deleted[peak]), "deleted_in_all": len(failed)} if failed else {}),
+        "stroke_was_enough": end.was_enough,
+        "stroke_end": end.kind,
+        "warnings": [*notes, *([] if end.was_enough else [f"{end.sentence}; lengthen the run"])],
+        "curve": {
+            "travel": [round(float(v), 6) for v in travel[keep]],
+            "force": [round(float(v), 4) for v in filtered[keep]],
+        },
+    }
+    return Answer("ok", force=float(filtered[peak]), details=details)

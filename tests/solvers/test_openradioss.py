@@ -1,0 +1,201 @@
+"""The runner of OpenRadioss against recorded runs, which a stand-in replays; every failure told apart."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stemcal.errors import UsageError
+from stemcal.solvers import make_solver
+from stemcal.solvers.openradioss import OpenRadioss
+from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
+from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import Study
+from stemcal.study.spec import load_study
+
+STAND_IN = Path(__file__).with_name("stand_in_for_openradioss.py")
+PROGRAMS = {"starter": "starter_linux64_gf", "engine": "engine_linux64_gf", "th_to_csv": "th_to_csv_linux64_gf"}
+SPEC = """\
+name: radioss
+factors:
+  - {{name: yield_stress, unit: MPa, low: 10, high: 20}}
+  - {{name: failure_strain, low: 0.01, high: 0.05}}
+material: {{density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
+  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}}
+solver:
+  kind: openradioss
+  home: {home}
+  rate_law: cowper_symonds
+  element_size: 2 mm
+  environment: {environment}
+  time_limit: 20 s
+{options}
+targets:
+  calibrate_at: 8 mm
+  forces: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
+rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}
+"""
+# the levels of the recorded runs
+REQUEST = Request("screen", 0, {"yield_stress": 18.07, "failure_strain": 0.03484}, 8.0)
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the stand-in's programs are scripts")
+
+
+def study_of(folder: Path, recorded: str = "mat024", mode: str = "", options: str = "") -> Study:
+    home = folder / "openradioss"
+    (home / "exec").mkdir(parents=True)
+    for name, program in PROGRAMS.items():
+        for ending, content in (
+            ("", f"#!/bin/sh\nexec {sys.executable} {STAND_IN} {name} $*\n"),
+            ("_ompi", "#!/bin/false\n"),
+        ):
+            path = home / "exec" / f"{program}{ending}"
+            path.write_text(content, encoding="utf-8")
+            path.chmod(0o755)
+    environment = json.dumps({"RECORDED": recorded, "STAND_IN": mode})
+    path = folder / "radioss.yaml"
+    path.write_text(SPEC.format(home=json.dumps(str(home)), environment=environment, options=options), encoding="utf-8")
+    return load_study(path)
+
+
+def solved(folder: Path, *args: str, **spec: str) -> Answer:
+    return OpenRadioss(study_of(folder / "spec", *args, **spec)).placed(folder / "work").solve(REQUEST)
+
+
+# ---- the recorded runs
+
+
+def test_elements_deleted_and_the_force_until_the_stem_breaks(tmp_path: Path) -> None:
+    answer = solved(tmp_path)
+    assert answer.ok, answer.message
+    # the mean over 11 rows of −(FNZ + FTZ) is largest at 0.276 s; at 0.28203 s the first four elements go
+    assert answer.force == pytest.approx(125.9459, abs=1e-4)
+    details = answer.details
+    assert details["peak_time"] == pytest.approx(0.276012, abs=1e-6)
+    assert (details["deleted_elements"], details["deleted_in_all"]) == (0, 22)
+    assert details["stroke_end"] == "broken"
+    assert 0.46 < details["break_travel"] < 0.50
+    assert set(details["program_seconds"]) == {"starter", "engine", "th_to_csv"}
+    assert not list((tmp_path / "work").glob("*"))
+
+
+def test_first_deck_has_a_force_and_a_warning_that_nothing_is_deleted(tmp_path: Path) -> None:
+    answer = solved(tmp_path, "first")
+    assert answer.ok, answer.message
+    assert answer.force == pytest.approx(193.4367, abs=1e-4)
+    assert "no failure criterion" in answer.details["warnings"][0]
+    assert "deleted_in_all" not in answer.details
+
+
+@pytest.mark.parametrize(
+    ("recorded", "mode", "reason", "said"),
+    [
+        ("long_format", "", "starter_error", "ERROR ID 178: IN PART DEFINITION (PROPERTY): -- PART ID: 1"),
+        ("broken_material", "", "starter_error", "PROPERTY ID=0 DOES NOT EXIST (and 2 more)"),
+        ("broken_node", "", "starter_error", "ERROR ID 78: UNDEFINED NODE NUMBER"),
+        ("engine_no_restart", "", "no_restart", "run_0000_0001.rst"),
+        ("mat024", "deaf", "not_as_written", "yield stress was read as 60, not 18.07"),
+        ("mat024", "mute", "not_as_written", "density 1.1e-09 was not read"),
+        ("mat024", "killed", "exit_code", "signal 11"),
+        ("mat024", "stops", "no_termination", "normal end"),
+        ("mat024", "unwritten", "no_engine_input", "run_0001.rad"),
+        ("mat024", "empty", "no_history", "left no runT01"),
+    ],
+)
+def test_failures_have_their_reason(tmp_path: Path, recorded: str, mode: str, reason: str, said: str) -> None:
+    answer = solved(tmp_path, recorded, mode)
+    assert (answer.status, answer.reason, answer.force) == ("failed", reason, None)
+    assert said in answer.message
+    (folder,) = (tmp_path / "work").glob("*")
+    assert (folder / "run.k").is_file()
+    assert not list(folder.glob("*.rst"))  # they take most room
+
+
+def test_one_time_limit_for_all_programs(tmp_path: Path) -> None:
+    study = study_of(tmp_path / "spec", mode="hang")
+    limited = study.model_copy(update={"solver": study.solver.model_copy(update={"time_limit": 1.5})})
+    answer = OpenRadioss(limited).placed(tmp_path / "work").solve(REQUEST)
+    assert answer.reason == "timeout"
+    assert "1.5 s" in answer.message
+
+
+# ---- what it is told and what determines its answer
+
+
+def test_identity_follows_the_model_not_the_installation(tmp_path: Path) -> None:
+    def identity(name: str, **spec: str) -> dict[str, Any]:
+        return make_solver(study_of(tmp_path / name, **spec)).identity(REQUEST)
+
+    first = identity("a")
+    assert {**identity("b", mode="hang"), "environment": first["environment"]} == first
+    assert identity("c", options="blade: {edge_angle: 30 deg}\n") != first
+    assert identity("d", options="  threads: 2\n") != first
+    json.dumps(first)
+
+
+def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = study_of(tmp_path)
+    make_solver(study).prepare()
+    (tmp_path / "openradioss" / "exec" / PROGRAMS["engine"]).unlink()
+    make_solver(study).prepare()  # takes that of another parallel library
+    bare = study.model_copy(update={"solver": study.solver.model_copy(update={"home": None})})
+    monkeypatch.delenv("OPENRADIOSS_PATH", raising=False)
+    with pytest.raises(UsageError, match=r"solver\.starter: there is no starter on PATH, and OPENRADIOSS_PATH is not"):
+        make_solver(bare).prepare()
+    monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
+    make_solver(bare).prepare()
+    monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "elsewhere"))
+    with pytest.raises(UsageError, match=r"there is no folder .*elsewhere"):
+        make_solver(bare).prepare()
+
+
+# ---- listings
+
+
+def test_values_that_the_reader_left_out_are_found() -> None:
+    listing = "     MATERIAL NUMBER. . . . =         1\n     YIELD STRESS . . . . . =  18.07000000000    \n"
+    listing += "     FIRST  FAILURE PARAMETER (D1). . . . . =  3.4840000000000E-02\n"
+    written = {"ro": 1e-9, "e": 1e3, "pr": 0.3, "sigy": 18.07, "etan": 0.0, "c": 0.0, "p": 0.0, "fail": 0.03484}
+    wrong, fails = differences(listing, 1, written)
+    assert fails
+    assert [sentence.split(" 1")[0] for sentence in wrong] == [
+        "density",
+        "elastic modulus",
+        "Poisson's ratio 0.3 was not read",
+    ]
+    assert differences(listing, 1, {**written, "fail": 0.03})[0][-1] == "failure strain was read as 0.03484, not 0.03"
+
+
+def test_deletions_are_timed_by_what_is_printed_or_by_the_cycle_before() -> None:
+    listing = (
+        "    7100  0.2812      0.3960E-04 NODE        2694  -9.9%   25.07\n DELETE SOLID ELEMENT NUMBER       1911\n"
+    )
+    listing += " DELETE SOLID ELEMENT NUMBER       1912\n"
+    assert deleted_elements(listing, "") == [0.2812, 0.2812]
+    assert deleted_elements(listing, " DELETE SOLID ELEMENT NUMBER       1911 AT TIME :  2.8203E-01\n") == [
+        0.2812,
+        0.28203,
+    ]
+
+
+def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
+    names = [f'"TH-INTER  {n} {title}   {part}  "' for n, title in ((1, "a b"), (2, "")) for part in ("FNZ", "FTZ")]
+    text = f'"time",{",".join(names)}\n0.0,0,0,0,0\n1.0,-2.0,-0.5,3.0,1.0\n'
+    assert contact_force(text, 1).force.tolist() == [0.0, 2.5]
+    assert contact_force(text, 2).force.tolist() == [0.0, 4.0]
+    with pytest.raises(NoResult, match=r"no contact 3, only \[1, 2\]"):
+        contact_force(text, 3)
+    with pytest.raises(NoResult, match="no numbers"):
+        contact_force(text.replace("-2.0", "NaN"), 1)
+    assert np.allclose(contact_force(text, 1).time, [0.0, 1.0])
+
+
+def test_errors_without_a_description() -> None:
+    assert [str(p) for p in problems("ERROR ID :   3046\n** ERROR IN MATERIAL\n .. NEXT\n")] == [
+        "ERROR ID 3046: IN MATERIAL"
+    ]
