@@ -10,10 +10,14 @@ import typer
 
 def init(
     name: Annotated[str, typer.Argument(metavar="[NAME]", help="Name of the study and of the file.")] = "my-study",
+    crop: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="With published ranges: wheat, rice, rape, sugarcane, chickpea, maize."),
+    ] = None,
 ) -> None:
     """Write NAME.yaml, a commented spec to start from. An existing file is left alone.
 
-    Example: [bold]stemcal init maize-2026[/bold]
+    Example: [bold]stemcal init maize-2026 --crop maize[/bold]
     """
     from stemcal.cli.console import note, say
     from stemcal.errors import UsageError
@@ -21,7 +25,7 @@ def init(
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    text = template(stem)
+    text = template(stem, crop)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8", newline="\n") as file:

@@ -52,6 +52,7 @@ def deck_lines(study: Study, levels: Mapping[str, float], diameter: float) -> It
     solver = study.solver
     if not isinstance(solver, EmbeddedSolver | LsDynaSolver):
         raise UsageError(f"a deck needs `solver: {{kind: embedded}}` or lsdyna; this spec has kind {solver.kind}")
+    study = study.at(levels)
     parts = _parts(study, solver, diameter)
     given = study.parameters(levels)
     yield from _head(study, solver, diameter)
