@@ -36,6 +36,11 @@ class Case:
         """Return whether the difference lies within the tolerance."""
         return bool(abs(self.difference) <= self.tolerance)
 
+    @property
+    def share(self) -> float:
+        """Return the difference as a share of the tolerance; 0 where both are none."""
+        return abs(self.difference) / self.tolerance if self.difference else 0.0
+
     def cells(self) -> tuple[str, ...]:
         """Return name, computed, exact, difference, tolerance and source as text."""
         scale, unit = (1.0, self.unit) if not self.relative else (100.0, "%") if self.tolerance >= 1e-3 else (1.0, "")
