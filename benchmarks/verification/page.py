@@ -78,8 +78,8 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     )
     yield _summary(topics)
     yield (
-        "Nearest to its tolerance: the largest difference of the topic as a share of the tolerance of its number. Units "
-        "are mm, tonne, s, N, MPa, mJ. "
+        "Nearest to its tolerance: the largest difference of the topic as a share of the tolerance of its number. "
+        "Units are mm, tonne, s, N, MPa, mJ. "
         "*One point* is the one-point element, its hourglass modes resisted by stiffness unless it says viscous; "
         "*full* is the fully integrated one. The same problems are run as tests, in `tests/verification` and "
         "`tests/test_cutting.py`. How well the model agrees with measured cutting forces is another question, which "
