@@ -38,5 +38,5 @@ def fields(frames: Sequence[Frame]) -> Figure:
             axes.set_xlabel("x, mm")
             colour_bar(figure, scale, [axes], label, colours)
         panels[0].set_ylabel("z, mm")
-        figure.suptitle(f"{fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", fontsize=9, color=INK)
+        figure.suptitle(f"blade at {fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", fontsize=9, color=INK)
     return figure
