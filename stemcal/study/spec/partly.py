@@ -17,8 +17,8 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     """
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
         return None
-    if "kind" in given and kind.model_fields["kind"].default != given["kind"]:
-        return None
+    if "kind" in kind.model_fields and given.get("kind") != kind.model_fields["kind"].default:
+        return None  # another solver
     hints = get_type_hints(kind, include_extras=True)
     read = {name: _field(hints[name], given[name], context) for name in kind.model_fields if name in given}
     good = {name: value for name, value in read.items() if value is not None}
