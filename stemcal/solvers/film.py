@@ -62,9 +62,9 @@ class Film:
         """Keep the state if it is its turn."""
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
-            rows = state.body.state.transpose(1, 0, 2).reshape(state.body.state.shape[1], -1)[:, : len(standing)]
-            stress = von_mises(rows[STRESS : STRESS + 6].T)
-            self.moments.append(Moment(time, state.body.x.copy(), standing, rows[PLASTIC_STRAIN].copy(), stress))
+            strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])
+            stress = state.lanes.gathered(state.body.state[:, STRESS : STRESS + 6])
+            self.moments.append(Moment(time, state.body.x.copy(), standing, strain, von_mises(stress)))
         self.seen += 1
 
     def packed(self, result: CuttingResult) -> dict[str, Any]:

@@ -169,7 +169,7 @@ from place import of_kernels
 from stemcal.cli.guard import exit_codes
 from stemcal.executors.local import LocalExecutor
 if __name__ == "__main__":
-    warm._smallest_simulation = lambda threads: None
+    warm._smallest_simulation = lambda *_: None
     try:
         with exit_codes():
             warm.warm()
