@@ -142,6 +142,16 @@ def test_one_simulation() -> None:
         stemcal.simulate(study, yeild_stress=18)
 
 
+def test_what_takes_too_much_is_refused(tmp_path: Path) -> None:
+    """Elements of 0.001 mm: no machine has the memory, and no core the time."""
+    study = stemcal.load_study(ROOT / "configs" / "smoke.yaml").with_(solver={"element_size": "0.001 mm"})
+    with pytest.raises(UsageError, match=r"memory.*yes=True begins it"):
+        stemcal.calibrate(study, out=tmp_path / "out")
+    with pytest.raises(UsageError, match=r"memory.*yes=True begins it"):
+        stemcal.simulate(study)
+    assert not (tmp_path / "out" / "runs").exists()
+
+
 def test_nothing_is_printed(tmp_path: Path) -> None:
     code = f"import stemcal; r = stemcal.calibrate(stemcal.load_study({str(REPLAY)!r}), out='o'); r.surface.anova"
     done = fresh(code, tmp_path)

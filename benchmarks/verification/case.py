@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, log10
+from math import ceil, inf, log10
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -35,6 +35,13 @@ class Case:
     def holds(self) -> bool:
         """Return whether the difference lies within the tolerance."""
         return bool(abs(self.difference) <= self.tolerance)
+
+    @property
+    def share(self) -> float:
+        """Return the difference as a share of the tolerance; 0 where both are none."""
+        if self.tolerance == 0.0:
+            return inf if self.difference else 0.0
+        return abs(self.difference) / self.tolerance
 
     def cells(self) -> tuple[str, ...]:
         """Return name, computed, exact, difference, tolerance and source as text."""

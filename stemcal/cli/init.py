@@ -10,17 +10,21 @@ import typer
 
 def init(
     name: Annotated[str, typer.Argument(metavar="[NAME]", help="Name of the study and of the file.")] = "my-study",
+    crop: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="With published ranges: wheat, rice, rape, sugarcane, chickpea, maize."),
+    ] = None,
 ) -> None:
     """Write NAME.yaml, a commented spec to start from. An existing file is left alone.
 
-    Example: [bold]stemcal init maize-2026[/bold]
+    Example: [bold]stemcal init maize-2026 --crop maize[/bold]
     """
     from stemcal.cli.console import note, say
     from stemcal.study.spec.template import template
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    write_new(path, template(stem))
+    write_new(path, template(stem, crop))
     say(str(path))
     given = f'"{path}"' if " " in str(path) else path
     note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")

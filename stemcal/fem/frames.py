@@ -42,8 +42,8 @@ class FrameWriter:
 
     def _write(self, path: Path, state: State, start: Array) -> None:
         standing = np.flatnonzero(state.topology.standing)
-        rows = state.body.state.transpose(1, 0, 2).reshape(state.body.state.shape[1], -1)[:, standing]
-        stress = rows[STRESS : STRESS + 6].T
+        rows = state.lanes.gathered(state.body.state)[standing]
+        stress = rows[:, STRESS : STRESS + 6]
         write_vtu(
             path,
             state.body.x,
@@ -52,7 +52,7 @@ class FrameWriter:
             {
                 "stress": stress,
                 "von_mises": von_mises(stress),
-                "plastic_strain": rows[PLASTIC_STRAIN],
+                "plastic_strain": rows[:, PLASTIC_STRAIN],
                 "element": standing,
             },
         )

@@ -11,14 +11,16 @@ import unicodedata
 from collections.abc import Sequence
 
 FORCE = (
-    *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "yük"),
+    *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti"),
+    *("yük", "yükü"),
     *("сила", "усилие", "нагрузка", "зусилля", "навантаження"),
     *("力", "载荷", "负荷", "负载", "載荷", "荷重", "試験力", "힘", "하중", "시험력"),
 )
 TRAVEL = (
     *("displacement", "travel", "extension", "stroke", "position", "crosshead", "deflection", "deformation"),
     *("distance", "compression", "weg", "verformung", "desplazamiento", "deslocamento", "déplacement", "course"),
-    *("spostamento", "corsa", "uzama", "deplasman", "yer değiştirme", "yerdeğiştirme", "strok", "konum"),
+    *("spostamento", "corsa", "uzama", "uzaması", "deplasman", "deplasmanı", "yer değiştirme"),
+    *("yerdeğiştirme", "strok", "stroku", "konum"),
     *("перемещение", "ход", "деформация", "удлинение", "прогиб", "путь", "смещение", "переміщення", "хід"),
     *("位移", "行程", "变形", "變形", "変位", "ストローク", "변위", "스트로크", "변형", "이동거리"),
 )

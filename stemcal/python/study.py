@@ -10,8 +10,10 @@ from stemcal import workflow
 from stemcal.cutting import CuttingResult, Symmetry
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
+from stemcal.executors.machine import machine_memory
 from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder, default_place
+from stemcal.overview.foresight import Demand, demand_of, demand_of_one, excess
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.progress import notebook_watch
@@ -35,7 +37,12 @@ def load_study(path: str | Path) -> Study:
 
 
 def calibrate(
-    study: Study, *, out: str | Path | None = None, workers: int | None = None, progress: bool | None = None
+    study: Study,
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    progress: bool | None = None,
+    yes: bool = False,
 ) -> StudyResults:
     """Take a study through all its stages; finished runs are taken from the folder.
 
@@ -47,6 +54,8 @@ def calibrate(
         Simulations at a time; by default all cores.
     progress : bool, optional
         Whether a bar shows how far it is; by default in a terminal and in Jupyter.
+    yes : bool, optional
+        Begin also what takes more than this machine's memory, or days.
 
     Raises
     ------
@@ -55,9 +64,17 @@ def calibrate(
     """
     folder = StudyFolder(default_place(study.name) if out is None else out)
     with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress) as watch:
+        _require_sense(demand_of(study, folder), executor.workers, yes)
         workflow.calibrate(study, folder, executor, watch)
     folder.remember_spec(study.source)
     return StudyResults.of(study, folder)
+
+
+def _require_sense(demand: Demand, workers: int, yes: bool) -> None:
+    """Refuse what needs more than this machine's memory, or days, unless that is meant."""
+    too_much = [] if yes else excess(demand, workers, machine_memory())
+    if too_much:
+        raise UsageError(f"{'; '.join(too_much)}; yes=True begins it all the same")
 
 
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:
@@ -132,7 +149,7 @@ class Simulated:
 
 
 def simulate(
-    study: Study, diameter: float | None = None, symmetry: Symmetry | None = None, **levels: float
+    study: Study, diameter: float | None = None, symmetry: Symmetry | None = None, *, yes: bool = False, **levels: float
 ) -> Simulated:
     """Run one virtual shear test of a study.
 
@@ -142,13 +159,15 @@ def simulate(
         Outer diameter of the stem in mm; that of the specimen by default.
     symmetry : str, optional
         ``none``, ``half`` or ``quarter`` in place of the spec's.
+    yes : bool, optional
+        Begin also what takes more than this machine's memory, or days.
     levels : float
         Values of factors in the units of the spec; the others stand at mid-level.
 
     Raises
     ------
     UsageError
-        If the study's solver is not the embedded one, or a factor is unknown.
+        If the study's solver is not the embedded one, a factor is unknown, or it takes more than is sensible.
     SimulationFailed
         If the simulation cannot be trusted.
     """
@@ -161,4 +180,5 @@ def simulate(
     whole = {**study.midlevels(), **levels}
     if wrong := list(wrong_levels(study, whole)):
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
+    _require_sense(demand_of_one(study, [chosen], symmetry), 1, yes)
     return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))

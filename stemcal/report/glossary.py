@@ -149,6 +149,11 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("strain_rate_p", "Exponent of the rate law: 1 + (rate/C)^(1/P) in the usual law, 1 + (rate/C)^P as "
           "printed in the wild chrysanthemum study.", "G. R. Cowper, P. S. Symonds, Brown University TR 28 (1957)",
           ("p of rate", "rate law", "rate_law", "cowper-symonds", "strain rate parameter p")),
+    Entry("stem_friction", "Coefficient of friction between stem, blade and supports as a factor, the same at any "
+          "speed.", _BELY, ("friction",)),
+    Entry("wall_thickness", "Thickness of the stem's wall at the calibration diameter as a factor; stems of other "
+          "diameters have the same ratio of bore to outer diameter.", "the wild chrysanthemum study, section 2.4",
+          ("wall thickness", "diameter_ratio")),
     Entry("failure_strain", "Effective plastic strain at which an element is taken out.", _BELY,
           ("failure strain", "erosion")),
     Entry("plastic strain", "Effective plastic strain: √(2/3) times the length of the path of plastic straining.",

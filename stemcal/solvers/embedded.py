@@ -25,6 +25,7 @@ from stemcal.cutting import (
     mean_over_phases,
     perturbed,
 )
+from stemcal.cutting.build import through_wall
 from stemcal.cutting.end_state import LARGEST
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
@@ -194,12 +195,13 @@ def shear_tests(
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
-    solver = _options(study)
+    solver, discretisation = _options(study), _discretisation(study, diameter)
+    study = study.at(levels)
     blade, contact = study.blade, study.contact
     return ShearTest(
         material=Material(
             **study.parameters(levels),
-            rate_law=solver.rate_law,
+            rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
             failure_length=solver.failure_length,
             internal_length=study.material.internal_length.at(diameter),
         ),
@@ -217,7 +219,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         contact=Contact(
             contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
         ),
-        discretisation=_discretisation(solver, diameter),
+        discretisation=discretisation,
     )
 
 
@@ -237,7 +239,20 @@ def _told(length: Length, diameter: float) -> str:
     return str(length) if length.divisor is None else f"{length} ({length.at(diameter):.3g} mm)"
 
 
-def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
+def _discretisation(study: Study, diameter: float) -> Discretisation:
+    """Return the mesh; where the wall's thickness is a factor, with as many elements through each as the thickest has.
+
+    Else the number would jump from one level to the next, and the force with it.
+    """
+    solver = _options(study)
+    how = _as_in_spec(solver, diameter)
+    if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
+        return how
+    thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
+    return replace(how, through_wall=through_wall(Stem(diameter, thickest.diameter_ratio, thickest.length), how))
+
+
+def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> Discretisation:
     return Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,

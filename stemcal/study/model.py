@@ -157,6 +157,7 @@ class Contact(_Frozen):
 
 
 Stress = Annotated[float, Quantity("stress")]
+_NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 PrintedText = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=40), Readable]
 
 
@@ -193,7 +194,7 @@ class EmbeddedSolver(_Frozen):
     """The explicit finite element solver that comes with stemcal."""
 
     kind: Literal["embedded"] = "embedded"
-    rate_law: Literal["paper", "cowper_symonds"] = "paper"
+    rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
     symmetry: Literal["none", "half", "quarter"] = "quarter"
     element_size: StemLength = Length(divisor=16.0)
     elements_through_wall: Annotated[Whole, Field(ge=1, le=50)] | None = None
@@ -529,10 +530,36 @@ class Study(StudyForm):
         return {factor.name: factor.centre for factor in self.factors}
 
     def parameters(self, levels: Mapping[str, float]) -> dict[str, float]:
-        """Return all material parameters in internal units; factors without a level stay at mid-level."""
+        """Return the nine material parameters in internal units; factors without a level stay at mid-level."""
+        chosen = self._internal(levels)
+        varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
+        return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {})}
+
+    def at(self, levels: Mapping[str, float]) -> Study:
+        """Return the study whose specimen and contact are what the levels of such factors say.
+
+        `stem_friction` is the coefficient of friction at any speed; `wall_thickness` is that of the stem at the
+        calibration diameter, and stems of other diameters have the same ratio of inner to outer diameter.
+        """
+        chosen = self._internal(levels)
+        sections: dict[str, BaseModel] = {}
+        if (friction := chosen.get("stem_friction")) is not None:
+            given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
+            sections["contact"] = self.contact.model_copy(update=given)
+        if (wall := chosen.get("wall_thickness")) is not None:
+            ratio = 1.0 - 2.0 * wall / self.targets.calibrate_at
+            sections["specimen"] = self.specimen.model_copy(update={"diameter_ratio": ratio})
+        return self.model_copy(update=sections) if sections else self
+
+    def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
+        """Return the value of every factor in internal units; those without a level stay at mid-level."""
         chosen = {**self.midlevels(), **levels}
-        varied = {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
-        return {**self.material.given(), **varied}
+        return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
+
+    @property
+    def without_rate(self) -> bool:
+        """Whether the speed of straining is to leave the yield stress as it is."""
+        return isinstance(self.solver, EmbeddedSolver) and self.solver.rate_law == "none"
 
     @property
     def calibration_target(self) -> Target:

@@ -1,14 +1,16 @@
-"""The nine parameters of the plastic kinematic stem material (MAT_003), in the order X1…X9 of the paper."""
+"""The nine parameters of the plastic kinematic stem material (MAT_003), in the order X1…X9 of the paper, and what else
+the embedded solver can vary.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["PARAMETERS", "Parameter"]
+__all__ = ["AROUND", "EMBEDDED", "PARAMETERS", "Parameter"]
 
 
 class Parameter(NamedTuple):
-    """What one material parameter is, and which values make sense.
+    """What one parameter is, and which values make sense.
 
     Bounds and plausible values are in `unit`; `lowest_allowed` and `highest_allowed` say whether the bound
     itself may be taken.
@@ -46,3 +48,18 @@ PARAMETERS: dict[str, Parameter] = {
     "strain_rate_p": Parameter("strain rate parameter P", "dimensionless", "1", 0, False, _NO_LIMIT, False, (0.1, 100)),
     "failure_strain": Parameter("failure strain", "dimensionless", "1", 0, False, _NO_LIMIT, False, (1e-3, 3)),
 }
+
+# What is no property of the material; each takes the place of the keys of a section.
+AROUND: dict[str, tuple[Parameter, str, tuple[str, ...]]] = {
+    "stem_friction": (
+        Parameter("friction of the stem", "dimensionless", "1", 0, True, 2, True, (0.01, 1)),
+        "contact",
+        ("static_friction", "dynamic_friction", "decay"),
+    ),
+    "wall_thickness": (
+        Parameter("wall thickness", "length", "mm", 0, False, _NO_LIMIT, False, (0.1, 20)),
+        "specimen",
+        ("diameter_ratio",),
+    ),
+}
+EMBEDDED = {**PARAMETERS, **{name: parameter for name, (parameter, _, _) in AROUND.items()}}

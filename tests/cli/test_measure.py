@@ -237,6 +237,8 @@ LANGUAGES = {
     "Turkish": ("Süre (s);Yer değiştirme (mm);Kuvvet (N)", ("utf-8", "cp1254")),
     "Turkish capitals": ("ZAMAN;UZAMA (mm);YÜK (N)", ("utf-8", "cp1254")),
     "Turkish dotted": ("SÜRE;YER DEĞİŞTİRME (mm);KUVVET (N)", ("utf-8", "cp1254")),
+    "Turkish compounds": ("Süre (s);Kafa Deplasmanı (mm);KESME KUVVETİ (N)", ("utf-8", "cp1254")),
+    "Turkish load": ("Zaman;Kesme Uzaması;Basma Yükü (N)", ("utf-8", "cp1254")),
     "Chinese": ("时间(s);位移(mm);试验力(N)", ("utf-8", "gbk", "utf-16")),
     "Chinese, no brackets": ("时间s;位移mm;力N", ("gbk",)),
     "Chinese, wide letters": ("时间（ｓ）;变形（ｍｍ）;负荷（Ｎ）", ("gbk",)),

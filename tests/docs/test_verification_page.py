@@ -35,7 +35,12 @@ TOPICS = (
 
 def rows(page: Path) -> list[list[str]]:
     """Return the table's rows: topic, case, computed, exact, difference, tolerance, source."""
-    lines = [line for line in page.read_text("utf-8").splitlines() if line.startswith("| ")]
+    return cells(page.read_text("utf-8").partition("## All cases")[2])
+
+
+def cells(text: str) -> list[list[str]]:
+    """Return the cells of a table below its head."""
+    lines = [line for line in text.splitlines() if line.startswith("| ")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
 
 
@@ -50,6 +55,13 @@ def test_every_topic_is_there_with_rows_and_a_section() -> None:
     text = (DOCS / "verification.md").read_text("utf-8")
     assert re.findall(r"^## (.*)$", text, re.MULTILINE) == ["All cases", *TOPICS, "Sources"]
     assert list(dict.fromkeys(row[0] for row in rows(DOCS / "verification.md"))) == list(TOPICS)
+
+
+def test_the_summary_before_counts_the_rows() -> None:
+    summary = cells((DOCS / "verification.md").read_text("utf-8").partition("## All cases")[0])
+    of_topic = [row[0] for row in rows(DOCS / "verification.md")]
+    assert [row[0] for row in summary] == list(TOPICS)
+    assert [int(row[1]) for row in summary] == [int(row[2]) for row in summary] == [of_topic.count(t) for t in TOPICS]
 
 
 def test_every_case_lies_within_its_tolerance() -> None:

@@ -66,7 +66,7 @@ def huge_number(folder: Path, number: int, rng: random.Random) -> None:
             name, _, unit = key.partition(": ")[2].partition(" ")
             text = (folder / "known.yaml").read_text("utf-8")
             text = text.replace(key, f"{key.partition(':')[0]}: {abs(value):g} {unit}".rstrip(), 1)
-            _refused(text.encode(), folder / "known.yaml", "1e+30", "beyond", name)
+            _refused(text.encode(), folder / "known.yaml", "1e+30", "beyond", "finite", name)
         case _:
             from shutil import copytree
 

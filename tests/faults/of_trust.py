@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from fakes import ENVIRONMENT
-from of_processes import SLOW_SPEC, posix
+from of_processes import SLOW_SPEC, heeding, posix
 from tally import Fault, Missing, each
 
 ROOT = Path(__file__).parents[2]
@@ -152,6 +152,67 @@ def _python(code: str, environment: dict[str, str], *arguments: str) -> subproce
     return subprocess.run(command, capture_output=True, text=True, env=environment, check=False, timeout=120)
 
 
+# ---- a cache that cannot be written
+
+PLACE = """
+import time
+def of_kernels():
+    from stemcal.fem.kernels.compile import CACHE
+    time.sleep(0.1)
+    return str(CACHE)
+"""
+COMMAND = """
+import sys, time
+import typer
+import stemcal.fem.warm as warm
+from place import of_kernels
+from stemcal.cli.guard import exit_codes
+from stemcal.executors.local import LocalExecutor
+if __name__ == "__main__":
+    warm._smallest_simulation = lambda *_: None
+    try:
+        with exit_codes():
+            warm.warm()
+            with LocalExecutor(2) as executor:
+                found = {executor.submit(of_kernels).result() for _ in range(3)} | {str(warm.CACHE)}
+            print(*found, flush=True)
+            if sys.argv[1] == "fails":
+                raise OSError(5, "as it must")
+            time.sleep(60 if sys.argv[1] == "waits" else 0)
+    except typer.Exit as ended:
+        sys.exit(ended.exit_code)
+"""
+ENDINGS = (("ends", None, 0), ("fails", None, 1), ("waits", signal.SIGINT, 130), ("waits", signal.SIGTERM, 143))
+
+
+def unwritable_cache(folder: Path, number: int, _rng: random.Random) -> None:
+    """One temporary folder serves command and workers, is told of once, and is gone whatever ends the command."""
+    posix()
+    ending, sent, code = ENDINGS[number % len(ENDINGS)]
+    for name, text in (("place.py", PLACE), ("command.py", COMMAND), ("occupied", "")):
+        (folder / name).write_text(text, encoding="utf-8")
+    paths = os.pathsep.join([str(folder), str(ENVIRONMENT["PYTHONPATH"])])
+    cache = folder / "occupied" / "deeper" if number % 2 else folder / "occupied"
+    environment = {**ENVIRONMENT, "PYTHONPATH": paths, "STEMCAL_CACHE_DIR": str(cache), "TMPDIR": str(folder)}
+    child = subprocess.Popen(
+        [sys.executable, str(folder / "command.py"), ending],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        preexec_fn=heeding,
+    )
+    assert child.stdout is not None
+    said = child.stdout.readline().split()
+    if sent is not None:
+        child.send_signal(sent)
+    _, errors = child.communicate(timeout=60)
+    assert child.returncode == code, f"exit {child.returncode}: {errors[-300:]}"
+    assert len(said) == 1 and Path(said[0]).parent == folder, f"used {said}"
+    assert errors.count("STEMCAL_CACHE_DIR") == 1 and "Traceback" not in errors, errors[-300:]
+    assert not list(folder.glob("stemcal-kernels-*")), "left behind"
+
+
 # ---- a command that is stopped
 
 
@@ -194,6 +255,14 @@ FAULTS = (
         each(strange_cache),
         2,
         20,
+    ),
+    Fault(
+        "a cache that cannot be written",
+        "a file in its place; the command, with two workers, ends, fails, or gets Ctrl-C or SIGTERM",
+        "one temporary folder for all its processes, one warning, nothing left behind",
+        each(unwritable_cache),
+        3,
+        12,
     ),
     Fault(
         "the command is stopped",

@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 
 import pytest
-from fakes import ENVIRONMENT
 
 from stemcal.fem.kernels import cache
 
@@ -106,51 +105,6 @@ def test_a_place_where_everyone_may_put_folders(folder: Path) -> None:
     is_not_used(folder, "may be written by everyone")
     folder.parent.chmod(0o1777)  # as /tmp is: one's own cannot be exchanged
     assert cache.unusable(folder) == ""
-
-
-# ---- the temporary folder of a command
-
-COMMAND = """
-import os, sys
-from pathlib import Path
-from stemcal.executors.local import LocalExecutor
-from test_cache import of_worker
-import stemcal.fem.warm as warm
-if __name__ == "__main__":
-    warm._smallest_simulation = lambda threads, precision: None
-    warm.warm(); warm.warm.cache_clear(); warm.warm()
-    with LocalExecutor(2) as executor:
-        found = {executor.submit(of_worker, 0.2).result() for _ in range(3)} | {str(warm.CACHE)}
-    print(*found, sep="\\n")
-    if sys.argv[1:] == ["fails"]:
-        raise SystemExit(3)
-"""
-
-
-def of_worker(seconds: float) -> str:
-    from stemcal.fem.kernels.compile import CACHE
-
-    time.sleep(seconds)
-    return str(CACHE)
-
-
-@pytest.mark.parametrize("ending", ["ends", "fails"])
-def test_one_temporary_folder_for_a_command_and_its_workers(tmp_path: Path, ending: str) -> None:
-    """Told of once, and gone at the end."""
-    occupied = tmp_path / "a-file"
-    occupied.write_text("", encoding="utf-8")
-    script = tmp_path / "command.py"
-    script.write_text(COMMAND, encoding="utf-8")
-    paths = os.pathsep.join([str(Path(__file__).parent), str(ENVIRONMENT["PYTHONPATH"])])
-    environment = {**ENVIRONMENT, "PYTHONPATH": paths, "STEMCAL_CACHE_DIR": str(occupied), "TMPDIR": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, str(script), ending], env=environment, capture_output=True, text=True, check=False, timeout=120
-    )
-    assert done.returncode == (3 if ending == "fails" else 0), done.stderr
-    (found,) = done.stdout.split()
-    assert Path(found).parent == tmp_path and Path(found).name.startswith("stemcal-kernels-")
-    assert not list(tmp_path.glob("stemcal-kernels-*"))
-    assert done.stderr.count("STEMCAL_CACHE_DIR") == 1 and len(done.stderr.splitlines()) == 1
 
 
 @POSIX

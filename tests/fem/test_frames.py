@@ -10,7 +10,7 @@ import pytest
 
 from stemcal.fem.frames import FrameWriter, von_mises
 from stemcal.fem.material import Material
-from stemcal.fem.mesh import brick
+from stemcal.fem.mesh import brick, hollow_cylinder
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 from stemcal.fem.vtu import write_vtu
@@ -37,6 +37,29 @@ def stretched(tmp_path: Path) -> Path:
     )
     simulate(model, 1.0e-3, inspect=FrameWriter(tmp_path / "frames", every=2))
     return tmp_path / "frames"
+
+
+def test_every_element_has_its_own_stress(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawn out the more the farther along x: the stress grows with x, wherever in the blocks an element lies."""
+    written: list[tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]] = []
+    monkeypatch.setattr(
+        "stemcal.fem.frames.write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
+    )
+    mesh = hollow_cylinder(1.6, 4.0, np.linspace(0.0, 9.0, 8), (7, 3), (-0.5 * np.pi, 0.5 * np.pi))
+    velocity = np.zeros_like(mesh.nodes)
+    velocity[:, 0] = mesh.nodes[:, 0] ** 2
+    model = Model(
+        mesh=mesh,
+        material=Material(1.0e-9, 1000.0, 0.0),
+        held=np.ones(mesh.nodes.shape, dtype=bool),
+        velocity=velocity,
+        integration=Integration(outputs=10),
+    )
+    simulate(model, 1.0e-3, inspect=FrameWriter(tmp_path / "frames"))
+    nodes, data, hexes = written[-1]
+    along = nodes[hexes].mean(axis=1)[:, 0]
+    assert len(data["stress"]) == len(mesh.hexes) == 7 * 7 * 3
+    np.testing.assert_allclose(data["stress"][:, 0], 2.0 * along, rtol=0.05)  # E times 2x·1/s·1 ms
 
 
 def test_a_frame_list_names_every_frame(stretched: Path) -> None:

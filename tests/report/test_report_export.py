@@ -14,7 +14,7 @@ import pytest
 
 from stemcal.report.export.formats import export_tables, markdown
 from stemcal.report.export.latex import latex
-from stemcal.report.export.paper import PaperTable, paper_tables
+from stemcal.report.export.paper import PaperTable, numbered, paper_tables, stars_apart
 from stemcal.stages.results import Results
 
 NASTY = PaperTable(
@@ -44,6 +44,19 @@ def test_cells_as_printed(tables: dict[int, PaperTable]) -> None:
     assert tables[8].rows[1] == ("1", "17.97", "0.04", "95.95")
     assert [row[3] for row in tables[13].rows] == ["−7.8", "−6.2", "5.8", "6.3", "7.5"]
     assert tables[12].rows[0] == ("X1", "Density (kg/m3)", "1100")
+
+
+def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> None:
+    """As in the published study unless told otherwise, or unless a table is among them that it has not."""
+    own = list(tables.values())
+    assert [table.number for table in numbered(own)] == list(range(5, 14))
+    assert [table.number for table in numbered(own, 2)] == list(range(2, 11))
+    assert [table.number for table in numbered([*own, replace(own[0], number=0)])] == list(range(5, 15))
+    assert stars_apart(tables[7]).columns[-2:] == ("p-Value", "Significance")
+    assert stars_apart(tables[7]).rows[3][-2:] == ("0.0022", "**")
+    assert stars_apart(tables[10]).rows[0][-2:] == ("<0.0001", "**")
+    assert stars_apart(tables[10]).rows[-2][-2:] == ("", "")
+    assert stars_apart(tables[13]) is tables[13]
 
 
 def test_csv_has_plain_numbers(tables: dict[int, PaperTable], tmp_path: Path) -> None:

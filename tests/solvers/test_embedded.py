@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stemcal.fem.kernels.plasticity import rate_factor
 from stemcal.solvers import make_solver
+from stemcal.solvers.embedded import shear_test
 from stemcal.solvers.protocol import Belonging
+from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.spec import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
+CASES = Path(__file__).parents[1] / "cases" / "good"
 
 
 def test_calibrated_values_belong_to_lengths() -> None:
@@ -20,3 +24,29 @@ def test_calibrated_values_belong_to_lengths() -> None:
         "edge_spread": "d/8 (1 mm)",
         "internal_length": "d/4.5 (1.78 mm)",
     }
+
+
+def test_friction_and_wall_as_factors() -> None:
+    """µ at any speed; 2 mm of 8 mm leave a bore of 1/2, at 10 mm too; all levels have one mesh through the wall."""
+    study = load_study(CASES / "friction-and-wall.yaml")
+    tests = [shear_test(study, {"wall_thickness": wall, "stem_friction": 0.3}, 8.0) for wall in (1.5, 2.0, 3.0)]
+    assert [test.stem.diameter_ratio for test in tests] == [0.625, 0.5, 0.25]
+    assert {test.discretisation.through_wall for test in tests} == {6}  # 3 mm in elements of d/16
+    contact = tests[0].contact
+    assert (contact.static_friction, contact.dynamic_friction, contact.decay) == (0.3, 0.3, 0.0)
+    thick = shear_test(study, {"wall_thickness": 2.0}, 10.0)
+    assert thick.stem.diameter_ratio == 0.5 and thick.contact.static_friction == 0.25
+
+
+def test_levels_that_leave_no_bore_are_named() -> None:
+    study = load_study(CASES / "friction-and-wall.yaml")
+    wrong = list(wrong_levels(study, {**study.midlevels(), "wall_thickness": 4.0, "stem_friction": -0.1}))
+    assert len(wrong) == 2 and "stem_friction = -0.1 must not be below 0" in wrong[0] and "half of" in wrong[1]
+
+
+def test_rate_dependence_switched_off() -> None:
+    """C = 0 is no rate dependence for the kernels and for LS-DYNA alike."""
+    study = load_study(CASES / "friction-and-wall.yaml")
+    material = shear_test(study, {}, 8.0).material
+    assert material.strain_rate_c == 0.0 and study.parameters({})["strain_rate_c"] == 0.0
+    assert rate_factor(1.0e6, material.strain_rate_c, 1.0) == 1.0

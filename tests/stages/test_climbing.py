@@ -14,6 +14,12 @@ from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.report.export.paper import paper_tables
+from stemcal.report.numbers import fixed
+from stemcal.stages.climb import ClimbResult
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import read_result
+from stemcal.stages.results import Results
 from stemcal.study.spec import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -76,6 +82,11 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     study, folder = make_study(tmp_path, TWO + "climb: {steps: 5}\nrefine: {}\n"), StudyFolder(tmp_path / "out")
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     assert folder.read_stage("refine")["converged"] and folder.has_stage("climb")
+    steps, loop = read_result(folder, ClimbResult), read_result(folder, RefineResult)
+    published = paper_tables(study, Results(climb=steps, refinement=loop))
+    assert [table.name for table in published] == ["factors", "ascent", "refinement"]
+    assert len(published[1].rows) == len(steps.rows) == 4  # until the target is passed
+    assert published[2].rows[-1][-1] == fixed(loop.rows[-1].error_percent, 1)
 
 
 def test_a_table_cannot_climb(tmp_path: Path) -> None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stemcal.report.numbers import MISSING, fixed, percent, probability, short, significant
 from stemcal.report.tables.sheet import force_or_reason
 from stemcal.report.terms import equation, written
+from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import DesignRuns
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
@@ -21,13 +23,14 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 FORCE = "Maximum Shear Force/N"
+P_VALUE = "p-Value"
 _NUMBER = re.compile(r"[<−-]?\d[\d.,]*( \*\*?)?")
 STARS = "** represents extremely significant effect (p < 0.01), * represents significant effect (p < 0.05)."
 
 
 @dataclass(frozen=True)
 class PaperTable:
-    """A table to publish: its number in the published study, a name for files, caption, cells, note below."""
+    """A table to publish: its number in the published study or 0, a name for files, caption, cells, note below."""
 
     number: int
     name: str
@@ -42,14 +45,44 @@ def paper_tables(study: Study, results: Results) -> list[PaperTable]:
     tables = [factor_table(study)]
     if results.screen is not None:
         tables += [run_table(6, results.screen.design, study), screening_table(results.screen)]
+    if results.climb is not None:
+        tables.append(ascent_table(study, results.climb))
     if results.surface is not None:
         surface = results.surface
         tables += [level_table(surface), run_table(9, surface.design, study), anova_table(surface)]
     if results.inversion is not None:
         tables += [calibration_table(study, results.inversion), parameter_table(study, results.inversion)]
+    if results.refinement is not None:
+        tables.append(refine_table(study, results.refinement))
     if results.validation is not None:
         tables.append(validation_table(results.validation))
     return tables
+
+
+def numbered(tables: Sequence[PaperTable], first: int | None = None) -> list[PaperTable]:
+    """Return tables counted through from `first`; as in the published study if none is given and it has all of them."""
+    if first is None and all(table.number for table in tables):
+        return list(tables)
+    return [replace(table, number=number) for number, table in enumerate(tables, first or tables[0].number)]
+
+
+def stars_apart(table: PaperTable) -> PaperTable:
+    """Return a table with the stars of its p-values in cells of their own.
+
+    >>> stars_apart(PaperTable(7, "a", "", ("X", "p-Value"), (("X1", "0.0022 **"), ("X2", "0.4"), ("Sum", "")))).rows
+    (('X1', '0.0022', '**'), ('X2', '0.4', ''), ('Sum', '', ''))
+    """
+    if P_VALUE not in table.columns:
+        return table
+    place = table.columns.index(P_VALUE)
+
+    def parted(cell: str) -> tuple[str, str]:
+        number = cell.rstrip("*")
+        return number.strip(), cell[len(number) :]
+
+    rows = tuple((*row[:place], *parted(row[place]), *row[place + 1 :]) for row in table.rows)
+    columns = (*table.columns[: place + 1], "Significance", *table.columns[place + 1 :])
+    return replace(table, columns=columns, rows=rows)
 
 
 def factor_table(study: Study) -> PaperTable:
@@ -90,8 +123,24 @@ def screening_table(stage: ScreenResult) -> PaperTable:
         )
         for e in stage.effects
     )
-    columns = ("Parameters", "Effect", "Contribution/%", "Sum of Squares", "F-Value", "p-Value")
+    columns = ("Parameters", "Effect", "Contribution/%", "Sum of Squares", "F-Value", P_VALUE)
     return PaperTable(7, "screening", "Significance analysis of the screening test parameters.", columns, rows, STARS)
+
+
+def ascent_table(study: Study, stage: ClimbResult) -> PaperTable:
+    """Return the steps of steepest ascent with their error against the target."""
+    rows = tuple(
+        (
+            str(row.step),
+            *(short(row.levels[name]) for name in stage.names),
+            force_or_reason(row.outcome.force, f"failed ({row.outcome.reason or 'no reason'})"),
+            fixed(row.error_percent, 1),
+        )
+        for row in stage.rows
+    )
+    columns = ("No.", *(study.factor(name).symbol for name in stage.names), FORCE, "Relative Error/%")
+    note = f"Relative error = 100·(measured − simulated)/measured, measured {short(stage.target)} N."
+    return PaperTable(0, "ascent", "Scheme and results of the steepest ascent test.", columns, rows, note)
 
 
 def level_table(stage: SurfaceResult) -> PaperTable:
@@ -121,7 +170,7 @@ def anova_table(stage: SurfaceResult) -> PaperTable:
         )
         for row in stage.anova
     )
-    columns = ("Source", "Sum of Squares", "df", "Mean Square", "F-Value", "p-Value")
+    columns = ("Source", "Sum of Squares", "df", "Mean Square", "F-Value", P_VALUE)
     note = f"{STARS} {equation(stage.coefficients, symbols)} (coded values)."
     return PaperTable(10, "anova", "ANOVA of the response surface.", columns, rows, note)
 
@@ -138,6 +187,27 @@ def parameter_table(study: Study, stage: InvertResult) -> PaperTable:
     rows = tuple((f.symbol, _named(study, f.name), significant(levels[f.name])) for f in study.factors)
     caption = "Finite element simulation parameters of the stem."
     return PaperTable(12, "parameters", caption, ("Symbol", "Parameters", "Value"), rows)
+
+
+def refine_table(study: Study, stage: RefineResult) -> PaperTable:
+    """Return the runs of the closed loop: where, as the surface predicted, as simulated."""
+    names, jointly = list(stage.solution), bool(stage.at_diameters)
+    rows = tuple(
+        (
+            str(row.iteration),
+            *([short(row.diameter)] if jointly else []),
+            *(significant(row.levels[name]) for name in names),
+            significant(row.predicted),
+            force_or_reason(row.outcome.force, f"failed ({row.outcome.reason or 'no reason'})"),
+            fixed(row.error_percent, 1),
+        )
+        for row in stage.rows
+    )
+    diameter = ("Stem Diameter/mm",) if jointly else ()
+    symbols = tuple(study.factor(name).symbol for name in names)
+    columns = ("No.", *diameter, *symbols, "Predicted Value/N", FORCE, "Error/%")
+    note = "Predicted by the surface as it was before the run; error = 100·(measured − simulated)/measured."
+    return PaperTable(0, "refinement", "Iterations of simulation and refitted surface.", columns, rows, note)
 
 
 def validation_table(stage: ValidateResult) -> PaperTable:

@@ -15,6 +15,7 @@ from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.curves import energies, force_travel
 from stemcal.report.figures.effects import half_normal, pareto
+from stemcal.report.figures.fields import fields
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
@@ -251,6 +252,15 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
                 detail=True,
             )
         )
+    if film and "von_mises" in film:
+        told = (
+            f"Stress and displacement in the stem of {label} where the force is largest, in section; travel of the "
+            "blade and force above. Each has its own scale."
+        )
+        draw = partial(_fields, packed, film)
+        plots.append(
+            Plot(f"fields-{name}", "runs", told, draw, on_page, wide=True, on_request=not on_page, detail=True)
+        )
     return plots
 
 
@@ -260,6 +270,10 @@ def _fracture(packed: Any) -> Figure:
 
 def _mesh(packed: Any) -> Figure:
     return mesh(Shape.unpacked(packed))
+
+
+def _fields(packed: Any, film: Any) -> Figure:
+    return fields(frames_of(Shape.unpacked(packed), film))
 
 
 def _frames(packed: Any, film: Any) -> Figure:

@@ -57,6 +57,16 @@ FONTS = (
     "Songti SC",
     "Noto Serif CJK SC",
     "AR PL UMing CN",
+    "Noto Serif SC",
+    "Source Han Serif SC",
+    "PingFang TC",
+    "Microsoft JhengHei",
+    "Noto Sans CJK TC",
+    "LXGW WenKai",
+    "KaiTi",
+    "STKaiti",
+    "STSong",
+    "FangSong",
     "Arial Unicode MS",
 )
 

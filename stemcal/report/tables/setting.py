@@ -45,16 +45,18 @@ def _parts(study: Study) -> Rows:
         study.specimen, study.blade, study.supports, study.loading, study.contact,
     )  # fmt: skip
     bevel = "both sides bevelled" if blade.bevel == "both" else "one side bevelled"
+    bore = "wall a factor" if "wall_thickness" in study.names else f"bore {short(stem.diameter_ratio)} of it"
+    rubbing = f"{short(contact.static_friction)} at rest, {short(contact.dynamic_friction)} sliding"
     return (
         (
             "Stem",
-            f"{short(stem.outer_diameter)} mm, bore {short(stem.diameter_ratio)} of it, {short(stem.length)} mm long",
+            f"{short(stem.outer_diameter)} mm, {bore}, {short(stem.length)} mm long",
         ),
         ("Blade", f"{short(blade.thickness)} mm thick, edge of {short(blade.edge_angle)}°, {bevel}"),
         ("Edge radius", f"{short(blade.edge_radius)} mm"),
         ("Supports", f"{short(supports.clearance)} mm apart, edges rounded by {short(supports.fillet_radius)} mm"),
         ("Loading", f"{significant(60.0 * loading.speed)} mm/min for {short(loading.duration)} s"),
-        ("Friction", f"{short(contact.static_friction)} at rest, {short(contact.dynamic_friction)} sliding"),
+        ("Friction", "a factor" if "stem_friction" in study.names else rubbing),
     )
 
 

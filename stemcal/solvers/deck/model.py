@@ -56,7 +56,7 @@ class Deck:
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             known = "`solver: {kind: embedded}`, lsdyna or openradioss"
             raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
-        return cls(study, levels, diameter, form or form_of(study))
+        return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property
     def solver(self) -> EmbeddedSolver | DeckSolver:

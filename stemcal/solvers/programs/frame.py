@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.outputs import write_output
 from stemcal.solvers.processes import Ended, run_program
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.reductions import NoResult
@@ -177,8 +178,7 @@ def run_in(
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
         return Answer("failed", reason="not_started", message=f"{command[0]}: {error.strerror or error}")
-    with (folder / OUTPUT).open("a", encoding="utf-8", newline="") as file:
-        file.write(ended.output)
+    write_output(folder / OUTPUT, ended.output)
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         if ended.timed_out:

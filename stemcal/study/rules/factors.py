@@ -7,11 +7,13 @@ from collections.abc import Iterator, Mapping
 from stemcal.study import units
 from stemcal.study.model import EmbeddedSolver, Factor, Study
 from stemcal.study.outside import DeckSolver, LsDynaSolver
-from stemcal.study.parameters import PARAMETERS
+from stemcal.study.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
 from stemcal.study.spec.draft import Draft, Finding
 from stemcal.study.spec.fields import MOST
 from stemcal.study.spec.strict_yaml import NodePath
-from stemcal.words import did_you_mean
+from stemcal.words import did_you_mean, nearest
+
+RATE = ("strain_rate_c", "strain_rate_p")
 
 
 def names_differ(draft: Draft) -> Iterator[Finding]:
@@ -44,10 +46,10 @@ def factors_are_known(draft: Draft) -> Iterator[Finding]:
     if not draft.stem_solver:
         return
     for index, factor in draft.factors.items():
-        parameter = PARAMETERS.get(factor.name)
+        parameter = _known(draft).get(factor.name)
         if parameter is None:
             message = f"the {draft.stem_solver} solver has no parameter {factor.name!r}"
-            yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, PARAMETERS))
+            yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, _known(draft)))
             continue
         try:
             units.parse_unit(factor.unit, parameter.dimension)
@@ -62,7 +64,7 @@ def factors_are_known(draft: Draft) -> Iterator[Finding]:
 def factors_are_physical(draft: Draft) -> Iterator[Finding]:
     """Low and high are values a material can have."""
     for index, factor in draft.factors.items():
-        parameter = PARAMETERS.get(factor.name)
+        parameter = _known(draft).get(factor.name)
         if not draft.stem_solver or parameter is None or not _unit_fits(factor):
             continue
         for level in ("low", "high"):
@@ -79,7 +81,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float]) -> Iterator[str]:
     if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
     for factor in study.factors:
-        parameter, value = PARAMETERS[factor.name], levels[factor.name]
+        parameter, value = EMBEDDED[factor.name], levels[factor.name]
         shown = units.from_internal(factor.internal(value), parameter.unit)
         wrong = parameter.outside(shown) or ("is beyond what can be computed with" if abs(value) > MOST else None)
         if wrong:
@@ -88,6 +90,8 @@ def wrong_levels(study: Study, levels: Mapping[str, float]) -> Iterator[str]:
     given = study.parameters(levels)
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; change one of them"
+    if study.at(levels).specimen.diameter_ratio <= 0.0:
+        yield f"wall_thickness must be below half of targets.calibrate_at, {study.targets.calibrate_at:g} mm"
 
 
 def material_is_physical(draft: Draft) -> Iterator[Finding]:
@@ -110,19 +114,55 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name), f"{name} is a factor too", remedy, at_key=True)
 
 
+def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
+    """What a factor varies in a section has no fixed value there."""
+    for name, (_, section, keys) in AROUND.items():
+        given = getattr(draft, section)
+        for key in keys if given is not None and name in draft.names else ():
+            if key in given.model_fields_set:
+                message = f"the factor {name} takes its place"
+                yield Finding((section, key), message, "remove it here, or the factor", at_key=True)
+
+
+def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
+    """A wall is thinner than the radius of the stem that the parameters are calibrated at."""
+    for index, factor in draft.factors.items():
+        if factor.name == "wall_thickness" and draft.embedded and draft.targets and _unit_fits(factor):
+            radius = 0.5 * draft.targets.calibrate_at
+            if factor.internal(factor.high) >= radius:
+                message = f"a wall of {factor.high:g} {factor.unit} leaves a stem of {2 * radius:g} mm no bore"
+                yield Finding(("factors", index, "high"), message, f"stay below {radius:g} mm")
+
+
+def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
+    """Without a rate law its parameters are neither factors nor given."""
+    if draft.embedded is None or draft.embedded.rate_law != "none":
+        return
+    places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
+    places |= {("material", name): name for name in (draft.material.given() if draft.material else ())}
+    for path, name in places.items():
+        if name in RATE:
+            yield Finding(path, f"rate_law: none has no use for {name}", "remove it, or choose another solver.rate_law")
+
+
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
     """The solver has a value for each of its nine parameters; the user's own deck has them."""
     own_deck = isinstance(draft.solver, LsDynaSolver) and (draft.solver.deck or draft.solver.decks)
     if not draft.stem_solver or draft.material is None or not draft.names or own_deck:
         return
-    given = draft.material.given()
+    off = draft.embedded is not None and draft.embedded.rate_law == "none"
+    meant = {nearest(name, PARAMETERS) for name in draft.names}
+    given = {*draft.material.given(), *draft.names, *meant, *(RATE if off else ())}
     for name, parameter in PARAMETERS.items():
-        if name in given or name in draft.names:
+        if name in given:
             continue
         low, high = parameter.plausible
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         message = f"the {draft.stem_solver} solver needs {name} ({low:g} to {high:g}{unit})"
-        yield Finding(("material",), message, "add it to material, or to factors to calibrate it")
+        remedy = "add it to material, or to factors to calibrate it"
+        if name in RATE and draft.embedded is not None:
+            remedy += "; or write rate_law: none under solver, if speed shall not raise the yield stress"
+        yield Finding(("material",), message, remedy)
 
 
 def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
@@ -155,15 +195,20 @@ def _extreme(draft: Draft, name: str, level: str) -> tuple[NodePath, float] | No
     return None if fixed is None else (("material", name), fixed)
 
 
+def _known(draft: Draft) -> Mapping[str, Parameter]:
+    """Return what a factor can be."""
+    return EMBEDDED if draft.embedded is not None else PARAMETERS
+
+
 def _unit_fits(factor: Factor) -> bool:
     try:
-        units.parse_unit(factor.unit, PARAMETERS[factor.name].dimension)
+        units.parse_unit(factor.unit, EMBEDDED[factor.name].dimension)
     except units.UnitError:
         return False
     return True
 
 
 def _plausible(name: str) -> str:
-    parameter = PARAMETERS[name]
+    parameter = EMBEDDED[name]
     low, high = parameter.plausible
     return f"{low:g} to {high:g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")

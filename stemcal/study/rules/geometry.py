@@ -56,7 +56,7 @@ def symmetry_holds(draft: Draft) -> Iterator[Finding]:
     """A blade ground on one side has no mirror plane along the stem."""
     if draft.embedded and draft.blade and draft.blade.bevel == "one" and draft.embedded.symmetry == "quarter":
         message = "a quarter model needs a blade with two bevels, blade.bevel is 'one'"
-        yield Finding(("solver", "symmetry"), message, "write symmetry: half")
+        yield Finding(("solver", "symmetry"), message, "write symmetry: half under solver")
 
 
 def other_meshes_are_possible(draft: Draft) -> Iterator[Finding]:

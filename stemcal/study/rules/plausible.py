@@ -9,7 +9,7 @@ from statistics import median
 from stemcal.study import units
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.outside import DeckSolver
-from stemcal.study.parameters import PARAMETERS
+from stemcal.study.parameters import EMBEDDED, PARAMETERS
 from stemcal.study.spec.draft import Finding
 from stemcal.study.spec.lengths import Length
 from stemcal.study.spec.strict_yaml import NodePath
@@ -132,7 +132,7 @@ def _factors(study: Study) -> Iterator[Finding]:
             meant = error.remedy if "did you mean" in error.remedy else "levels are used as written"
             yield Finding((*path, "unit"), error.message, meant)
             continue
-        parameter = PARAMETERS.get(factor.name)
+        parameter = EMBEDDED.get(factor.name)
         if parameter is None or unit.dimension != parameter.dimension:
             continue
         for level in ("low", "high"):

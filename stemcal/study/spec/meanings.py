@@ -78,8 +78,9 @@ _DECK = {
 
 MEANINGS: dict[str, dict[str, str]] = {
     "Factor": {
-        "name": "Name in tables and files. The embedded solver knows its nine material parameters; other programs any "
-        "name.",
+        "name": "Name in tables and files. The embedded solver knows its nine material parameters, `stem_friction` "
+        "(friction at any speed) and `wall_thickness` (at the calibration diameter; other stems have the same ratio); "
+        "other programs any name.",
         "symbol": "Short sign in tables and equations; X1, X2, … by default.",
         "label": "What page and figures write; made from the name by default.",
         "unit": "Unit of `low` and `high`, and of its values in all results; 1 for pure numbers.",
@@ -127,9 +128,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "yield_stress": "Stress at which plastic flow begins, at rest.",
         "tangent_modulus": "Slope Et of the stress–strain curve beyond yield.",
         "hardening_parameter": "0 for kinematic hardening, 1 for isotropic, between for a mixture.",
-        "strain_rate_c": "C of the strain-rate law; larger, the less speed strengthens. Far above the rates of the "
-        "test (1e6 "
-        "1/s, say) it switches rate dependence off.",
+        "strain_rate_c": "C of the strain-rate law; larger, the less speed strengthens. `solver.rate_law: none` "
+        "switches rate dependence off.",
         "strain_rate_p": "P of the strain-rate law.",
         "failure_strain": "Plastic strain, averaged over the internal length, at which an element is removed.",
         "internal_length": "Length over which the plastic strain that decides failure is averaged: a length, or a "
@@ -141,7 +141,7 @@ MEANINGS: dict[str, dict[str, str]] = {
     "EmbeddedSolver": {
         **_MESH,
         "kind": "The solver that comes with stemcal.",
-        "rate_law": _RATE_LAW,
+        "rate_law": f"{_RATE_LAW[:-1]}, `none` not at all.",
         "symmetry": "Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`.",
         "element_size": "Length of the elements under the edge: a length, or a share of the diameter such as d/16. At "
         "most "

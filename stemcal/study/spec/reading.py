@@ -15,12 +15,13 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.study.model import MOST_FACTORS, Factor, Study, StudyForm
+from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, Study, StudyForm
 from stemcal.study.rules import broken_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.spec.draft import Draft, Finding
 from stemcal.study.spec.messages import finding_of
-from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS
+from stemcal.study.spec.partly import partly
+from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
 from stemcal.words import listed, nearest
 
@@ -104,7 +105,7 @@ def _content(path: Path) -> bytes:
 
 
 def _sections(data: Any, folder: Path) -> tuple[dict[str, Any], list[Finding]]:
-    """Validate each section by itself; return the good ones and what is wrong with the others."""
+    """Validate each section by itself; return what is good of each, and what is wrong."""
     if not isinstance(data, dict):
         message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
         return {}, [Finding((), message, "start from `stemcal init`")]
@@ -125,8 +126,10 @@ def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
     known = tuple(StudyForm.model_fields)
     for key in data:
         if key not in known:
-            near = nearest(key, known)
-            remedy = f"did you mean {near}?" if near else f"remove it; the sections are {listed(known)}"
+            near, section = nearest(key, known), section_with(key)
+            remedy = f"remove it; the sections are {listed(known)}"
+            if near or section:
+                remedy = f"did you mean {near}?" if near else f"it belongs under {section}"
             yield Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
@@ -138,6 +141,8 @@ def _validate(name: str, given: Any, folder: Path, sections: dict[str, Any], fin
         sections[name] = _adapter(name).validate_python(given, context={"spec": folder})
     except ValidationError as error:
         findings += _findings(error, (name,))
+        if (rest := partly(_kind_of(name), given, {"spec": folder})) is not None:
+            sections[name] = rest
 
 
 def _validate_factors(name: str, given: Any, folder: Path, sections: dict[str, Any], findings: list[Finding]) -> None:
@@ -167,6 +172,11 @@ def _with_defaults(entry: Any, index: int) -> Any:
 @functools.cache
 def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
+
+
+def _kind_of(section: str) -> Any:
+    """Return the type of a section; of a solver that of the embedded one, the only one that rules look into."""
+    return EmbeddedSolver if section == "solver" else get_type_hints(StudyForm)[section]
 
 
 @functools.cache

@@ -3,18 +3,39 @@
 from __future__ import annotations
 
 import json
+import textwrap
 
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
+from stemcal.study.spec.crops import CROPS, Crop, Range
 from stemcal.study.spec.fields import StudyName
+from stemcal.words import did_you_mean
 
 __all__ = ["study_name", "template"]
 
 
-def template(name: str = "my-study") -> str:
-    """Return a commented spec called `name`; raise `UsageError` if no folder can have that name."""
-    return _TEXT.replace("@NAME@", json.dumps(study_name(name), ensure_ascii=False), 1)
+def template(name: str = "my-study", crop: str | None = None) -> str:
+    """Return a commented spec called `name`, with the published ranges of a crop if one is given.
+
+    Raises
+    ------
+    UsageError
+        If no folder can have that name, or nothing is known of the crop.
+    """
+    if crop is not None and crop not in CROPS:
+        raise UsageError(f"--crop {crop[:60]!r}: nothing is known of it; {did_you_mean(crop, CROPS)}")
+    known = CROPS[crop] if crop is not None else None
+    written = {
+        "NAME": json.dumps(study_name(name), ensure_ascii=False),
+        "OF": _about(known),
+        "ELASTIC_MODULUS": _range(known.elastic_modulus if known else Range(800, 1200, "")),
+        "YIELD_STRESS": _range((known.yield_stress if known else None) or Range(10, 20, "")),
+    }
+    text = _TEXT
+    for key, value in written.items():
+        text = text.replace(f"@{key}@", value, 1)
+    return text
 
 
 def study_name(name: str) -> str:
@@ -27,6 +48,25 @@ def study_name(name: str) -> str:
     return name
 
 
+def _about(crop: Crop | None) -> str:
+    """Return what the head of the spec says of its values."""
+    if crop is None:
+        return "The values below are those of wild chrysanthemum stems; replace them by yours."
+    named = "elastic modulus and yield stress" if crop.yield_stress else "the elastic modulus"
+    said = (
+        f"The ranges of {named} are those published for {crop.plant}, where a search can begin: narrow them to what "
+        f"you know of yours. {crop.remark + '. ' if crop.remark else ''}No range was found for the other values: they "
+        "are those of wild chrysanthemum stems, as are diameters and forces; replace them by yours."
+    )
+    return "\n# ".join(textwrap.wrap(said, 116, break_on_hyphens=False))
+
+
+def _range(ends: Range) -> str:
+    """Return the lines of a factor's range, its source above."""
+    source = [f"    # {line}" for line in textwrap.wrap(ends.source, 110, break_on_hyphens=False)]
+    return "\n".join([*source, f"    low: {ends.low:g}", f"    high: {ends.high:g}"])
+
+
 _TEXT = """\
 # stemcal study: one file says everything. `stemcal check` tells what is wrong with it, line by line,
 # `stemcal plan` what would be computed, `stemcal run` does it all.
@@ -34,7 +74,7 @@ _TEXT = """\
 # Quantities are written with their unit: 8 mm, 100 mm/min, 0.5 s, 37.5 deg, 159.2 N.
 # Pure numbers (ratios, friction, counts) have none.
 #
-# The values below are those of wild chrysanthemum stems; replace them by yours.
+# @OF@
 
 schema_version: 1
 name: @NAME@  # also the name of the folder of results
@@ -52,8 +92,7 @@ factors:
   - name: elastic_modulus
     label: Elastic modulus
     unit: MPa
-    low: 800
-    high: 1200
+@ELASTIC_MODULUS@
     expected_sign: "+"
   - name: poisson_ratio
     label: Poisson's ratio
@@ -62,8 +101,7 @@ factors:
   - name: yield_stress
     label: Yield stress
     unit: MPa
-    low: 10
-    high: 20
+@YIELD_STRESS@
     expected_sign: "+"
   - name: tangent_modulus          # the slope of the stress-strain curve beyond yield
     label: Tangent modulus
@@ -90,6 +128,9 @@ factors:
     low: 0.01
     high: 0.05
     expected_sign: "+"
+# Two more can be factors of the embedded solver; each then takes the place of fixed values below.
+#  - {name: stem_friction, low: 0.1, high: 0.4}               # in place of the friction under contact
+#  - {name: wall_thickness, unit: mm, low: 1.5, high: 3}      # at calibrate_at, in place of diameter_ratio
 
 # The piece of stem: a hollow cylinder. diameter_ratio = inner / outer diameter.
 specimen:
@@ -140,6 +181,7 @@ contact:
 # What answers "these levels, which force?". rate_law: how speed raises the yield stress,
 #   paper           1 + (rate / C)^P        as in the wild chrysanthemum study
 #   cowper_symonds  1 + (rate / C)^(1/P)    the usual law
+#   none            not at all: strain_rate_c and strain_rate_p then leave the factors
 # symmetry: none | half | quarter (the model's mirror planes; quarter needs bevel: both).
 # mass_scaling allows larger time steps; `stemcal simulate` shows whether kinetic energy stays small.
 # Further: elements_through_wall: n (else as many as make them no longer than element_size), element: one_point | full
