@@ -43,17 +43,9 @@ _RUNS_PER_TERM = 2  # how many runs a space-filling design takes if it is not to
 
 def _full(k: int, runs: int | None) -> Array:
     design = full_factorial(k)
-    return _of_fixed_size("full-factorial", design, runs)
-
-
-def _definitive(k: int, runs: int | None) -> Array:
-    return _of_fixed_size("definitive-screening", definitive_screening(k), runs)
-
-
-def _of_fixed_size(name: str, design: Array, runs: int | None) -> Array:
     if runs not in (None, len(design)):
         raise UsageError(
-            f"screen.runs: {name} has {len(design)} runs for {design.shape[1]} factors, not {runs}; leave it out"
+            f"screen.runs: full-factorial has {len(design)} runs for {k} factors, not {runs}; leave it out"
         )
     return design
 
@@ -63,7 +55,7 @@ SCREENING: dict[str, Callable[[int, int | None], Array]] = {
     "plackett-burman-pydoe": pydoe_design,
     "fractional-factorial": lambda k, runs: fraction(k, runs).design(),
     "full-factorial": _full,
-    "definitive-screening": _definitive,
+    "definitive-screening": definitive_screening,
 }
 
 
