@@ -343,6 +343,7 @@ class RsmOptions(_Frozen):
     inestimable: Literal["refuse", "drop"] = "refuse"
     reduce: Literal["none", "backward", "forward", "aicc"] = "none"
     reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
+    sums_of_squares: Literal["partial", "sequential"] = "partial"
     coding: dict[str, CodingEntry] = {}
 
 

@@ -256,6 +256,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "inestimable": "Whether terms that failed runs have made inestimable are left out or end the fit.",
         "reduce": "How terms are left out: none, backward, forward or by AICc; hierarchy is kept.",
         "reduce_alpha": "The p from which backward and forward leave a term out.",
+        "sums_of_squares": "What a term of the analysis of variance is asked to explain: what all other terms leave "
+        "(type III), or what the terms before it leave (type I, in the order of `factors`).",
         "coding": "What coded 0 and +1 mean, by factor; others get theirs from their range.",
     },
     "InvertOptions": {
