@@ -395,10 +395,16 @@ class ClimbOptions(_Frozen):
 
 
 class RefineOptions(_Frozen):
-    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent."""
+    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent.
+
+    `model` proposes the points: the quadratic one by one, or a Gaussian process in batches, or whichever predicts
+    better the runs left out.
+    """
 
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
+    model: Literal["quadratic", "process", "better"] = "quadratic"
+    batch: Annotated[Whole, Field(ge=1, le=64)] = 4
 
 
 class MeshOptions(_Frozen):

@@ -41,6 +41,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     targets.claims_known,
     targets.joint_diameters_measured,
     targets.responses_measured,
+    targets.process_fits_one_force,
     outside.table_answers_something,
     outside.placeholders_are_known,
     outside.placeholders_are_used,

@@ -275,6 +275,9 @@ MEANINGS: dict[str, dict[str, str]] = {
     "RefineOptions": {
         "tolerance_percent": "Done once the simulated force is within this of the measured one.",
         "budget": "Most simulations it may take.",
+        "model": "What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at predicting "
+        "the design's runs left out.",
+        "batch": "How many points a Gaussian process proposes at a time; they are simulated together.",
     },
     "RunsOptions": {
         "tries": "How often a run is begun that ends by accident: its process died, the solver raised an exception.",
