@@ -23,12 +23,13 @@ _SHORT = 16
 _PROBED = frozenset({"stage", "row", "levels", "diameter"})  # of the probe, not of the solver
 # Keys that earlier versions did not know, and what they hold where nobody uses them: then they are no input, so that
 # stage files of those versions stay fresh.
-_UNUSED_RSM = {
+_UNUSED_RSM: dict[str, object] = {
     "axial": None,
     "blocks": "none",
     "weights": "equal",
     "inestimable": "refuse",
     "sums_of_squares": "partial",
+    "constraints": [],
 }
 _UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
 _UNUSED_REFINE = {"model": "quadratic", "batch": 4}

@@ -239,6 +239,10 @@ MEANINGS: dict[str, dict[str, str]] = {
         "center": "The value that coded 0 means, in the factor's unit.",
         "half_step": "What coded +1 is above it.",
     },
+    "Constraint": {
+        "of": "A coefficient for each factor in it.",
+        "at_most": "What the sum of coefficients times levels may not exceed.",
+    },
     "RsmOptions": {
         "design": "The design; all but Box–Behnken (3 to 7 factors) take any number of factors.",
         "factors": "The significant ones of the screening, or a list of names, which makes the screening unnecessary "
@@ -258,6 +262,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "reduce_alpha": "The p from which backward and forward leave a term out.",
         "sums_of_squares": "What a term of the analysis of variance is asked to explain: what all other terms leave "
         "(type III), or what the terms before it leave (type I, in the order of `factors`).",
+        "constraints": "What an I-optimal design has to keep to, in the units of the factors.",
         "coding": "What coded 0 and +1 mean, by factor; others get theirs from their range.",
     },
     "InvertOptions": {
@@ -333,6 +338,7 @@ PLACES = {
     "ScreenOptions": "screen",
     "ClimbOptions": "climb",
     "RsmOptions": "rsm",
+    "Constraint": "rsm.constraints",
     "CodingEntry": "rsm.coding.FACTOR",
     "InvertOptions": "invert",
     "RefineOptions": "refine",
