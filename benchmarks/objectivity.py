@@ -6,16 +6,20 @@ python benchmarks/objectivity.py seeds         ten full models turned and shifte
 python benchmarks/objectivity.py sizes         elements of d/12 to d/32 with the same lengths
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
+python benchmarks/objectivity.py choices       friction, radii, bevel, wall, filter: one at a time
 python benchmarks/objectivity.py lengths       the force over edge spread and internal length
 python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
+python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
 python benchmarks/objectivity.py hourglass     hourglass forms against the fully integrated element, 17 cases (slow)
+python benchmarks/objectivity.py even          graded meshes against an even one, the 15 points of the design (slow)
 
-Without a name all but the last are run.
+Without a name all but the last two are run.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -104,6 +108,7 @@ def grading() -> None:
         "even mesh": {"coarsening": 1.0, "coarsening_around": 1.0},
         "even around": {"coarsening_around": 1.0},
         "coarsening 3": {"coarsening": 3.0},
+        "coarsening 7 and 3": {"coarsening": 7.0, "coarsening_around": 3.0},
         "no mass added to small elements": {"integration": light},
         "mass scaling 1e3, no mass added": {"integration": replace(light, mass_scaling=1.0e3)},
         "time step safety 0.45": {"integration": replace(heavy, safety=0.45, time_step=2.0e-5)},
@@ -121,6 +126,26 @@ def contact() -> None:
             changed = replace(test, contact=replace(test.contact, penalty=penalty))
             tests.append(mesh(changed, integration=how))
         print(f"penalty {penalty:g}:", told(simulate_all(tests)), flush=True)
+
+
+def choices() -> None:
+    """Print the forces with something that the paper leaves open changed."""
+    changes: dict[str, Callable[[ShearTest], ShearTest]] = {
+        "4 elements through the wall": lambda test: mesh(test, through_wall=4),
+        "6 elements through the wall": lambda test: mesh(test, through_wall=6),
+        "no friction": lambda test: replace(
+            test, contact=replace(test.contact, static_friction=0.0, dynamic_friction=0.0)
+        ),
+        "edge radius 0.05 mm": lambda test: replace(test, blade=replace(test.blade, edge_radius=0.05)),
+        "edge radius 0.3 mm": lambda test: replace(test, blade=replace(test.blade, edge_radius=0.3)),
+        "bevel on one side": lambda test: mesh(replace(test, blade=replace(test.blade, bevel="one")), symmetry="half"),
+        "fillet 0.5 mm": lambda test: replace(test, supports=replace(test.supports, fillet_radius=0.5)),
+        "fillet 2 mm": lambda test: replace(test, supports=replace(test.supports, fillet_radius=2.0)),
+        "filter 2 ms": lambda test: mesh(test, filter_window=0.002),
+        "filter 20 ms": lambda test: mesh(test, filter_window=0.02),
+    }
+    for name, change in changes.items():
+        print(f"{name}:", told(simulate_all([change(test) for test in centre()])), flush=True)
 
 
 def lengths() -> None:
@@ -143,13 +168,45 @@ def lengths() -> None:
         print(f"edge spread d/{spread:g}, internal length d/{internal:g}: {'; '.join(said)}", flush=True)
 
 
+def precision() -> None:
+    """Print how far forces and energies in mixed precision are from those in double."""
+    tests = tests_of(paper_cases())
+    exact = [replace(test.discretisation.integration, precision="double") for test in tests]
+    double = simulate_all([mesh(test, integration=how) for test, how in zip(tests, exact, strict=True)])
+    mixed = simulate_all(tests)
+    force = max(abs(a.peak_force / b.peak_force - 1.0) for a, b in zip(mixed, double, strict=True))
+    print(f"peak force of {len(tests)} cases: at most {100.0 * force:.2g} % apart", flush=True)
+    for name in ("internal", "hourglass", "external", "kinetic"):
+        until, whole = 0.0, 0.0
+        for a, b in zip(mixed, double, strict=True):
+            one, other = getattr(a.history, name), getattr(b.history, name)
+            rows = min(len(one), len(other))
+            apart = abs(one[:rows] - other[:rows]) / other.max()
+            peak = int(b.history.force_filtered.argmax())
+            until, whole = max(until, apart[: peak + 1].max()), max(whole, apart.max())
+        said = f"at most {100.0 * until:.2g} % of its largest apart until the peak, {100.0 * whole:.2g} % at any time"
+        print(f"{name} energy: {said}", flush=True)
+
+
+def even() -> None:
+    """Print the force on graded meshes over that on an even one, at the points of the design."""
+    tests = tests_of(paper_cases(["rsm"]))
+    reference = None
+    for along, around in ((1.0, 1.0), (6.0, 2.0), (7.0, 3.0)):
+        results = simulate_all([mesh(test, coarsening=along, coarsening_around=around) for test in tests])
+        force = np.array([result.peak_force for result in results])
+        reference = force if reference is None else reference
+        said = f"{agreement(force, reference)}, largest {100 * np.abs(force / reference - 1).max():.1f} %"
+        print(f"coarsening {along:g} and {around:g} ({results[0].elements} elements): {said}", flush=True)
+
+
 def hourglass() -> None:
     """Print how the hourglass forms follow the fully integrated element over Tables 6 and 13."""
     tests = tests_of(paper_cases(["screen", "validate"]))
     full = simulate_all([mesh(test, element="full") for test in tests])
     reference = np.array([result.peak_force for result in full])
     print("fully integrated:", " ".join(f"{force:.1f}" for force in reference), "N", flush=True)
-    for coefficient in (0.001, 0.003, 0.006, 0.01):
+    for coefficient in (0.003, 0.01, 0.02, 0.037):
         form = Hourglass("stiffness", coefficient)
         force = np.array([r.peak_force for r in simulate_all([mesh(test, hourglass=form) for test in tests])])
         print(f"stiffness {coefficient:g}: {agreement(force, reference)}", flush=True)
@@ -157,9 +214,9 @@ def hourglass() -> None:
 
 ROWS = {
     "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
-    "lengths": lengths, "cut": cut, "hourglass": hourglass,
+    "choices": choices, "lengths": lengths, "cut": cut, "precision": precision, "hourglass": hourglass, "even": even,
 }  # fmt: skip
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or [row for row in ROWS if row != "hourglass"]:
+    for name in sys.argv[1:] or [row for row in ROWS if row not in ("hourglass", "even")]:
         ROWS[name]()

@@ -23,6 +23,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing.synchronize import Barrier
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from cases import SPEC, paper_cases, tests_of
@@ -34,9 +35,10 @@ from stemcal.fem.kernels.block import LANES, STATE_ROWS
 from stemcal.fem.kernels.element import add_internal_forces, element
 from stemcal.fem.kernels.march import march
 from stemcal.fem.kernels.plasticity import rate_factor
+from stemcal.fem.kernels.vectors import RUN
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
-from stemcal.fem.model import Model
+from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import State, start
 from stemcal.fem.threads import ThreadedMarch
 from stemcal.fem.warm import warm
@@ -56,12 +58,12 @@ def median_seconds(work: Callable[[], object], runs: int = 7) -> float:
 
 
 @njit(error_model="numpy", fastmath={"contract", "nsz"})
-def one_by_one(scratch, blocks, targets, x, v, state, f, dt, material):
+def one_by_one(scratch, runs, targets, x, v, state, f, dt, material):
     """Do the same one element at a time: gather it, advance it, scatter it."""
-    for b in range(blocks.shape[0]):
+    for b in range(runs.shape[0]):
         for lane in range(LANES):
             for a in range(8):
-                n = blocks[b, a, lane]
+                n = runs[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
                     scratch[(block.COORDINATES + 8 * i + a) * LANES + lane] = x[n, i]
                     scratch[(block.VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i]
@@ -69,47 +71,56 @@ def one_by_one(scratch, blocks, targets, x, v, state, f, dt, material):
             rate = state[b, block.YIELD_RATE, lane]
             state[b, block.RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
             for a in range(8):
-                n = targets[b, a, lane]
+                n = targets[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
                     f[n, i] -= scratch[(block.FORCES + 8 * i + a) * LANES + lane]
 
 
-def moving_block(counts: tuple[int, int, int]) -> Model:
+def moving_block(counts: tuple[int, int, int], precision: Precision = "mixed") -> Model:
     """Return a block of elements that move at random, so that some yield."""
     mesh = brick(tuple(float(n) for n in counts), counts)
     velocity = np.random.default_rng(0).standard_normal(mesh.nodes.shape)
-    return Model(mesh=mesh, material=STEEL_FREE_FALL, velocity=velocity)
+    how = Integration(precision=precision)
+    return Model(mesh=mesh, material=STEEL_FREE_FALL, velocity=velocity, integration=how)
 
 
 def kernel() -> None:
     """Print the rate of the element kernel and its ratio to the element-by-element form."""
-    model = moving_block((51, 24, 3))
-    state = start(model)
-    body, blocks, steps = state.body, state.body.blocks, 200
-    rates = {}
-    for name, function in ((f"blocks of {LANES} lanes", add_internal_forces), ("element by element", one_by_one)):
+    rates, steps = {}, 200
+    forms: tuple[tuple[str, Callable[..., Any], Precision], ...] = (
+        ("mixed precision", add_internal_forces, "mixed"),
+        ("double precision", add_internal_forces, "double"),
+        ("element by element", one_by_one, "double"),
+    )
+    for name, function, precision in forms:
+        model = moving_block((51, 24, 3), precision)
+        state = start(model)
 
-        def work(function: Callable[..., None] = function) -> None:
+        def work(state: State = state, function: Callable[..., Any] = function) -> None:
+            body = state.body
             for _ in range(steps):
-                function(body.scratch, blocks, blocks, body.x, body.v, body.state, body.f, 1e-7, state.material)
+                function(
+                    body.scratch, body.runs, body.targets, body.x, body.v, body.state, body.f, 1e-7, state.material
+                )
 
         rates[name] = steps * len(model.mesh.hexes) / median_seconds(work) / 1e6
         print(f"{name}: {rates[name]:.1f} million element-steps per second and core, {len(model.mesh.hexes)} elements")
-    print(f"ratio {rates[f'blocks of {LANES} lanes'] / rates['element by element']:.1f}")
+    for name in ("mixed precision", "double precision"):
+        print(f"{name}: {rates[name] / rates['element by element']:.1f} times element by element")
 
 
 def solver() -> None:
     """Print the rate of the whole solver: contact, erosion, integration and output included."""
     test = tests_of(paper_cases(["rsm"])[:1])[0]
     test = replace(test, discretisation=replace(test.discretisation, symmetry="none"))
-    warm()
+    warm(precision="mixed")
     rates = [cutting.shear(test).element_steps_per_second / 1e6 for _ in range(5)]
     print(f"paper's 8 mm case, full model: {np.median(rates):.1f} million element-steps per second and core")
 
 
 def scaling() -> None:
     """Print cost per element-step and memory per element over the size of the model, each in a process of its own."""
-    warm()
+    warm(precision="mixed")
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, max_tasks_per_child=1) as pool:
         for line in pool.map(cost_of_size, ((10, 10, 10), (25, 20, 20), (50, 50, 40), (100, 100, 100))):

@@ -33,7 +33,7 @@ from stemcal.fem.state import element_shares
 from stemcal.fem.stepper import simulate
 
 MATERIAL = Material(1.1e-9, 1000.0, 0.3, 15.0, 0.5, 0.05, 90.0, 8.0, 0.03, "paper")
-HOURGLASS = Hourglass("stiffness", 0.01)
+HOURGLASS = Hourglass("stiffness", 0.037)
 
 
 @cache

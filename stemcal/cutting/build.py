@@ -15,6 +15,8 @@ from stemcal.fem.model import Model
 
 Array = NDArray[np.float64]
 
+# Elements keep the length of those under the edge over this share of their number on either side of it.
+EVEN_SHARE = 0.3
 # How far the supports reach outwards and down, mm: past anything the stem can do.
 _FAR = 200.0
 
@@ -68,8 +70,24 @@ def around_half(radius: float, how: Discretisation) -> int:
 def pairs_along(length: float, how: Discretisation) -> int:
     """Return how many elements there are on either side of the cut, beside a row under the edge."""
     odd = 1 if how.edge_over == "elements" else 0
-    mean = 0.5 * (1.0 + how.coarsening) * how.element_size
-    return max(1, ceil((length / mean - odd) / 2 - 1e-9))
+    return max(1, ceil((length / (_mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
+
+
+def _mean_length(how: Discretisation) -> float:
+    """Return the mean length of the elements along the stem over that of those under the edge."""
+    return 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
+
+
+def _lengths(length: float, how: Discretisation) -> Array:
+    """Return how long the elements are from the cut outwards, in proportion: even at first, then longer and longer.
+
+    A row under the edge counts half on either side.
+    """
+    odd = 1 if how.edge_over == "elements" else 0
+    outwards = np.linspace(0.0, 1.0, pairs_along(length, how) + odd)
+    lengths = np.interp(outwards, (EVEN_SHARE, 1.0), (1.0, how.coarsening))
+    lengths[0] *= 1.0 - 0.5 * odd
+    return lengths
 
 
 def _widths(radius: float, how: Discretisation) -> Array:
@@ -80,10 +98,7 @@ def _widths(radius: float, how: Discretisation) -> Array:
 def _layers(length: float, how: Discretisation) -> Array:
     """Return x of the layers of nodes: an odd number of elements if the edge is over elements, else an even one."""
     odd = 1 if how.edge_over == "elements" else 0
-    pairs = pairs_along(length, how)
-    # element lengths from the cut outwards; the row under the edge counts half on either side
-    sizes = np.linspace(1.0, how.coarsening, pairs + odd)
-    sizes[0] *= 1.0 - 0.5 * odd
+    sizes = _lengths(length, how)
     right = 0.5 * length * np.cumsum(sizes) / np.sum(sizes)
     under = float(right[0]) * (1 + odd)
     middle = [] if odd else [0.0]
@@ -103,9 +118,9 @@ def _mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
 
 
 def _ghosts(mesh: Mesh) -> NDArray[np.int32]:
-    """Return (ghost, source) for the nodes beyond x = 0: the layer that follows mirrors the first."""
+    """Return (ghost, source) for the nodes beyond x = 0: along the stem, the next node mirrors the first."""
     beyond = np.flatnonzero(mesh.nodes[:, 0] < -1e-9)
-    return np.stack([beyond, beyond + len(beyond)], axis=1).astype(np.int32)
+    return np.stack([beyond, beyond + 1], axis=1).astype(np.int32)
 
 
 def _crowns(mesh: Mesh) -> Array:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi, sin
+from math import floor, inf, pi, sin
 
-from stemcal.cutting.build import around_half, pairs_along, through_wall
+from stemcal.cutting.build import EVEN_SHARE, around_half, pairs_along, through_wall
 from stemcal.cutting.parts import Discretisation, Stem
 from stemcal.fem.model import ElementKind
 
@@ -44,9 +44,20 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     along = (pairs + odd) if how.symmetry == "quarter" else 2.0 * pairs + odd
     elements = along * around * through * (2.0 if how.symmetry == "none" else 1.0)
     # the smallest lies under the edge, on the inside: a prism over a trapezium
-    length = 0.5 * stem.length / (0.5 * (1.0 + how.coarsening) * (pairs + odd) - 0.5 * odd)
+    length = 0.5 * stem.length / (_sum_of_lengths(pairs + odd, how.coarsening) - 0.5 * odd)
     angle = pi / (0.5 * (1.0 + how.coarsening_around) * around)
     inner = 0.5 * stem.outer_diameter * stem.diameter_ratio
     outer = inner + 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio) / through
     volume = length * 0.5 * (outer * outer - inner * inner) * sin(angle)
     return MeshSize(elements, max(volume, 0.0) ** (1.0 / 3.0), _BYTES[how.element] * elements)
+
+
+def _sum_of_lengths(count: float, coarsening: float) -> float:
+    """Return the sum of the lengths of so many elements outwards from the cut over that of the first.
+
+    The lengths are 1 + (c − 1)(t − p)/(1 − p) where t = k/(n − 1) exceeds the even share p, else 1.
+    """
+    last = max(count - 1.0, 1.0)
+    even = floor(EVEN_SHARE * last)
+    beyond = 0.5 * (last * (last + 1.0) - even * (even + 1.0)) / last - EVEN_SHARE * (last - even)
+    return count + (coarsening - 1.0) / (1.0 - EVEN_SHARE) * beyond * (count > 1.0)

@@ -16,6 +16,9 @@ RateLaw = Literal["paper", "cowper_symonds"]
 # The exponent that each law puts on ε̇/C, given the parameter P.
 RATE_EXPONENTS = {"paper": lambda p: p, "cowper_symonds": lambda p: 1.0 / p}
 
+# Stiffness against an hourglass pattern, as a share of (λ+2μ) V^⅓, at coefficient 1.
+HOURGLASS_SHARE = 0.038
+
 
 @dataclass(frozen=True)
 class Material:
@@ -116,11 +119,11 @@ class Material:
 
 @dataclass(frozen=True)
 class Hourglass:
-    """Resistance to the hourglass modes, per mode q = Γ·u/√8 with Γ = ±1 at the corners.
+    """Resistance to the hourglass modes: a Γ·u or a Γ·u̇ along each pattern Γ = ±1 of the corners.
 
-    ``stiffness``: k = coefficient · E V ΣB², with B the nodal gradients (Flanagan and Belytschko, 1981, with E in
-    place of λ+2μ); 1/9 is what a cube's own bending would resist with.
-    ``viscous``: LS-DYNA's form, nodal force coefficient · ρ V^⅔ c / 4 times the hourglass rate.
+    ``stiffness``: a = 0.038 · coefficient · (λ+2μ) V^⅓, as OpenRadioss takes the coefficient of LS-DYNA's types 4
+    and 5 (its routine s_hg5); 0.55 is what a cube's own bending would resist with where ν = 0.
+    ``viscous``: a = coefficient · ρ c V^⅔ / 4, LS-DYNA's type 1.
     """
 
     form: Literal["stiffness", "viscous"] = "stiffness"

@@ -36,11 +36,15 @@ class Mesh:
         behind[first], behind[second] = second // 6, first // 6
         return behind.reshape(-1, 6)
 
-    def topology(self, crowns: Array | None = None) -> Topology:
-        """Return a fresh topology with every element standing, its faces flat or with the given crowns."""
+    def topology(self, crowns: Array | None = None, slots: Ints | None = None) -> Topology:
+        """Return a fresh topology with every element standing, its faces flat or with the given crowns.
+
+        The state of the elements lies in `slots` (E,), one after the other if None.
+        """
+        slots = np.arange(len(self.hexes), dtype=np.int32) if slots is None else slots
         crowns = np.zeros((len(self.hexes), 6)) if crowns is None else crowns
         live = np.bincount(self.hexes.ravel(), minlength=len(self.nodes)).astype(np.int32)
-        return Topology(self.hexes, self.neighbours(), np.ones(len(self.hexes), dtype=np.bool_), live, crowns)
+        return Topology(self.hexes, slots, self.neighbours(), np.ones(len(self.hexes), dtype=np.bool_), live, crowns)
 
     def volumes(self) -> Array:
         """Return the volume of each element, mm³: the triple products of its modes (see `kernels.hexahedron`)."""
@@ -73,7 +77,7 @@ def hollow_cylinder(
     angles: tuple[float, float] = (-pi / 2, 3 * pi / 2),
     widths: Array | None = None,
 ) -> Mesh:
-    """Return a hollow cylinder about the x axis.
+    """Return a hollow cylinder about the x axis, its nodes numbered along it first, then around, then through the wall.
 
     Parameters
     ----------
@@ -93,9 +97,9 @@ def hollow_cylinder(
     parts = np.linspace(0.0, 1.0, around + 1) if widths is None else _parts(widths)
     turn = (angles[0] + (angles[1] - angles[0]) * parts)[: around if closed else around + 1]
     radius = np.linspace(inner, outer, through + 1)
-    x, r, a = np.meshgrid(along, radius, turn, indexing="ij")
+    r, a, x = np.meshgrid(radius, turn, along, indexing="ij")
     nodes = np.stack([x, r * _exact(np.cos(a)), r * _exact(np.sin(a))], axis=-1).reshape(-1, 3)
-    return Mesh(nodes, _structured((len(along) - 1, through, around), closed))
+    return Mesh(nodes, _structured((through, around, len(along) - 1), closed))
 
 
 def _parts(widths: Array) -> Array:
@@ -109,9 +113,9 @@ def _exact(values: Array) -> Array:
 
 
 def _structured(counts: tuple[int, int, int], closed: bool) -> Ints:
-    """Return the hexahedra of a grid of nodes numbered k fastest; `closed` joins its ends along k."""
+    """Return the hexahedra of a grid of nodes numbered k fastest; `closed` joins its ends along j."""
     ni, nj, nk = counts
-    row = nk if closed else nk + 1
+    rows = nj if closed else nj + 1
     i, j, k = (a.ravel() for a in np.meshgrid(np.arange(ni), np.arange(nj), np.arange(nk), indexing="ij"))
-    corners = [((i + di) * (nj + 1) + j + dj) * row + (k + dk) % row for di, dj, dk in _CORNERS]
+    corners = [((i + di) * rows + (j + dj) % rows) * (nk + 1) + k + dk for di, dj, dk in _CORNERS]
     return np.stack(corners, axis=1).astype(np.int32)

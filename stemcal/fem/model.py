@@ -15,6 +15,9 @@ from stemcal.fem.mesh import Mesh
 Array = NDArray[np.float64]
 
 
+Precision = Literal["mixed", "double"]
+
+
 @dataclass(frozen=True)
 class Integration:
     """How the equations of motion are integrated.
@@ -31,6 +34,9 @@ class Integration:
         Rows of the history.
     threads : int
         Cores for this one model; worth it from some ten thousand elements on. The result does not depend on it.
+    precision : str
+        ``mixed`` works out strains, stresses and hourglass forces of one-point elements in single precision, relative
+        to each element's first corner; positions, velocities, forces and sums of energy stay in double precision.
     """
 
     mass_scaling: float = 1.0
@@ -38,6 +44,7 @@ class Integration:
     outputs: int = 200
     threads: int = 1
     time_step: float | None = None
+    precision: Precision = "double"
 
 
 ElementKind = Literal["one_point", "full"]

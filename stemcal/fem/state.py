@@ -32,7 +32,8 @@ from stemcal.fem.kernels.nodes import CHUNK
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
-from stemcal.fem.mesh import Mesh
+from stemcal.fem.lanes import Lanes, lay_out, nodal
+from stemcal.fem.material import HOURGLASS_SHARE
 from stemcal.fem.model import Model
 
 Array = NDArray[np.float64]
@@ -55,6 +56,7 @@ class State:
     spread: SpreadEdge
     candidates: Candidates
     exchange: Exchange
+    lanes: Lanes
     shares: Array
     clock: Clock
     ledger: Ledger
@@ -72,13 +74,15 @@ class State:
 
 def start(model: Model) -> State:
     """Return the state of a model at time 0."""
-    topology = model.mesh.topology(model.crowns)
-    material = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
-    body = _body(model, material)
+    lanes = lay_out(model.mesh.hexes, len(model.mesh.nodes))
+    topology = model.mesh.topology(model.crowns, lanes.slots)
+    numbers = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
+    material = MaterialNumbers(*(_precision(model).type(number) for number in numbers))
+    body = _body(model, material, lanes, topology)
     volumes, shares = model.mesh.volumes(), element_shares(model)
     size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(
-        topology.hexes, body.x, body.state, body.element_mass, model.material.lame_modulus,
+        topology, body.x, body.state, body.element_mass, model.material.lame_modulus,
         model.material.shear_modulus,
         material.hourglass_memory,
     )  # fmt: skip
@@ -94,7 +98,8 @@ def start(model: Model) -> State:
         exchange=exchange(
             model.mesh, topology.neighbours, shares, model.material.failure_strain, model.material.internal_length
         ),
-        shares=_padded(shares, 0.0),
+        lanes=lanes,
+        shares=lanes.spread(shares, 0.0),
         clock=Clock(
             time=np.zeros(1),
             step=np.zeros(1),
@@ -117,12 +122,23 @@ def start(model: Model) -> State:
     )
 
 
-def aligned_zeros(shape: tuple[int, ...]) -> Array:
+def aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
     """Return zeros that begin on a cache line: a vector read across two lines costs twice, a quarter of the kernel."""
-    size = 8 * prod(shape)
+    size = kind.itemsize * prod(shape)
     raw = np.zeros(size + _CACHE_LINE, dtype=np.uint8)
     begin = -raw.ctypes.data % _CACHE_LINE
-    return raw[begin : begin + size].view(np.float64).reshape(shape)
+    return raw[begin : begin + size].view(kind).reshape(shape)
+
+
+def scratch_like(state: Array) -> Array:
+    """Return room for one block of elements whose state this is."""
+    return aligned_zeros((SCRATCH_ROWS * LANES,), state.dtype)
+
+
+def _precision(model: Model) -> np.dtype[Any]:
+    """Return the precision of the elements' state; fully integrated ones have no other than double."""
+    single = model.integration.precision == "mixed" and model.element == "one_point"
+    return np.dtype(np.float32 if single else np.float64)
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
@@ -130,14 +146,14 @@ def _ledger(tools: int, nodes: int) -> Ledger:
     return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
 
 
-def _body(model: Model, material: MaterialNumbers) -> Body:
+def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topology) -> Body:
     mesh = model.mesh
-    x = np.array(mesh.nodes, dtype=float)
-    element_state = _element_state(model, material)
-    element_mass = _element_masses(model, material, element_state)
+    x = nodal(mesh.nodes)[: len(mesh.nodes)]
+    element_state = _element_state(model, material, lanes)
+    element_mass = _element_masses(model, material, element_state, topology)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
-    v = np.zeros_like(x) if model.velocity is None else np.array(model.velocity, dtype=float)
+    v = nodal(np.zeros_like(x) if model.velocity is None else model.velocity)[: len(x)]
     held = np.zeros(x.shape, dtype=bool) if model.held is None else model.held.copy()
     ghosts = _ghosts(model)
     held[ghosts[:, 0]] = True
@@ -146,23 +162,25 @@ def _body(model: Model, material: MaterialNumbers) -> Body:
     return Body(
         x=x,
         v=v,
-        f=loads.copy(),
+        f=nodal(loads, len(lanes.late)),
         push=np.zeros_like(x),
         loads=loads,
         mass=mass,
         inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
         free=np.where(held, 0.0, 1.0),
         driven=np.where(held, v, 0.0),
-        blocks=_blocks(mesh),
+        runs=lanes.runs,
+        targets=lanes.targets,
+        late=lanes.late,
         state=element_state,
-        scratch=aligned_zeros((SCRATCH_ROWS * LANES,)),
+        scratch=scratch_like(element_state),
         element_mass=element_mass,
         ghosts=ghosts,
         points=_points(model),
     )
 
 
-def _element_masses(model: Model, material: MaterialNumbers, state: Array) -> Array:
+def _element_masses(model: Model, material: MaterialNumbers, state: Array, topology: Topology) -> Array:
     """Return ρV, t, and more where an element could not take the wanted time step: m grows as its square."""
     mesh, how = model.mesh, model.integration
     mass = material.density * mesh.volumes()
@@ -170,36 +188,20 @@ def _element_masses(model: Model, material: MaterialNumbers, state: Array) -> Ar
         return mass
     law = model.material
     steps = how.safety * element_steps(
-        mesh.hexes, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus, material.hourglass_memory
+        topology, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus, material.hourglass_memory
     )
     return np.asarray(mass * np.maximum(1.0, how.time_step / steps) ** 2)
 
 
-def _padded(per_element: Array, fill: float) -> Array:
-    """Return values per element as (blocks, lanes), the last block filled up."""
-    count = -(-len(per_element) // LANES) * LANES
-    padded = np.full(count, fill)
-    padded[: len(per_element)] = per_element
-    return padded.reshape(-1, LANES)
-
-
-def _blocks(mesh: Mesh) -> NDArray[np.int32]:
-    """Return (blocks, 8, lanes) node numbers; the last block is filled with its last element, which stays dead."""
-    count = -(-len(mesh.hexes) // LANES) * LANES
-    index = np.minimum(np.arange(count), len(mesh.hexes) - 1)
-    return np.ascontiguousarray(mesh.hexes[index].reshape(-1, LANES, 8).transpose(0, 2, 1))
-
-
-def _element_state(model: Model, material: MaterialNumbers) -> Array:
-    mesh = model.mesh
-    volumes = mesh.volumes()
-    state = aligned_zeros((-(-len(volumes) // LANES), STATE_ROWS, LANES))
-    state[:, ALIVE] = _padded(np.ones_like(volumes), 0.0)
+def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes) -> Array:
+    volumes = model.mesh.volumes()
+    state = aligned_zeros((len(lanes.runs), STATE_ROWS, LANES), _precision(model))
+    state[:, ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, RATE_FACTOR] = 1.0
-    state[:, VOLUME] = _padded(volumes, 1.0)
-    state[:, VISCOUS_LENGTH] = _padded(np.cbrt(volumes), 1.0)
-    state[:, FAILURE_STRAIN] = _padded(model.material.failure_strains(np.cbrt(volumes)), 1.0)
-    state[:, HOURGLASS_STIFFNESS] = _padded(hourglass_stiffness(model, material), 0.0)
+    state[:, VOLUME] = lanes.spread(volumes, 1.0)
+    state[:, VISCOUS_LENGTH] = lanes.spread(np.cbrt(volumes), 1.0)
+    state[:, FAILURE_STRAIN] = lanes.spread(model.material.failure_strains(np.cbrt(volumes)), 1.0)
+    state[:, HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, material), 0.0)
     return state
 
 
@@ -223,18 +225,16 @@ def _points(model: Model) -> Array:
 
 
 def hourglass_stiffness(model: Model, material: MaterialNumbers) -> Array:
-    """Return the resistance per modal amplitude of each element: 8 k (N/mm) or the viscous 64 a (N s/mm).
+    """Return the resistance per modal amplitude of each element, 64 a: N/mm, or N s/mm in the viscous form.
 
-    A modal amplitude is q_m = Γ·u/8, hence 8 times the stiffness per Flanagan and Belytschko's Γ·u/√8.
+    A modal amplitude is q_m = Γ·u/8, and the force on it Γ·f, hence 64 times the a of `Hourglass`.
     """
-    volumes = model.mesh.volumes()
+    length = np.cbrt(model.mesh.volumes())
     if model.hourglass.form == "viscous":
-        a = model.hourglass.coefficient * material.density * np.cbrt(volumes) ** 2 * material.sound_speed / 4.0
-        return np.asarray(64.0 * a)
-    b = np.array([b for _, b in model.mesh.modal_gradients()])
-    # ΣB² = Σ|bₘ|² / 8V²
-    gradients = np.sum(b * b, axis=(0, 1)) / (8.0 * volumes**2)
-    return np.asarray(8.0 * model.hourglass.coefficient * model.material.elastic_modulus * volumes * gradients)
+        a = material.density * material.sound_speed * length**2 / 4.0
+    else:
+        a = HOURGLASS_SHARE * model.material.p_wave_modulus * length
+    return np.asarray(64.0 * model.hourglass.coefficient * a)
 
 
 def _candidates(tools: int, nodes: int, elements: int) -> Candidates:

@@ -137,6 +137,6 @@ def _history(state: State, rows: list[dict[str, Any]]) -> History:
         **columns,
         steps=int(state.clock.steps[0]),
         x=state.body.x,
-        state=state.body.state,
+        state=state.lanes.gathered(state.body.state),
         standing=state.topology.standing,
     )

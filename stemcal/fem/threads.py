@@ -1,29 +1,24 @@
 """One large model on several cores: a step's elements and nodes shared out to threads, the rest as ever.
 
-Each thread advances a run of blocks and subtracts their corner forces from the nodes. A node between the runs of two
-threads belongs to the first of them; the later one puts each of its forces there into a row of its own, and these are
-added, one by one and in order, when all threads are done. So every node collects its forces in the order of a single
-thread and the result has the same bits whatever the number of threads. The kernels release the interpreter lock, plain
-threads do.
+Each thread advances some of the parts of the blocks (`stemcal.fem.lanes`), which meet no row of the nodal forces in
+common; what is between two parts is added when all threads are done, as in the compiled loop. So every node collects
+its forces in the same order and the result has the same bits whatever the number of threads. The kernels release the
+interpreter lock, plain threads do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stemcal.fem.kernels.block import LANES, SCRATCH_ROWS
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.march import REACHED, fail_in_the_mean, finish_step, mean_step, meet_tools, renew_time_step
 from stemcal.fem.kernels.nodes import add_late_forces, kick_and_drift
-from stemcal.fem.state import State, aligned_zeros
+from stemcal.fem.state import State, scratch_like
 
-Ints = NDArray[np.int32]
 March = Callable[[float, State], int]
 
 
@@ -33,12 +28,10 @@ class ThreadedMarch:
     def __init__(self, state: State, count: int) -> None:
         self._count = count
         self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
-        body = state.body
-        self._block_ends = np.linspace(0, len(body.blocks), count + 1).astype(int)
+        body, ends = state.body, state.lanes.ends
+        self._block_ends = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)]
         self._chunk_ends = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int)
-        self._targets, self._late = force_rows(body.blocks, self._block_ends, len(body.x))
-        state.body = body._replace(f=np.concatenate([body.f, np.zeros((len(self._late), 3))]))
-        self._scratch = [aligned_zeros((SCRATCH_ROWS * LANES,)) for _ in range(count)]
+        self._scratch = [scratch_like(body.state) for _ in range(count)]
 
     def __enter__(self) -> ThreadedMarch:
         return self
@@ -56,7 +49,7 @@ class ThreadedMarch:
                 return int(outcome)
             apart = fail_in_the_mean(body, state.topology, state.exchange, clock)
             failed = sum(self._together(self._add_internal_forces, state)) > 0 or apart
-            add_late_forces(body.f, self._late, len(body.x))
+            add_late_forces(body)
             meet_tools(
                 failed, body, state.topology, tools, state.edge, state.spread, state.candidates, clock, ledger,
                 state.friction, state.settings,
@@ -76,7 +69,7 @@ class ThreadedMarch:
         mine = slice(self._block_ends[thread], self._block_ends[thread + 1])
         body = state.body
         failed = add_internal_forces(
-            self._scratch[thread], body.blocks[mine], self._targets[mine], body.x, body.v, body.state[mine], body.f,
+            self._scratch[thread], body.runs[mine], body.targets[mine], body.x, body.v, body.state[mine], body.f,
             state.clock.step_before[0], state.material,
         )  # fmt: skip
         return int(failed)
@@ -84,23 +77,3 @@ class ThreadedMarch:
     def _move_nodes(self, state: State, thread: int) -> None:
         begin, end = self._chunk_ends[thread], self._chunk_ends[thread + 1]
         kick_and_drift(state.body, mean_step(state.clock), state.clock.step[0], state.ledger.node_sums, begin, end)
-
-
-def force_rows(blocks: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints]:
-    """Return the row of the nodal forces for each corner, and the nodes of the rows after the first `nodes`.
-
-    Blocks ends[t]…ends[t+1]−1 are thread t's. A corner at a node that an earlier thread meets as well gets a row of
-    its own; these follow the nodes' rows in the order of block, corner, lane.
-    """
-    owner = np.full(nodes, -1)
-    targets = blocks.copy()
-    late: list[Ints] = []
-    used = nodes
-    for thread, (begin, end) in enumerate(pairwise(ends)):
-        mine = blocks[begin:end]
-        owner[mine[owner[mine] < 0]] = thread
-        shared = owner[mine] < thread
-        late.append(mine[shared])
-        targets[begin:end][shared] = np.arange(used, used + shared.sum(), dtype=np.int32)
-        used += shared.sum()
-    return targets, np.concatenate(late)

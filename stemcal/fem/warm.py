@@ -20,7 +20,7 @@ from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
-from stemcal.fem.model import Integration, Model
+from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.stepper import simulate
 
 logger = logging.getLogger(__name__)
@@ -31,7 +31,7 @@ _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has starte
 
 
 @functools.cache
-def warm(threads: int = 1) -> None:
+def warm(threads: int = 1, precision: Precision = "double") -> None:
     """Compile every kernel of a simulation, or load it from the cache; once in a process.
 
     Of several processes with one cache, the first compiles and the others wait for it. A damaged cache entry makes
@@ -39,13 +39,13 @@ def warm(threads: int = 1) -> None:
     real.
     """
     _tell_of_spare()
-    with _one_at_a_time(threads):
+    with _one_at_a_time(_mark(threads, precision)):
         try:
-            _smallest_simulation(threads)
+            _smallest_simulation(threads, precision)
         except Exception:
             shutil.rmtree(CACHE, ignore_errors=True)
             CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
-            _smallest_simulation(threads)
+            _smallest_simulation(threads, precision)
     sweep(CACHE)
 
 
@@ -62,9 +62,8 @@ def _tell_of_spare() -> None:
 
 
 @contextmanager
-def _one_at_a_time(threads: int) -> Iterator[None]:
+def _one_at_a_time(mark: Path) -> Iterator[None]:
     """Hold the others off while kernels are compiled; not once they are there, lest starting be slow."""
-    mark = _mark(threads)
     if mark.exists():
         yield
         return
@@ -79,13 +78,13 @@ def _one_at_a_time(threads: int) -> Iterator[None]:
         lock.release()
 
 
-def is_compiled(threads: int = 1) -> bool:
+def is_compiled(threads: int = 1, precision: Precision = "double") -> bool:
     """Tell whether the cache has every kernel for this machine, as far as one can tell without loading them."""
-    return _mark(threads).exists()
+    return _mark(threads, precision).exists()
 
 
-def _mark(threads: int) -> Path:
-    return CACHE / f"complete-{_machine()}-{threads}"
+def _mark(threads: int, precision: Precision) -> Path:
+    return CACHE / f"complete-{_machine()}-{threads}-{precision}"
 
 
 def _machine() -> str:
@@ -102,13 +101,13 @@ def sweep(cache: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-def _smallest_simulation(threads: int) -> None:
+def _smallest_simulation(threads: int, precision: Precision) -> None:
     """Press a tool with an edge into one element for a few steps."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     model = Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
-        integration=Integration(outputs=1, threads=threads),
+        integration=Integration(outputs=1, threads=threads, precision=precision),
     )
     simulate(model, 1.0e-6)

@@ -30,7 +30,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
-from stemcal.fem.model import Integration
+from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import is_compiled, warm
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
@@ -62,16 +62,11 @@ class Embedded:
 
     def get_ready(self) -> None:
         """Load the kernels into this process, or compile them where no cache has them."""
-        warm(self._threads)
+        warm(*_kernels(self.study))
 
     def wait_before(self) -> str:
         """Say that the kernels are to be compiled, where no cache has them."""
-        return "" if is_compiled(self._threads) else "compiling kernels, about 30 s, once"
-
-    @property
-    def _threads(self) -> int:
-        solver = self.study.solver
-        return solver.threads if isinstance(solver, EmbeddedSolver) else 1
+        return "" if is_compiled(*_kernels(self.study)) else "compiling kernels, about 30 s, once"
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -175,7 +170,7 @@ def simulate(
     frames : path, optional
         Folder for about 50 frames to be looked at in ParaView.
     """
-    warm()
+    warm(*_kernels(study))
     tests = shear_tests(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
     if symmetry is not None:
         tests = tuple(replace(t, discretisation=replace(t.discretisation, symmetry=symmetry)) for t in tests)
@@ -249,7 +244,12 @@ def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
         element=solver.element,
         hourglass=Hourglass(solver.hourglass.form, solver.hourglass.coefficient),
         integration=Integration(
-            solver.mass_scaling, solver.time_step_safety, solver.outputs, solver.threads, solver.time_step
+            solver.mass_scaling,
+            solver.time_step_safety,
+            solver.outputs,
+            solver.threads,
+            solver.time_step,
+            solver.precision,
         ),
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
@@ -257,6 +257,12 @@ def _discretisation(solver: EmbeddedSolver, diameter: float) -> Discretisation:
         break_drop=solver.break_drop,
         stop_after_peak=solver.stop_after_peak,
     )
+
+
+def _kernels(study: Study) -> tuple[int, Precision]:
+    """Return which kernels a study needs: the number of threads and the precision."""
+    solver = study.solver
+    return (solver.threads, solver.precision) if isinstance(solver, EmbeddedSolver) else (1, "double")
 
 
 def _determining(test: ShearTest) -> dict[str, Any]:

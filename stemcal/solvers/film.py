@@ -53,7 +53,7 @@ class Film:
         """Keep the state if it is its turn."""
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
-            strain = state.body.state[:, PLASTIC_STRAIN, :].reshape(-1)[: len(standing)].copy()
+            strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])
             self.moments.append(Moment(time, state.body.x.copy(), standing, strain))
         self.seen += 1
 

@@ -186,7 +186,7 @@ class Hourglass(_Frozen):
     """Hourglass control of the one-point elements."""
 
     form: Literal["stiffness", "viscous"] = "stiffness"
-    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.003
+    coefficient: Annotated[Number, Field(ge=0, le=1)] = 0.01
 
 
 class EmbeddedSolver(_Frozen):
@@ -203,10 +203,11 @@ class EmbeddedSolver(_Frozen):
     mass_scaling: Annotated[Number, Field(ge=1)] = 1e4
     time_step: Time | None = 4e-5
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
+    precision: Literal["mixed", "double"] = "mixed"
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
     filter_window: Annotated[float, Quantity("time", at_least=0)] = 0.010
-    coarsening: Annotated[Number, Field(ge=1, le=10)] = 5.0
-    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 3.0
+    coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
+    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
     phases: Annotated[Whole, Field(ge=1, le=100)] = 1
     perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
     break_drop: Annotated[Number, Field(gt=0, le=1)] = 0.5

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stemcal.fem import lanes
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.history import History
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
-from stemcal.fem.threads import force_rows
 
 WEDGE = Tool(corners=((2.5, 0.1), (3.0, 2.0), (2.0, 2.0)), radius=0.1, height=2.001, speed=-200.0, edge=2.5)
 
@@ -34,21 +34,10 @@ def press(threads: int) -> History:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("threads", [2, 3])
-def test_threads_change_no_bit(threads: int) -> None:
-    """Slow: the parts of a step are compiled once more, for calls from outside the compiled loop."""
+def test_threads_change_no_bit(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three parts of a block each. Slow: what a step calls is compiled once more, for calls from outside the loop."""
+    monkeypatch.setattr(lanes, "_BLOCKS_OF_A_PART", 1)
     one, many = press(1), press(threads)
     assert one.deleted[-1] > 0
     for name in ("time", "force", "kinetic", "internal", "hourglass", "eroded", "external", "x", "state", "standing"):
         np.testing.assert_array_equal(getattr(one, name), getattr(many, name), err_msg=name)
-
-
-def test_corners_between_two_threads_get_rows_of_their_own() -> None:
-    """Two elements in two blocks of one lane that share four nodes: the second thread's four corners there are late."""
-    mesh = brick((2.0, 1.0, 1.0), (2, 1, 1))
-    blocks = np.ascontiguousarray(mesh.hexes.reshape(2, 8, 1))
-    targets, late = force_rows(blocks, np.array([0, 1, 2]), len(mesh.nodes))
-    shared = np.isin(blocks[1], blocks[0])
-    np.testing.assert_array_equal(targets[0], blocks[0])
-    np.testing.assert_array_equal(targets[1][~shared], blocks[1][~shared])
-    np.testing.assert_array_equal(targets[1][shared], len(mesh.nodes) + np.arange(4))
-    np.testing.assert_array_equal(late, blocks[1][shared])

@@ -68,7 +68,7 @@ OPENRADIOSS = {
 VALUES = {
     "CONTROL_TERMINATION": {"endtim": 0.5},
     "CONTROL_TIMESTEP": {"tssfac": STUDY.solver.time_step_safety, "isdo": 0},  # type: ignore[union-attr]
-    "CONTROL_HOURGLASS": {"ihq": 4, "qh": 0.003},
+    "CONTROL_HOURGLASS": {"ihq": 4, "qh": 0.01},
     "CONTROL_ENERGY": {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1},
     "DATABASE_GLSTAT": {"dt": 0.001, "binary": 1},
     "DATABASE_RCFORC": {"dt": 0.001, "binary": 1},

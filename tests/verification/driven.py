@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 NO_VISCOSITY = BulkViscosity(0.0, 0.0)
 # Each element with each way to resist its hourglass modes.
 ELEMENTS = {
-    "one point, stiffness": {"element": "one_point", "hourglass": Hourglass("stiffness", 0.03)},
+    "one point, stiffness": {"element": "one_point", "hourglass": Hourglass("stiffness", 0.1)},
     "one point, viscous": {"element": "one_point", "hourglass": Hourglass("viscous", 0.1)},
     "full": {"element": "full"},
 }
@@ -40,12 +40,12 @@ def advance(state: State, x: Array, dt: float = 1.0e-3) -> Array:
     body.x[:] = x
     body.f[:] = 0.0
     if body.points.shape[0] > 0:
-        add_full_internal_forces(state.topology.hexes, body.points, body.x, body.v, body.state, body.f, dt,
+        add_full_internal_forces(state.topology, body.points, body.x, body.v, body.state, body.f, dt,
                                  state.material)  # fmt: skip
     else:
-        blocks = body.blocks
-        add_internal_forces(body.scratch, blocks, blocks, body.x, body.v, body.state, body.f, dt, state.material)
-    return body.f.copy()
+        add_internal_forces(body.scratch, body.runs, body.targets, body.x, body.v, body.state, body.f, dt,
+                            state.material)  # fmt: skip
+    return body.f[: len(x)].copy()
 
 
 def stresses(state: State) -> Array:
@@ -56,12 +56,8 @@ def stresses(state: State) -> Array:
 
 
 def row(state: State, which: int | slice) -> Array:
-    """Return one or more rows of the elements' state, elements first, without the padding."""
-    elements = len(state.topology.hexes)
-    rows = state.body.state[:, which]
-    if rows.ndim == 2:
-        return rows.reshape(-1)[:elements].copy()
-    return rows.transpose(0, 2, 1).reshape(-1, rows.shape[1])[:elements].copy()
+    """Return one or more rows of the elements' state, elements first, in the order of the mesh."""
+    return state.lanes.gathered(state.body.state[:, which])
 
 
 def boundary(mesh: Mesh) -> NDArray[np.bool_]:

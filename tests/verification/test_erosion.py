@@ -71,8 +71,8 @@ def pulled(mesh: Mesh, element: str, elongation: float, outputs: int) -> History
     velocity = np.zeros_like(mesh.nodes)
     velocity[:, 0] = np.where(end, 10.0, 0.0)
     material = Material(1e-9, 1000.0, 0.0, 10.0, 0.0, failure_strain=0.03)
-    model = Model(mesh, material, element=element, held=held, velocity=velocity, hourglass=Hourglass("stiffness", 0.01),
-                  integration=Integration(outputs=outputs, safety=0.8))  # type: ignore[arg-type]  # fmt: skip
+    model = Model(mesh, material, element=element, held=held, velocity=velocity,
+                  hourglass=Hourglass("stiffness", 0.037), integration=Integration(outputs=outputs, safety=0.8))  # type: ignore[arg-type]  # fmt: skip
     return simulate(model, elongation / 10.0)
 
 

@@ -61,7 +61,7 @@ def impact(across: int, along: int, element: ElementKind = "one_point", wall: bo
     velocity[:, 2] = np.where(held[:, 2], 0.0, -SPEED)
     table = Tool(corners=((-50.0, -20.0), (50.0, -20.0), (50.0, -1.0), (-50.0, -1.0)), radius=1.0)
     model = Model(mesh, COPPER, element=element, held=held, velocity=velocity, tools=(table,) if wall else (),
-                  contact=Contact(damping=0.0), hourglass=Hourglass("stiffness", 0.01),
+                  contact=Contact(damping=0.0), hourglass=Hourglass("stiffness", 0.037),
                   integration=Integration(safety=0.6, outputs=40))  # fmt: skip
     return simulate(model, 80e-6)
 

@@ -49,7 +49,7 @@ def bar(end: str, element: str = "one_point", push: float = 1.0, mass_scaling: f
         if element == "full":
             stress = state.body.points[:, :, 0].mean(axis=1)
         else:
-            stress = state.body.state[:, STRESS].reshape(-1)[:LENGTH]
+            stress = state.lanes.gathered(state.body.state[:, STRESS])
         return np.concatenate([stress, state.body.v[:, 0].reshape(-1, 4).mean(axis=1) * np.sqrt(mass_scaling)])
 
     times, seen = record(model, np.linspace(0.0, 1.9 * transit, 381)[1:], look)

@@ -4,6 +4,9 @@ A block is `LANES` elements. Everything their physics touches lies in two flat a
 gathers and yields at the corners and the block's own state, value `row` of element `lane` at
 ``values[row * LANES + lane]`` with both numbers known when compiling: in this form, and with every function inlined,
 LLVM turns a loop over the lanes into vector instructions. The states of all blocks are an array (blocks, rows, lanes).
+
+The lanes are filled in runs of `RUN`: elements whose corners follow one another among the nodes, so that a corner of
+all of them is a run of nodes (`vectors`), named by the first. `stemcal.fem.lanes` finds them; empty lanes are dead.
 """
 
 from __future__ import annotations
@@ -13,11 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.compile import inlined, prefetch
+from stemcal.fem.kernels.compile import inlined
+from stemcal.fem.kernels.numbers import ZERO
+from stemcal.fem.kernels.vectors import RUN, prefetch, read_run, subtract_run
 
 Array = NDArray[np.float64]
 Floats = Any
 LANES = 32  # two to eight vector registers; measured: 16 is a tenth slower, 64 no faster
+RUNS = LANES // RUN
 
 # Rows of an element's state, kept between steps.
 STRESS = 0
@@ -35,7 +41,10 @@ VISCOUS_PRESSURE = 31
 HOURGLASS_STIFFNESS = 32
 VISCOUS_LENGTH = 33
 FAILURE_STRAIN = 34
-STATE_ROWS = 35
+# What rounding has kept from the energies so far.
+INTERNAL_REMAINDER = 35
+HOURGLASS_REMAINDER = 36
+STATE_ROWS = 37
 
 # Rows of the scratch: corner coordinates, velocities and forces (x, y, z by eight).
 COORDINATES = 0
@@ -43,36 +52,35 @@ VELOCITIES = 24
 FORCES = 48
 SCRATCH_ROWS = 72
 
-# A cache line holds eight numbers; so many lines of a block's state are asked for with each of the eight corners.
-_LINE = 8
-_LINES_PER_CORNER = -(-STATE_ROWS * LANES // (8 * _LINE))
+_CACHE_LINE = 64  # bytes
 
 
 @inlined
-def fetch(scratch: Array, corners: Any, x: Array, v: Array, states: Array, following: int) -> None:
-    """Gather positions and velocities of a block's corners (8, lanes), and have the next block's state brought near.
+def fetch(scratch: Array, runs: Any, x: Array, v: Array, states: Array, following: int) -> None:
+    """Gather positions and velocities of a block's corners (8, `RUNS`), and have the next block's state brought near.
+
+    They are taken relative to the first corner: single precision is enough for the shape and the motion of an element,
+    not for where it is.
 
     That state begins at ``states[following]``, all states in a row. Its rows are read with strides that the processor
     does not foresee: without the prefetch a model that exceeds the caches is computed at half the speed.
     """
+    line, share = _CACHE_LINE // states.itemsize, STATE_ROWS * LANES // 8
     for a in range(8):
-        for line in range(a * _LINES_PER_CORNER, (a + 1) * _LINES_PER_CORNER):
-            prefetch(states, following + line * _LINE)
-        for lane in range(LANES):
-            n = np.uintp(corners[a, lane])  # unsigned: no test for an index counted from the end
-            for i in range(3):
-                scratch[(COORDINATES + 8 * i + a) * LANES + lane] = x[n, i]
-                scratch[(VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i]
+        for place in range(a * share, (a + 1) * share, line):
+            prefetch(states, following + place)
+        for r in range(RUNS):
+            first, n, place = np.intp(runs[0, r]), np.intp(runs[a, r]), a * LANES + r * RUN
+            read_run(x, n, first, scratch, COORDINATES * LANES + place, 8 * LANES)
+            read_run(v, n, first, scratch, VELOCITIES * LANES + place, 8 * LANES)
 
 
 @inlined
-def scatter(scratch: Array, corners: Any, f: Array) -> None:
+def scatter(scratch: Array, runs: Any, f: Array) -> None:
     """Subtract the forces of a block's corners from those of the nodes."""
     for a in range(8):
-        for lane in range(LANES):
-            n = np.uintp(corners[a, lane])
-            for i in range(3):
-                f[n, i] -= scratch[(FORCES + 8 * i + a) * LANES + lane]
+        for r in range(RUNS):
+            subtract_run(f, np.intp(runs[a, r]), scratch, (FORCES + a) * LANES + r * RUN, 8 * LANES)
 
 
 @inlined
@@ -82,6 +90,12 @@ def living(state: Array) -> int:
     for lane in range(LANES):
         count += state[ALIVE, lane] > 0.0
     return count
+
+
+@inlined
+def held(state: Array, slot: int, row: int) -> float:
+    """Return one row of the element in a slot, block · `LANES` + lane."""
+    return state[slot // LANES, row, slot % LANES]
 
 
 @inlined
@@ -97,9 +111,16 @@ def store(values: Array, row: int, lane: int, value: float) -> None:
 
 
 @inlined
-def add(values: Array, row: int, lane: int, value: float) -> None:
-    """Add to one row of one lane."""
-    values[row * LANES + lane] += value
+def book(values: Array, row: int, remainder: int, lane: int, value: float) -> None:
+    """Add to one row of one lane, and keep in another what rounding leaves out, to be added with the next value.
+
+    Kahan, Comm. ACM 8, 40 (1965): in single precision many small energies would else stop to count.
+    """
+    old = values[row * LANES + lane]
+    added = value - values[remainder * LANES + lane]
+    new = old + added
+    values[remainder * LANES + lane] = (new - old) - added
+    values[row * LANES + lane] = new
 
 
 @inlined
@@ -143,30 +164,30 @@ def load3(values: Array, row: int, lane: int) -> Floats:
 @inlined
 def store8(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store eight successive rows of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > 0.0 else 0.0
-    values[(row + 1) * LANES + lane] = f[1] if alive > 0.0 else 0.0
-    values[(row + 2) * LANES + lane] = f[2] if alive > 0.0 else 0.0
-    values[(row + 3) * LANES + lane] = f[3] if alive > 0.0 else 0.0
-    values[(row + 4) * LANES + lane] = f[4] if alive > 0.0 else 0.0
-    values[(row + 5) * LANES + lane] = f[5] if alive > 0.0 else 0.0
-    values[(row + 6) * LANES + lane] = f[6] if alive > 0.0 else 0.0
-    values[(row + 7) * LANES + lane] = f[7] if alive > 0.0 else 0.0
+    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
+    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
+    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
+    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
+    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
+    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
+    values[(row + 6) * LANES + lane] = f[6] if alive > ZERO else ZERO
+    values[(row + 7) * LANES + lane] = f[7] if alive > ZERO else ZERO
 
 
 @inlined
 def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store a symmetric tensor of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > 0.0 else 0.0
-    values[(row + 1) * LANES + lane] = f[1] if alive > 0.0 else 0.0
-    values[(row + 2) * LANES + lane] = f[2] if alive > 0.0 else 0.0
-    values[(row + 3) * LANES + lane] = f[3] if alive > 0.0 else 0.0
-    values[(row + 4) * LANES + lane] = f[4] if alive > 0.0 else 0.0
-    values[(row + 5) * LANES + lane] = f[5] if alive > 0.0 else 0.0
+    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
+    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
+    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
+    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
+    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
+    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
 
 
 @inlined
 def store3(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store a vector of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > 0.0 else 0.0
-    values[(row + 1) * LANES + lane] = f[1] if alive > 0.0 else 0.0
-    values[(row + 2) * LANES + lane] = f[2] if alive > 0.0 else 0.0
+    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
+    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
+    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO

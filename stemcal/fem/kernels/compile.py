@@ -7,9 +7,7 @@ from typing import Any
 
 import llvmlite.binding
 import numba
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import njit
 
 from stemcal.fem.kernels.cache import cache_folder
 
@@ -49,23 +47,3 @@ def inlined(function: Function) -> Any:
     A call left inside the loop over the lanes of a block would keep LLVM from vectorising it.
     """
     return njit(forceinline=True, error_model="numpy", fastmath=_MATHS)(function)
-
-
-def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
-    """Ask for the cache line of ``values[place]``, flat and contiguous, so that it is there when it is needed."""
-
-    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        byte = ir.IntType(8).as_pointer()
-        address = builder.bitcast(builder.gep(array.data, [arguments[1]]), byte)
-        flag = ir.IntType(32)
-        to_write, keep_close, data = flag(1), flag(3), flag(1)
-        form = ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag])
-        function = builder.module.declare_intrinsic("llvm.prefetch", (byte,), form)
-        builder.call(function, [address, to_write, keep_close, data])
-        return context.get_dummy_value()
-
-    return types.void(values, place), build
-
-
-prefetch: Any = intrinsic(_prefetch)

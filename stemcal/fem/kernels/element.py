@@ -15,8 +15,10 @@ from stemcal.fem.kernels.block import (
     FORCES,
     HOURGLASS_ENERGY,
     HOURGLASS_FORCE,
+    HOURGLASS_REMAINDER,
     HOURGLASS_STIFFNESS,
     INTERNAL_ENERGY,
+    INTERNAL_REMAINDER,
     LANES,
     PLASTIC_STRAIN,
     RATE_FACTOR,
@@ -27,7 +29,7 @@ from stemcal.fem.kernels.block import (
     VISCOUS_PRESSURE,
     VOLUME,
     YIELD_RATE,
-    add,
+    book,
     fetch,
     living,
     load,
@@ -54,6 +56,7 @@ from stemcal.fem.kernels.hexahedron import (
     velocity_gradient,
 )
 from stemcal.fem.kernels.hourglass import modal_rate, resist, taken_from_stress
+from stemcal.fem.kernels.numbers import HALF, ONE, TINY, ZERO, like
 from stemcal.fem.kernels.plasticity import (
     double_dot,
     elastic_trial,
@@ -86,7 +89,7 @@ class MaterialNumbers(NamedTuple):
 @inlined
 def bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> Floats:
     """Return von Neumann and Richtmyer's pressure, q = ρ l (c₂ l ε̇ᵥ² + c₁ c |ε̇ᵥ|) in compression, 0 in expansion."""
-    closing = max(-(de[0] + de[1] + de[2]) / max(dt, 1.0e-30), 0.0)
+    closing = max(-(de[0] + de[1] + de[2]) / max(dt, TINY), ZERO)
     quadratic = material.viscosity_quadratic * length * closing
     linear = material.viscosity_linear * material.sound_speed
     return material.density * length * closing * (quadratic + linear)
@@ -108,7 +111,7 @@ def hourglass_forces(
 ) -> Floats:  # fmt: skip
     """Return the forces on the four hourglass modes and their power."""
     memory = material.hourglass_memory
-    gain = load(state, HOURGLASS_STIFFNESS, lane) * (memory * dt + (1.0 - memory))
+    gain = load(state, HOURGLASS_STIFFNESS, lane) * (memory * dt + (ONE - memory))
     q4, p4 = resist(load3(state, HOURGLASS_FORCE, lane), modal_rate(4, u, v, w, x, y, z, L), R, gain, memory)
     q5, p5 = resist(load3(state, HOURGLASS_FORCE + 3, lane), modal_rate(5, u, v, w, x, y, z, L), R, gain, memory)
     q6, p6 = resist(load3(state, HOURGLASS_FORCE + 6, lane), modal_rate(6, u, v, w, x, y, z, L), R, gain, memory)
@@ -123,13 +126,16 @@ def corner_forces(
 ) -> Floats:  # fmt: skip
     """Return component i of the forces on the eight corners."""
     q4, q5, q6, q7 = Q
-    row = stress_row(i, stress, pressure, taken_from_stress(q4, q5, q6, q7, i, x, y, z), 1.0 / volume)
+    row = stress_row(i, stress, pressure, taken_from_stress(q4, q5, q6, q7, i, x, y, z), ONE / volume)
     return corners(modal_forces(row, (q4[i], q5[i], q6[i], q7[i]), bx, by, bz))
 
 
 @inlined
 def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats) -> None:
-    """Advance one element by one step: from corner positions and velocities to corner forces and new state."""
+    """Advance one element by one step: from corner positions and velocities to corner forces and new state.
+
+    Precision is that of its state; `dt` and `material` have the same.
+    """
     x = modes(load8(scratch, COORDINATES, lane))
     y = modes(load8(scratch, COORDINATES + 8, lane))
     z = modes(load8(scratch, COORDINATES + 16, lane))
@@ -149,10 +155,10 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     trial = elastic_trial(old, de, material.bulk, material.shear)
     factor, strain = load(state, RATE_FACTOR, lane), load(state, PLASTIC_STRAIN, lane)
     stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
-    alive = load(state, ALIVE, lane) if strain < load(state, FAILURE_STRAIN, lane) else 0.0
+    alive = load(state, ALIVE, lane) if strain < load(state, FAILURE_STRAIN, lane) else ZERO
     pressure = bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
-    mean_pressure = 0.5 * (load(state, VISCOUS_PRESSURE, lane) + pressure)
-    work = 0.5 * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
+    mean_pressure = HALF * (load(state, VISCOUS_PRESSURE, lane) + pressure)
+    work = HALF * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
     Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, dt, material)
@@ -165,11 +171,11 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     store6(state, BACK_STRESS, lane, back, alive)
     for m in range(4):
         store3(state, HOURGLASS_FORCE + 3 * m, lane, Q[m], alive)
-    add(state, INTERNAL_ENERGY, lane, volume * work if alive > 0.0 else 0.0)
-    add(state, HOURGLASS_ENERGY, lane, dt * power if alive > 0.0 else 0.0)
+    book(state, INTERNAL_ENERGY, INTERNAL_REMAINDER, lane, volume * work if alive > ZERO else ZERO)
+    book(state, HOURGLASS_ENERGY, HOURGLASS_REMAINDER, lane, dt * power if alive > ZERO else ZERO)
     store(state, PLASTIC_STRAIN, lane, strain)
     store(state, ALIVE, lane, alive)
-    store(state, YIELD_RATE, lane, equivalent_rate(de, dt) if q > static_yield else 0.0)
+    store(state, YIELD_RATE, lane, equivalent_rate(de, dt) if q > static_yield else ZERO)
     store(state, VOLUME, lane, volume)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
@@ -182,12 +188,10 @@ def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
 
 
 @inlined
-def run_block(
-    b: int, scratch: Array, blocks: Any, x: Array, v: Array, state: Array, dt: float, material: Floats
-) -> None:
+def run_block(b: int, scratch: Array, runs: Any, x: Array, v: Array, state: Array, dt: float, material: Floats) -> None:
     """Advance block b from the motion of its nodes, and work out the rate factors of its next step."""
-    states, following = state.reshape(state.size), min(b + 1, blocks.shape[0] - 1) * STATE_ROWS * LANES
-    fetch(scratch, blocks[b], x, v, states, following)
+    states, following = state.reshape(state.size), min(b + 1, runs.shape[0] - 1) * STATE_ROWS * LANES
+    fetch(scratch, runs[b], x, v, states, following)
     advance(scratch, state[b].reshape(STATE_ROWS * LANES), dt, material)
     for lane in range(LANES):
         rate = state[b, YIELD_RATE, lane]
@@ -196,18 +200,18 @@ def run_block(
 
 @kernel
 def add_internal_forces(
-    scratch: Array, blocks: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
+    scratch: Array, runs: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
 ) -> int:
     """Subtract the internal forces of all elements from the nodal forces and advance the elements' state.
 
-    `targets`, shaped as `blocks`, names the row of `f` for each corner: the node itself, or where several threads share
-    the elements (`stemcal.fem.threads`) a row apart. Returns how many elements have failed.
+    `targets`, shaped as `runs`, names the rows of `f` for each run of corners: the nodes themselves, or rows apart
+    where two parts of a large model meet (`stemcal.fem.lanes`). Returns how many elements have failed.
     """
-    failed = 0
-    for b in range(blocks.shape[0]):
+    failed, step = 0, like(state[0, 0, 0], dt)
+    for b in range(runs.shape[0]):
         alive = living(state[b])
         if alive > 0:
-            run_block(b, scratch, blocks, x, v, state, dt, material)
+            run_block(b, scratch, runs, x, v, state, step, material)
             scatter(scratch, targets[b], f)
             failed += alive - living(state[b])
     return failed

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN
+from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, held
 from stemcal.fem.kernels.compile import kernel
 
 Floats = Any
@@ -47,10 +47,10 @@ class Exchange(NamedTuple):
 @kernel
 def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
     """Set `exchange.mean` to the mean plastic strain around each standing element."""
-    mean, after, share = exchange.mean, exchange.next, exchange.share
+    mean, after, share, slots = exchange.mean, exchange.next, exchange.share, topology.slots
     neighbours, standing = topology.neighbours, topology.standing
     for e in range(mean.shape[0]):
-        exchange.known[e] = mean[e] = state[e // LANES, PLASTIC_STRAIN, e % LANES]
+        exchange.known[e] = mean[e] = held(state, slots[e], PLASTIC_STRAIN)
     for _ in range(exchange.passes):
         for e in range(mean.shape[0]):
             gained = 0.0
@@ -70,12 +70,12 @@ def may_have_failed(exchange: Floats, topology: Floats, state: Array) -> bool:
     A mean weighs strains with shares of one: it has grown by no more than the strain that has grown most. Where
     elements have gone since, the means are others.
     """
-    mean, grown, standing = 0.0, 0.0, 0
+    mean, grown, standing, slots = 0.0, 0.0, 0, topology.slots
     for e in range(exchange.mean.shape[0]):
         if topology.standing[e]:
             standing += 1
             mean = max(mean, exchange.mean[e])
-            grown = max(grown, state[e // LANES, PLASTIC_STRAIN, e % LANES] - exchange.known[e])
+            grown = max(grown, held(state, slots[e], PLASTIC_STRAIN) - exchange.known[e])
     changed = standing != exchange.standing[0]
     exchange.standing[0] = standing
     return changed or mean + grown >= _ROUNDED * exchange.failure_strain
@@ -90,7 +90,8 @@ def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> boo
     failed = False
     for e in range(exchange.mean.shape[0]):
         if topology.standing[e] and exchange.mean[e] >= exchange.failure_strain:
-            state[e // LANES, ALIVE, e % LANES] = 0.0
+            slot = topology.slots[e]
+            state[slot // LANES, ALIVE, slot % LANES] = 0.0
             failed = True
     return failed
 
@@ -104,7 +105,7 @@ def erode(topology: Floats, state: Array, v: Array, mass: Array, inverse_mass: A
     """
     count, energy = 0, 0.0
     for e in range(topology.standing.shape[0]):
-        if not topology.standing[e] or state[e // LANES, ALIVE, e % LANES] > 0.0:
+        if not topology.standing[e] or held(state, topology.slots[e], ALIVE) > 0.0:
             continue
         topology.standing[e] = False
         count += 1

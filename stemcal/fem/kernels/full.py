@@ -131,14 +131,15 @@ def update_point(row: Array, L: Floats, dt: float, material: Floats) -> Floats:
 
 @kernel
 def add_full_internal_forces(
-    hexes: Any, points: Array, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
+    topology: Floats, points: Array, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
 ) -> None:
     """Subtract the internal forces of fully integrated elements and advance the state of their points.
 
     An element fails when the mean plastic strain of its points reaches the failure strain.
     """
+    hexes, slots = topology.hexes, topology.slots
     for e in range(hexes.shape[0]):
-        block, lane = e // LANES, e % LANES
+        block, lane = slots[e] // LANES, slots[e] % LANES
         if state[block, ALIVE, lane] == 0.0:
             continue
         mx, my, mz = (

@@ -20,6 +20,7 @@ from __future__ import annotations
 from typing import Any
 
 from stemcal.fem.kernels.compile import inlined
+from stemcal.fem.kernels.numbers import EIGHT, EIGHTH, HALF, ONE, QUARTER, ZERO, like
 
 # Numba infers these tuples of floats; the alias says what they are for a reader.
 Floats = Any
@@ -38,14 +39,14 @@ def modes(f: Floats) -> Floats:
     ss2, sd2, ds2, dd2 = s4 + s3, s4 - s3, d4 + d3, d4 - d3
     # pairs along ζ
     return (
-        0.125 * (ss2 + ss1),
-        0.125 * (ds2 + ds1),
-        0.125 * (sd2 + sd1),
-        0.125 * (ss2 - ss1),
-        0.125 * (sd2 - sd1),
-        0.125 * (ds2 - ds1),
-        0.125 * (dd2 + dd1),
-        0.125 * (dd2 - dd1),
+        EIGHTH * (ss2 + ss1),
+        EIGHTH * (ds2 + ds1),
+        EIGHTH * (sd2 + sd1),
+        EIGHTH * (ss2 - ss1),
+        EIGHTH * (sd2 - sd1),
+        EIGHTH * (ds2 - ds1),
+        EIGHTH * (dd2 + dd1),
+        EIGHTH * (dd2 - dd1),
     )
 
 
@@ -62,14 +63,14 @@ def corners(m: Floats) -> Floats:
     s3, s4, d3, d4 = ss2 - sd2, ss2 + sd2, ds2 - dd2, ds2 + dd2
     # undo ξ
     return (
-        0.125 * (s1 - d1),
-        0.125 * (s1 + d1),
-        0.125 * (s2 + d2),
-        0.125 * (s2 - d2),
-        0.125 * (s3 - d3),
-        0.125 * (s3 + d3),
-        0.125 * (s4 + d4),
-        0.125 * (s4 - d4),
+        EIGHTH * (s1 - d1),
+        EIGHTH * (s1 + d1),
+        EIGHTH * (s2 + d2),
+        EIGHTH * (s2 - d2),
+        EIGHTH * (s3 - d3),
+        EIGHTH * (s3 + d3),
+        EIGHTH * (s4 + d4),
+        EIGHTH * (s4 - d4),
     )
 
 
@@ -83,11 +84,11 @@ def minor_derivatives(p: Floats, q: Floats) -> Floats:
         b₂ = 8(x₃×x₁ + ⅓ x₄×x₆)    b₅ = 8/3 (x₄×x₃ + x₁×x₆)
         b₃ = 8(x₁×x₂ + ⅓ x₅×x₄)    b₆ = 8/3 (x₂×x₄ + x₅×x₁)
     """
-    third = 8.0 / 3.0
+    third = like(p[1], 8.0 / 3.0)
     return (
-        8.0 * (p[2] * q[3] - q[2] * p[3]) + third * (p[6] * q[5] - q[6] * p[5]),
-        8.0 * (p[3] * q[1] - q[3] * p[1]) + third * (p[4] * q[6] - q[4] * p[6]),
-        8.0 * (p[1] * q[2] - q[1] * p[2]) + third * (p[5] * q[4] - q[5] * p[4]),
+        EIGHT * (p[2] * q[3] - q[2] * p[3]) + third * (p[6] * q[5] - q[6] * p[5]),
+        EIGHT * (p[3] * q[1] - q[3] * p[1]) + third * (p[4] * q[6] - q[4] * p[6]),
+        EIGHT * (p[1] * q[2] - q[1] * p[2]) + third * (p[5] * q[4] - q[5] * p[4]),
         third * (p[3] * q[5] - q[3] * p[5] + p[6] * q[2] - q[6] * p[2]),
         third * (p[4] * q[3] - q[4] * p[3] + p[1] * q[6] - q[1] * p[6]),
         third * (p[2] * q[4] - q[2] * p[4] + p[5] * q[1] - q[5] * p[1]),
@@ -103,7 +104,7 @@ def contract(m: Floats, b: Floats) -> Floats:
 @inlined
 def velocity_gradient(u: Floats, v: Floats, w: Floats, bx: Floats, by: Floats, bz: Floats, volume: float) -> Floats:
     """Return the nine components L = Σ vₘ⊗bₘ / V, row by row (∂u/∂x, ∂u/∂y, …)."""
-    per_volume = 1.0 / volume
+    per_volume = ONE / volume
     return (
         contract(u, bx) * per_volume,
         contract(u, by) * per_volume,
@@ -123,7 +124,7 @@ def at_midstep(L: Floats, dt: float) -> Floats:
 
     With it a rigid rotation by θ in one step strains the element by O(θ⁴) instead of O(θ²).
     """
-    h = 0.5 * dt
+    h = HALF * dt
     return (
         L[0] + h * (L[0] * L[0] + L[1] * L[3] + L[2] * L[6]),
         L[1] + h * (L[0] * L[1] + L[1] * L[4] + L[2] * L[7]),
@@ -140,7 +141,7 @@ def at_midstep(L: Floats, dt: float) -> Floats:
 @inlined
 def strain_increment(L: Floats, dt: float) -> Floats:
     """Return dt·sym(L) as tensor components (xx, yy, zz, xy, yz, zx)."""
-    h = 0.5 * dt
+    h = HALF * dt
     return (
         dt * L[0],
         dt * L[4],
@@ -159,20 +160,20 @@ def spin_rotation(L: Floats, dt: float) -> Floats:
 
     Hughes and Winget, Int. J. Numer. Meth. Eng. 15, 1862-1867 (1980): orthogonal to round-off.
     """
-    h = 0.5 * dt
+    h = HALF * dt
     a, b, c = h * (L[7] - L[5]), h * (L[2] - L[6]), h * (L[3] - L[1])
-    s = 1.0 / (1.0 + 0.25 * (a * a + b * b + c * c))
-    t = 0.5 * s
+    s = ONE / (ONE + QUARTER * (a * a + b * b + c * c))
+    t = HALF * s
     return (
-        1.0 - t * (b * b + c * c),
+        ONE - t * (b * b + c * c),
         t * a * b - s * c,
         t * a * c + s * b,
         t * a * b + s * c,
-        1.0 - t * (a * a + c * c),
+        ONE - t * (a * a + c * c),
         t * b * c - s * a,
         t * a * c - s * b,
         t * b * c + s * a,
-        1.0 - t * (a * a + b * b),
+        ONE - t * (a * a + b * b),
     )
 
 
@@ -210,7 +211,7 @@ def modal_forces(t: Floats, hourglass: Floats, bx: Floats, by: Floats, bz: Float
     Fₘ = t·bₘ (+ Qₘ for the hourglass modes); a rigid translation meets no force, so F₀ = 0.
     """
     return (
-        0.0,
+        ZERO,
         t[0] * bx[0] + t[1] * by[0] + t[2] * bz[0],
         t[0] * bx[1] + t[1] * by[1] + t[2] * bz[1],
         t[0] * bx[2] + t[1] * by[2] + t[2] * bz[2],

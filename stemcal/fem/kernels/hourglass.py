@@ -14,6 +14,7 @@ from typing import Any
 
 from stemcal.fem.kernels.compile import inlined
 from stemcal.fem.kernels.hexahedron import rotate_vector
+from stemcal.fem.kernels.numbers import HALF, ONE
 
 Floats = Any
 
@@ -49,8 +50,8 @@ def resist(old: Floats, rate: Floats, R: Floats, gain: float, memory: float) -> 
     """Return the force on one mode and its power, at the mean of old and new force where there is memory."""
     turned = rotate_vector(R, old)
     force = modal_force(turned, rate, gain, memory)
-    half = 0.5 * memory
-    return force, (1.0 - half) * dot3(force, rate) + half * dot3(turned, rate)
+    half = HALF * memory
+    return force, (ONE - half) * dot3(force, rate) + half * dot3(turned, rate)
 
 
 @inlined

@@ -17,7 +17,7 @@ from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
-from stemcal.fem.kernels.nodes import add_chunks, kick_and_drift, mirror_ghosts
+from stemcal.fem.kernels.nodes import add_chunks, add_late_forces, kick_and_drift, mirror_ghosts
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
@@ -38,16 +38,18 @@ NOT_FINITE = 3
 class Body(NamedTuple):
     """The deformable body as the kernels see it; `stemcal.fem.stepper.State` owns the arrays."""
 
-    x: Array
+    x: Array  # (N, 3), with rows to spare behind the last, as those of v and f (see `stemcal.fem.lanes.nodal`)
     v: Array
-    f: Array
+    f: Array  # and behind those the rows apart of `late`
     push: Array
     loads: Array
     mass: Array
     inverse_mass: Array
     free: Array
     driven: Array
-    blocks: NDArray[np.int32]
+    runs: NDArray[np.int32]  # (B, 8, runs of a block) first node of each run of corners
+    targets: NDArray[np.int32]  # the same for the rows of f that take the forces
+    late: NDArray[np.int32]  # the nodes of the rows apart
     state: Array
     scratch: Array
     element_mass: Array
@@ -94,7 +96,7 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
     if clock.steps[0] % STEP_LIFE != 0:
         return REACHED
     stable, element, volume = stable_step(
-        topology.hexes,
+        topology,
         body.x,
         body.state,
         body.element_mass,
@@ -125,10 +127,13 @@ def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: F
     """
     dt = clock.step_before[0]
     if body.points.shape[0] > 0:
-        add_full_internal_forces(topology.hexes, body.points, body.x, body.v, body.state, body.f, dt, material)
+        add_full_internal_forces(topology, body.points, body.x, body.v, body.state, body.f, dt, material)
         return True
-    blocks = body.blocks
-    return add_internal_forces(body.scratch, blocks, blocks, body.x, body.v, body.state, body.f, dt, material) > 0
+    failed = add_internal_forces(
+        body.scratch, body.runs, body.targets, body.x, body.v, body.state, body.f, dt, material
+    )
+    add_late_forces(body)
+    return failed > 0
 
 
 @kernel

@@ -71,11 +71,13 @@ def add_chunks(sums: Array) -> tuple[float, float, float]:
 
 
 @kernel
-def add_late_forces(f: Array, nodes: Any, first: int) -> None:
-    """Add row first + k of the forces to that of node ``nodes[k]``, for each k in order, and set it to zero."""
-    for k in range(nodes.shape[0]):
+def add_late_forces(body: Any) -> None:
+    """Add the forces in the rows apart, the last of all, to those of the nodes in `late`, one after the other."""
+    f, late = body.f, body.late
+    first = f.shape[0] - late.shape[0]
+    for k in range(late.shape[0]):
         for i in range(3):
-            f[nodes[k], i] += f[first + k, i]
+            f[late[k], i] += f[first + k, i]
             f[first + k, i] = 0.0
 
 

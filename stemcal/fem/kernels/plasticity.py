@@ -11,6 +11,7 @@ from typing import Any
 from numpy import sqrt
 
 from stemcal.fem.kernels.compile import inlined
+from stemcal.fem.kernels.numbers import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO
 
 Floats = Any
 
@@ -18,20 +19,20 @@ Floats = Any
 @inlined
 def double_dot(a: Floats, b: Floats) -> Floats:
     """Return a:b of two symmetric tensors."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + TWO * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 
 
 @inlined
 def equivalent_rate(de: Floats, dt: float) -> Floats:
     """Return the strain rate of the step, ε̇ = √(ε̇:ε̇), the norm that LS-DYNA's theory manual uses for material 3."""
-    return sqrt(double_dot(de, de)) / max(dt, 1.0e-30)
+    return sqrt(double_dot(de, de)) / max(dt, TINY)
 
 
 @inlined
 def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
     """Return σ + (K − ⅔G) tr(Δε) I + 2G Δε."""
-    volumetric = (bulk - 2.0 / 3.0 * shear) * (de[0] + de[1] + de[2])
-    twice = 2.0 * shear
+    volumetric = (bulk - TWO * shear / THREE) * (de[0] + de[1] + de[2])
+    twice = TWO * shear
     return (
         s[0] + volumetric + twice * de[0],
         s[1] + volumetric + twice * de[1],
@@ -45,7 +46,7 @@ def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
 @inlined
 def shifted_deviator(s: Floats, back: Floats) -> Floats:
     """Return ξ = dev σ − α."""
-    mean = (s[0] + s[1] + s[2]) / 3.0
+    mean = (s[0] + s[1] + s[2]) / THREE
     return (
         s[0] - mean - back[0],
         s[1] - mean - back[1],
@@ -77,8 +78,8 @@ def plastic_increment(q: float, static_yield: float, rate_factor: float, materia
     """
     beta_hardening = material.beta * material.plastic_modulus
     excess = q - rate_factor * static_yield
-    slope = 3.0 * material.shear + (1.0 - material.beta) * material.plastic_modulus + rate_factor * beta_hardening
-    return max(excess, 0.0) / slope
+    slope = THREE * material.shear + (ONE - material.beta) * material.plastic_modulus + rate_factor * beta_hardening
+    return max(excess, ZERO) / slope
 
 
 @inlined
@@ -88,12 +89,12 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
     n = 3/2 ξ/q,   σ ← σ − 2G Δεp n,   α ← α + ⅔(1−β)Eₚ Δεp n
     """
     xi = shifted_deviator(trial, back)
-    q = sqrt(1.5 * double_dot(xi, xi))
+    q = sqrt(THREE_HALVES * double_dot(xi, xi))
     static_yield = material.yield_stress + material.beta * material.plastic_modulus * plastic_strain
     increment = plastic_increment(q, static_yield, rate_factor, material)
-    flow = 1.5 * increment / max(q, 1.0e-30)
-    stress = add_scaled(trial, -2.0 * material.shear * flow, xi)
-    kinematic = 2.0 / 3.0 * (1.0 - material.beta) * material.plastic_modulus
+    flow = THREE_HALVES * increment / max(q, TINY)
+    stress = add_scaled(trial, -TWO * material.shear * flow, xi)
+    kinematic = TWO * (ONE - material.beta) * material.plastic_modulus / THREE
     return stress, add_scaled(back, kinematic * flow, xi), plastic_strain + increment, q, static_yield
 
 
@@ -101,5 +102,5 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
 def rate_factor(rate: float, c: float, exponent: float) -> Floats:
     """Return 1 + (ε̇/C)^exponent; exponent 1/P is Cowper and Symonds' law, P the paper's. C = 0 means no rate effect."""
     if c <= 0.0 or rate <= 0.0:
-        return 1.0
-    return 1.0 + (rate / c) ** exponent
+        return ONE
+    return ONE + (rate / c) ** exponent

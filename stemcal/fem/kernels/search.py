@@ -26,6 +26,7 @@ class Topology(NamedTuple):
     """Who touches whom; `stemcal.fem.mesh.Mesh.topology()` makes it."""
 
     hexes: Ints  # (E, 8)
+    slots: Ints  # (E,) block · LANES + lane of the elements' state
     neighbours: Ints  # (E, 6) element behind each face, −1 outside
     standing: NDArray[np.bool_]  # (E,) elements not eroded yet, changes
     live: Ints  # (N,) how many standing elements hold a node, changes

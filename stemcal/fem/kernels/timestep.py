@@ -8,7 +8,7 @@ import numpy as np
 from numpy import sqrt
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.block import ALIVE, HOURGLASS_STIFFNESS, LANES
+from stemcal.fem.kernels.block import ALIVE, HOURGLASS_STIFFNESS, held
 from stemcal.fem.kernels.compile import inlined, kernel
 from stemcal.fem.kernels.hexahedron import contract, minor_derivatives, modes
 
@@ -47,12 +47,13 @@ def stiffness_bound(bx: Floats, by: Floats, bz: Floats, volume: float, lame: flo
 
 @inlined
 def frequency(
-    hexes: Any, e: int, x: Array, state: Array, mass: Array, lame: float, shear: float, memory: float
+    topology: Floats, e: int, x: Array, state: Array, mass: Array, lame: float, shear: float, memory: float
 ) -> Floats:
     """Return a bound of ω² of the fastest mode of a free element, 1/s², and its volume.
 
     ω² ≤ 8 V k / m for its uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have ω² = k/m.
     """
+    hexes = topology.hexes
     mx, my, mz = (
         modes(element_coordinates(hexes, e, x, 0)),
         modes(element_coordinates(hexes, e, x, 1)),
@@ -61,25 +62,25 @@ def frequency(
     bx, by, bz = minor_derivatives(my, mz), minor_derivatives(mz, mx), minor_derivatives(mx, my)
     volume = contract(mx, bx)
     uniform = 8.0 * volume * stiffness_bound(bx, by, bz, volume, lame, shear)
-    hourglass = memory * state[e // LANES, HOURGLASS_STIFFNESS, e % LANES]
+    hourglass = memory * held(state, topology.slots[e], HOURGLASS_STIFFNESS)
     return max(uniform, hourglass) / mass[e], volume
 
 
 @kernel
 def element_steps(
-    hexes: Any, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
+    topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
 ) -> Array:
     """Return the stable step 2/ω of each element (E,), s."""
-    steps = np.empty(hexes.shape[0])
-    for e in range(hexes.shape[0]):
-        omega2, _ = frequency(hexes, e, x, state, element_mass, lame, shear, memory)
+    steps = np.empty(topology.hexes.shape[0])
+    for e in range(topology.hexes.shape[0]):
+        omega2, _ = frequency(topology, e, x, state, element_mass, lame, shear, memory)
         steps[e] = 2.0 / sqrt(max(omega2, 1.0e-300))
     return steps
 
 
 @kernel
 def stable_step(
-    hexes: Any, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
+    topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
 ) -> Floats:
     """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
 
@@ -87,11 +88,10 @@ def stable_step(
     step 0.
     """
     fastest, slowest, smallest = 0.0, -1, 1.0
-    for e in range(hexes.shape[0]):
-        block, lane = e // LANES, e % LANES
-        if state[block, ALIVE, lane] == 0.0:
+    for e in range(topology.hexes.shape[0]):
+        if held(state, topology.slots[e], ALIVE) == 0.0:
             continue
-        omega2, volume = frequency(hexes, e, x, state, element_mass, lame, shear, memory)
+        omega2, volume = frequency(topology, e, x, state, element_mass, lame, shear, memory)
         if not volume > 0.0:
             return 0.0, e, volume
         if omega2 > fastest:

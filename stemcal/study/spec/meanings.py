@@ -133,6 +133,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "half of `edge_spread` and `internal_length`.",
         "edge_over": "Whether the edge comes down on a row of nodes or over the middle of a row of elements.",
         "element": "One-point elements, or the slow fully integrated reference.",
+        "precision": "`mixed`: strains, stresses and hourglass forces of the elements in single precision, all else in "
+        "double; `double`: everything.",
         "time_step": "Elements too small for this step are given mass until they can take it; without it none is "
         "given.",
         "coarsening": "Length of the elements at the ends of the stem over those under the edge.",

@@ -139,18 +139,19 @@ contact:
 # mass_scaling allows larger time steps; `stemcal simulate` shows whether kinetic energy stays small.
 # Further: elements_through_wall: n (else as many as make them no longer than element_size), element: one_point | full
 # (the slow reference), phases: n (mean over n places of the mesh), perturb: seed (a random place), threads: n (for one
-# large model), stop_after_peak: false (compute the whole stroke, also after the stem has broken).
+# large model), stop_after_peak: false (compute the whole stroke, also after the stem has broken), precision: mixed |
+# double (mixed: strains and stresses of the elements in single precision, half the time).
 solver:
   kind: embedded
   rate_law: paper
   symmetry: quarter
   element_size: d/16               # of the stem's diameter d, or a length such as 0.5 mm
   edge_over: nodes                 # the edge comes down on a row of nodes | over the middle of a row of elements
-  coarsening: 5                    # length of the elements at the ends of the stem over those under the edge
-  coarsening_around: 3             # width of the elements at the bottom of the section over those under the edge
+  coarsening: 6                    # length of the elements at the ends of the stem over those under the edge
+  coarsening_around: 2             # width of the elements at the bottom of the section over those under the edge
   hourglass:
     form: stiffness                # stiffness | viscous
-    coefficient: 0.003
+    coefficient: 0.01               # as LS-DYNA's QH
   mass_scaling: 1e4
   time_step: 40 us                 # elements too small for it are given mass; leave it out to have none given
   time_step_safety: 0.9
