@@ -37,7 +37,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_gradient
 
-SEED, STUDIES, COMPARED = 20_012, 1000, 10
+SEED, STUDIES, COMPARED = 31_415, 1000, 10
 SPECIMENS = (3, 6, 30)
 DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
 TRUTH, SIDE, VARIATION = np.array([0.3, -0.2]), 1.68, 0.05

@@ -27,6 +27,8 @@ class _Asked:
     levels: dict[str, float]
     diameter: float
     pictured: bool = False
+    phases: int | None = absent()
+    element_size: str | None = absent()
 
 
 @dataclass(frozen=True)

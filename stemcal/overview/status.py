@@ -10,6 +10,7 @@ from typing import Any
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
+from stemcal.files.typed import absent
 from stemcal.folder.store import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
 from stemcal.runs.answer import Watch, answer_all, ignore
@@ -45,6 +46,8 @@ class Entry:
     again: bool
     diameter: float
     levels: dict[str, float]
+    phases: int | None = absent()
+    element_size: str | None = absent()
     started: str | None = None
     wall_seconds: float | None = None
     tries: int | None = None
@@ -54,8 +57,9 @@ class Entry:
     @property
     def request(self) -> Request:
         """What was asked."""
-        pictured = any(stage.pictured for stage in STAGES if stage.name == self.stage)
-        return Request(self.stage, self.run - 1, self.levels, self.diameter, pictured)
+        own = self.phases is None and self.element_size is None
+        pictured = own and any(stage.pictured for stage in STAGES if stage.name == self.stage)
+        return Request(self.stage, self.run - 1, self.levels, self.diameter, pictured, self.phases, self.element_size)
 
 
 @dataclass(frozen=True)
@@ -105,9 +109,10 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
+    levels, mesh = dict(request.levels), (request.phases, request.element_size)
     if record is None:
         status = "damaged" if problem else "left"
-        return Entry(*asked_for, status, None, "", "", True, request.diameter, dict(request.levels))
+        return Entry(*asked_for, status, None, "", "", True, request.diameter, levels, *mesh)
     answer = judged(answer_of(record), study.runs)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
@@ -119,7 +124,8 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
         answer.message,
         not stands(record, study.runs),
         request.diameter,
-        dict(request.levels),
+        levels,
+        *mesh,
         *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
     )
 

@@ -177,7 +177,7 @@ def _record(key: str, request: Request, computed: Computed, solver: Solver, fold
         {
             "key": key,
             "identity": solver.identity(request),
-            "request": {**asdict(request), "levels": dict(request.levels)},
+            "request": request.told(),
             **asdict(answer),
             "provenance": computed.circumstances,
         }

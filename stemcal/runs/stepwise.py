@@ -12,8 +12,8 @@ from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import Study
 
-SimulateAt = Callable[[int, Mapping[str, float], Sequence[float]], list[Outcome]]
-"""Row (from 0), levels, diameters → what came of the run at each diameter."""
+SimulateAt = Callable[[int, Sequence[Mapping[str, float]], Sequence[float]], list[Outcome]]
+"""Row of the first point (from 0), levels of each, diameters → what came of each point at each diameter in turn."""
 
 
 def simulating(
@@ -25,7 +25,7 @@ def simulating(
     watch: Watch,
     pictured: bool = False,
 ) -> SimulateAt:
-    """Return what simulates one point at some diameters; `pictured` runs keep what pictures are made from.
+    """Return what simulates points at some diameters, together; `pictured` runs keep what pictures are made from.
 
     Raises
     ------
@@ -36,8 +36,9 @@ def simulating(
         raise UsageError(f"{stage}: a table answers only what it holds; this needs a solver that can simulate")
     policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
 
-    def simulate(row: int, levels: Mapping[str, float], diameters: Sequence[float]) -> list[Outcome]:
-        requests = [Request(stage, row, levels, diameter, pictured) for diameter in diameters]
+    def simulate(first: int, points: Sequence[Mapping[str, float]], diameters: Sequence[float]) -> list[Outcome]:
+        rows = enumerate(points, first)
+        requests = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in diameters]
         answers = answer_all(requests, solver, folder, executor, watch, policy)
         return [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
 

@@ -112,29 +112,6 @@ class Embedded:
         """Over how many places of the mesh its answers are means."""
         return _options(self.study).phases
 
-    def in_phases(self, count: int) -> Embedded:
-        """Return it with the mean over `count` places of the mesh as the answer."""
-        return self._with(phases=count, perturb=None)
-
-    def of_size(self, element_size: Length) -> Embedded:
-        """Return it with elements of another size, at one place; the time step follows, so that as much mass is added.
-
-        An own number of elements through the wall follows too.
-        """
-        options, diameter = _options(self.study), self.study.targets.calibrate_at
-        ratio = element_size.at(diameter) / options.element_size.at(diameter)
-        through = options.elements_through_wall
-        return self._with(
-            element_size=element_size,
-            phases=1,
-            time_step=None if options.time_step is None else options.time_step * ratio,
-            elements_through_wall=None if through is None else max(1, round(through / ratio)),
-        )
-
-    def _with(self, **changes: object) -> Embedded:
-        options = _options(self.study).model_copy(update=changes)
-        return Embedded(self.study.model_copy(update={"solver": options}))
-
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is no factor."""
         study, strain = self.study, self.study.material.failure_strain
@@ -147,7 +124,28 @@ class Embedded:
         return found if strain is None else {**found, "failure_strain": f"{strain:g}"}
 
     def _tests(self, request: Request) -> tuple[ShearTest, ...]:
-        return shear_tests(self.study, request.levels, request.diameter, request.row)
+        return shear_tests(meshed_as(self.study, request), request.levels, request.diameter, request.row)
+
+
+def meshed_as(study: Study, request: Request) -> Study:
+    """Return the study with the mesh that a request asks for.
+
+    With elements of another size the time step follows, so that as much mass is added, and an own number of elements
+    through the wall.
+    """
+    options, diameter, changes = _options(study), study.targets.calibrate_at, dict[str, object]()
+    if request.phases is not None:
+        changes |= {"phases": request.phases, "perturb": None}
+    if request.element_size is not None:
+        size = Length.of(request.element_size)
+        ratio, through = size.at(diameter) / options.element_size.at(diameter), options.elements_through_wall
+        changes |= {
+            "element_size": size,
+            "phases": request.phases or 1,
+            "time_step": None if options.time_step is None else options.time_step * ratio,
+            "elements_through_wall": None if through is None else max(1, round(through / ratio)),
+        }
+    return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
 
 
 def simulate(

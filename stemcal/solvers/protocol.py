@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
-
-if TYPE_CHECKING:
-    from stemcal.study.spec.lengths import Length
+from typing import Any, Protocol, runtime_checkable
 
 
 @dataclass(frozen=True)
@@ -27,6 +24,10 @@ class Request:
         Outer diameter of the stem, mm.
     pictured : bool
         Whether the answer is to tell what pictures of the run are made from, if the solver can.
+    phases : int, optional
+        Asked of a `Meshed` solver: the mean over so many places of its mesh, in place of its own.
+    element_size : str, optional
+        Asked of a `Meshed` solver: elements of this size, as in a spec, at the place where its mesh stands.
     """
 
     stage: str
@@ -34,6 +35,20 @@ class Request:
     levels: Mapping[str, float]
     diameter: float
     pictured: bool = False
+    phases: int | None = None
+    element_size: str | None = None
+
+    def told(self) -> dict[str, Any]:
+        """Return it as a record holds it: the mesh only where another one is asked for."""
+        other = {"phases": self.phases, "element_size": self.element_size}
+        return {
+            "stage": self.stage,
+            "row": self.row,
+            "levels": dict(self.levels),
+            "diameter": self.diameter,
+            "pictured": self.pictured,
+            **{name: value for name, value in other.items() if value is not None},
+        }
 
 
 @dataclass(frozen=True)
@@ -106,13 +121,10 @@ class Readied(Protocol):
 
 @runtime_checkable
 class Meshed(Protocol):
-    """A solver that can put its mesh elsewhere and make its elements of another size."""
+    """A solver that heeds `phases` and `element_size` of a request: it can mesh otherwise.
 
-    def in_phases(self, count: int) -> Solver:
-        """Itself with the mean over `count` places of the mesh as the answer; the details' `phase_peaks` tell each."""
-
-    def of_size(self, element_size: Length) -> Solver:
-        """Itself with elements of another size, at the place where its mesh stands."""
+    The details' `phase_peaks` tell the force at each place of the mesh.
+    """
 
     @property
     def phases(self) -> int:

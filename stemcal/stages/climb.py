@@ -119,7 +119,7 @@ def _row(study: Study, step: int, coded: dict[str, float], simulate: SimulateAt)
     for name, value in coded.items():
         factor = study.factor(name)
         levels[name] = float(f"{factor.centre + factor.half_range * value:.12g}")
-    (found,) = simulate(step, levels, [study.targets.calibrate_at])
+    (found,) = simulate(step, [levels], [study.targets.calibrate_at])
     return ClimbRow(step, levels, coded, error_percent(study.calibration_target.force, found.force), found)
 
 

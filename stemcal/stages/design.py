@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
+
+import numpy as np
 
 from stemcal.doe.designs.catalogue import (
     SurfaceOptions,
@@ -14,6 +16,7 @@ from stemcal.doe.designs.catalogue import (
     surface_reach,
     surface_runs,
 )
+from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.effects import Effect
@@ -96,7 +99,7 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
-        options = surface_options(study)
+        options = replace(surface_options(study), within=half_spaces(study, coding))
         coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
         levels = _levels(study, coding, coded)
         return Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
@@ -135,6 +138,17 @@ def surface_options(study: Study) -> SurfaceOptions:
         rsm.blocks == "orthogonal",
         rsm.axial,
     )
+
+
+def half_spaces(study: Study, coding: Coding) -> tuple[HalfSpace, ...]:
+    """Return the constraints of the surface in coded units; a factor that does not vary counts with its mid-level."""
+    found = []
+    for constraint in study.rsm.constraints:
+        held = sum(c * study.factor(n).centre for n, c in constraint.of.items() if n not in coding.names)
+        weights = np.array([constraint.of.get(name, 0.0) for name in coding.names])
+        limit = constraint.at_most - held - float(weights @ np.array(coding.centre))
+        found.append(HalfSpace(tuple((weights * np.array(coding.half_step)).tolist()), limit))
+    return tuple(found)
 
 
 def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[str]]:

@@ -23,8 +23,16 @@ _SHORT = 16
 _PROBED = frozenset({"stage", "row", "levels", "diameter"})  # of the probe, not of the solver
 # Keys that earlier versions did not know, and what they hold where nobody uses them: then they are no input, so that
 # stage files of those versions stay fresh.
-_UNUSED_RSM = {"axial": None, "blocks": "none", "weights": "equal", "inestimable": "refuse"}
+_UNUSED_RSM: dict[str, object] = {
+    "axial": None,
+    "blocks": "none",
+    "weights": "equal",
+    "inestimable": "refuse",
+    "sums_of_squares": "partial",
+    "constraints": [],
+}
 _UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
+_UNUSED_REFINE = {"model": "quadratic", "batch": 4}
 _UNUSED_TARGET = {"travel": None, "travel_sd": None, "work": None, "work_sd": None}
 
 
@@ -54,6 +62,7 @@ def _used_options(study: Study) -> dict[str, object]:
         **dump,
         "rsm": _without(dump["rsm"], _UNUSED_RSM),
         "invert": _without(dump["invert"], _UNUSED_INVERT),
+        "refine": dump["refine"] and _without(dump["refine"], _UNUSED_REFINE),
         "targets": {**targets, "forces": [_without(target, _UNUSED_TARGET) for target in targets["forces"]]},
     }
 

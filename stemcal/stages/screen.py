@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
+from stemcal.doe.screening.definitive import TwoStages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import inline
+from stemcal.files.typed import absent, inline
 from stemcal.runs.answer import forces
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
@@ -71,6 +72,7 @@ class ScreenResult(StageResult):
     error: TestedAgainst | None = None
     half_normal: Rows[HalfNormalPoint] = Rows()
     pareto: Pareto | None = None
+    two_stages: TwoStages | None = absent()
     aliases: AliasMatrix | None = None
     residual: Residual
     total_sum_of_squares: float
@@ -156,6 +158,7 @@ def _result(
         error=TestedAgainst(error.source, error.sum_of_squares, error.df, error.mean_square),
         half_normal=Rows(found.half_normal()),
         pareto=found.pareto(),
+        two_stages=found.two_stages,
         aliases=found.aliases(),
         residual=Residual(found.residual_sum_of_squares, found.residual_df),
         total_sum_of_squares=found.total_sum_of_squares,

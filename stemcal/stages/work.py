@@ -50,7 +50,7 @@ class Work:
         return [outcome_of(request, answer, self.solver) for request, answer in zip(requests, found, strict=True)]
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
-        """Return what simulates one point at some diameters."""
+        """Return what simulates points at some diameters."""
         return simulating(stage, self.study, self.solver, self.folder, self.executor, self.watch, pictured)
 
 

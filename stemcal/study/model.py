@@ -310,6 +310,13 @@ ExtraRuns = Annotated[
 ]
 
 
+class Constraint(_Frozen):
+    """Σ coefficient·level ≤ `at_most`, in the units of the factors."""
+
+    of: Annotated[dict[str, Number], Field(min_length=1)]
+    at_most: Number
+
+
 class RsmOptions(_Frozen):
     """The design behind the response surface, and the terms that are fitted.
 
@@ -317,10 +324,10 @@ class RsmOptions(_Frozen):
     space-filling designs. `extra_runs` are added where they teach most (D-optimal; a list adds one batch after the
     other), `axial` adds axial points at that coded distance. `blocks` splits a composite into two orthogonal blocks,
     `weights` lets runs of small scatter over mesh phases count more, `inestimable` says what becomes of terms that
-    failed runs have made so.
+    failed runs have made so. `constraints` cut the region of an I-optimal design.
     """
 
-    design: Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol"] = (
+    design: Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol", "i-optimal"] = (
         "central-composite"
     )
 
@@ -345,6 +352,8 @@ class RsmOptions(_Frozen):
     inestimable: Literal["refuse", "drop"] = "refuse"
     reduce: Literal["none", "backward", "forward", "aicc"] = "none"
     reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
+    sums_of_squares: Literal["partial", "sequential"] = "partial"
+    constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
     coding: dict[str, CodingEntry] = {}
 
 
@@ -396,10 +405,16 @@ class ClimbOptions(_Frozen):
 
 
 class RefineOptions(_Frozen):
-    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent."""
+    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent.
+
+    `model` proposes the points: the quadratic one by one, or a Gaussian process in batches, or whichever predicts
+    better the runs left out.
+    """
 
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
+    model: Literal["quadratic", "process", "better"] = "quadratic"
+    batch: Annotated[Whole, Field(ge=1, le=64)] = 4
 
 
 class MeshOptions(_Frozen):

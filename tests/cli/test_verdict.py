@@ -63,7 +63,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     assert re.search(
         r"Not calibrated: in (\d+) of \1 runs the physics is doubtful: hourglass energy up to 40 %", ending
     )
-    assert "Next: `element_size: d/36` under `solver`" in ending
+    assert "Next: `element: full` under `solver`" in ending
     for claim in ("95 % range", "What the measurements fix", "How well the forces fix", "95 % interval"):
         assert claim not in said.stdout
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

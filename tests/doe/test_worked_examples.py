@@ -78,6 +78,7 @@ def test_chem_react_anova_as_rsm_prints_it(chem_react):
     rows = {row.source: row for row in surface.anova}
     assert agrees("9.626", rows["Time"].sum_of_squares + rows["Temp"].sum_of_squares)  # FO
     assert agrees("0.1694", rows["Time:Temp"].p)  # TWI
+    assert agrees("17.791", surface.sequential_ss["Time^2"] + surface.sequential_ss["Temp^2"])  # PQ
     squares = rows["Model"].sum_of_squares - sum(rows[t].sum_of_squares for t in ("Time", "Temp", "Time:Temp"))
     assert agrees("17.791", squares)  # PQ
 

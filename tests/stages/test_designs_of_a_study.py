@@ -139,3 +139,14 @@ def test_plan_tells_what_the_designs_can_find(tmp_path: Path) -> None:
     # the solver is deterministic: of six centre runs one counts, 15 distinct runs for 10 coefficients
     assert surface["quality"]["residual_df"] == 5 and validation["quality"] is None
     assert any("±1/3" in note for note in planned["notes"])
+
+
+def test_an_i_optimal_design_keeps_to_its_constraints(tmp_path: Path) -> None:
+    """In the spec's units: yield stress + 200·failure strain stays below 22."""
+    constraint = "constraints: [{of: {yield_stress: 1, failure_strain: 200}, at_most: 22}]"
+    study = make_study(tmp_path, THREE.format(f"design: i-optimal, runs: 14, {constraint}"))
+    design = surface_design(study, FakeSolver(), study.rsm.factors)
+    sums = [levels["yield_stress"] + 200.0 * levels["failure_strain"] for levels in design.levels]
+    assert len(design.coded) == 14 and max(sums) <= 22.0 + 1e-9 < max(
+        levels["yield_stress"] for levels in design.levels
+    ) + 200.0 * max(levels["failure_strain"] for levels in design.levels)

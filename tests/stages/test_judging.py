@@ -40,7 +40,7 @@ ORDER = ("not_calibrated", "with_reservations", "calibrated")
 
 @dataclass(frozen=True)
 class Doubtful(FakeSolver):
-    """The known force with the checks of a solver: kinetic energy goes with the mass, hourglass energy with size²."""
+    """The known force with the checks of a solver."""
 
     hourglass: float = 1.0
     kinetic: float = 1.0
@@ -135,11 +135,11 @@ def test_a_study_on_the_edge_and_after_the_advice(tmp_path: Path, judged: Judge)
 
 
 def solver_of(study: Study) -> Doubtful:
-    """Hourglass energy of 16 % at d/16, falling with the square; kinetic of 12.5 % at a mass scaling of 1e4."""
+    """Hourglass energy of 16 % but for full integration; kinetic of 12.5 % at a mass scaling of 1e4."""
     options = study.solver
-    assert isinstance(options, EmbeddedSolver) and options.element_size.divisor
+    assert isinstance(options, EmbeddedSolver)
     return Doubtful(
-        hourglass=16.0 * (16.0 / options.element_size.divisor) ** 2,
+        hourglass=0.0 if options.element == "full" else 16.0,
         kinetic=12.5 * options.mass_scaling / 1e4,
     )
 
@@ -150,22 +150,22 @@ def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: J
     assert before.verdict == "not_calibrated" and rules(before) == ["physics"]
     assert not before.holds and before.use == ""
     assert re.search(r"in (\d+) of \1 runs the physics is doubtful: hourglass energy up to 16 %", before.lines()[0])
-    advised = re.match(r"`element_size: (d/\d+)` under `solver`", before.next_step)
-    assert advised is not None and advised[1] == "d/23"
-    finer = f"solver: {{kind: embedded, element_size: {advised[1]}, mass_scaling: 1}}\n"
-    study = written(tmp_path / "second", extra=finer)
+    advised = re.match(r"`(element: \w+)` under `solver` .*; elements of d/26 or smaller", before.next_step)
+    assert advised is not None
+    mended = f"solver: {{kind: embedded, element_size: d/16, {advised[1]}, mass_scaling: 1}}\n"
+    study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))
     assert better(after, before) and after.verdict == "calibrated"
 
 
 def test_kinetic_energy_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
-    """12.5 % at 1e4: 3200 would make it 4 %; the time step's share of the mass goes with its square."""
-    study = written(tmp_path / "first", extra="solver: {kind: embedded, element_size: d/32}\n")
+    """12.5 % at 1e4: 2000 would make it 2.5 %; the time step's share of the mass goes with its square."""
+    study = written(tmp_path / "first", extra="solver: {kind: embedded, element: full}\n")
     before = judged(study, tmp_path / "first", solver_of(study))
     assert before.verdict == "not_calibrated"
     advised = re.match(r"`mass_scaling: (\d+)` and `time_step: (\d+) us` under `solver`", before.next_step)
-    assert advised is not None and (advised[1], advised[2]) == ("3200", "22")
-    mended = f"solver: {{kind: embedded, element_size: d/32, mass_scaling: {advised[1]}, time_step: {advised[2]} us}}\n"
+    assert advised is not None and (advised[1], advised[2]) == ("2000", "17")
+    mended = f"solver: {{kind: embedded, element: full, mass_scaling: {advised[1]}, time_step: {advised[2]} us}}\n"
     study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))
     assert better(after, before)

@@ -16,11 +16,11 @@ from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import plan
-from stemcal.overview.status import status
+from stemcal.overview.status import ledger, retry, status
 from stemcal.report.page.render import render
 from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers import SOLVERS
-from stemcal.solvers.embedded import Embedded
+from stemcal.solvers.embedded import Embedded, meshed_as
 from stemcal.solvers.protocol import Answer, Belonging, Meshed, Request
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.results import Results, fresh_results
@@ -62,23 +62,23 @@ class FakeMeshes(FakeForce):
     def phases(self) -> int:
         return len(self.places)
 
-    def in_phases(self, count: int) -> FakeMeshes:
-        return replace(self, places=PLACES[:count])
-
-    def of_size(self, element_size: Length) -> FakeMeshes:
-        return replace(self, size=0.95, version=int(element_size.divisor or 0))
+    def on(self, request: Request) -> FakeMeshes:
+        if request.element_size is not None:
+            return replace(self, size=0.95, version=int(Length.of(request.element_size).divisor or 0))
+        return self if request.phases is None else replace(self, places=PLACES[: request.phases])
 
     def belongings(self, diameter: float) -> dict[str, str]:
         return {"element_size": f"d/16 ({diameter / 16:g} mm)"}
 
     def identity(self, request: Request) -> dict[str, Any]:
-        return {**super().identity(request), "places": list(self.places), "size": self.size}
+        meshed = self.on(request)
+        return {**super(FakeMeshes, meshed).identity(request), "places": list(meshed.places), "size": meshed.size}
 
     def solve(self, request: Request) -> Answer:
-        whole = super().solve(request)
-        if self.fails and len(self.places) > 1:
+        whole, meshed = super().solve(request), self.on(request)
+        if self.fails and len(meshed.places) > 1:
             return Answer("failed", reason="inverted", message="element 3")
-        forces = [self.size * place * (whole.force or 0.0) for place in self.places]
+        forces = [meshed.size * place * (whole.force or 0.0) for place in meshed.places]
         return Answer("ok", sum(forces) / len(forces), details={"phase_peaks": forces} if len(forces) > 1 else {})
 
 
@@ -170,6 +170,20 @@ def test_a_failed_place_stops_it_and_a_failed_size_is_left_out(made: Made) -> No
         made(MESH, FakeMeshes(fails=True))
 
 
+def test_failed_runs_of_other_meshes_are_computed_again(made: Made, tmp_path: Path) -> None:
+    """The record tells which mesh was asked for, so the same run is begun again, and the stage goes on with it."""
+    with pytest.raises(RunsFailed):
+        made(MESH, FakeMeshes(fails=True))
+    study, folder = load_study(tmp_path / "study.yaml"), StudyFolder(tmp_path / "out")
+    failed = [entry for entry in ledger(study, folder, FakeMeshes()) if entry.status == "failed"]
+    assert [(entry.stage, entry.phases) for entry in failed] == [("mesh", 4)]
+    again = retry(study, folder, InlineExecutor(), solver=FakeMeshes())
+    assert [(entry.key, entry.status) for entry in again] == [(failed[0].key, "ok")]
+    records = set(folder.keys())
+    assert made(MESH)[2].mesh is not None
+    assert {folder.load(key)["request"]["stage"] for key in set(folder.keys()) - records} == {"validate"}
+
+
 def test_solvers_that_cannot_mesh_otherwise_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeForce())
     path = tmp_path / "study.yaml"
@@ -190,7 +204,7 @@ def test_the_embedded_solver_meshes_otherwise(tmp_path: Path) -> None:
         "element_size": "d/16 (0.5 mm)", "edge_spread": "d/8 (1 mm)", "internal_length": "d/4.5 (1.78 mm)",
     }  # fmt: skip
     request = Request("mesh", 0, {"yield_stress": 15.0, "failure_strain": 0.03}, 8.0)
-    assert len(solver.in_phases(3).identity(request)["tests"]) == 3
-    finer = solver.of_size(Length(divisor=24.0)).study.solver
+    assert len(solver.identity(replace(request, phases=3))["tests"]) == 3
+    finer = meshed_as(solver.study, replace(request, element_size="d/24")).solver
     assert isinstance(finer, EmbeddedSolver) and str(finer.element_size) == "d/24"
     assert finer.time_step == pytest.approx(4e-5 * 16 / 24)

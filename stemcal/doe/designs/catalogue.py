@@ -16,6 +16,7 @@ from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import Core, axes, axial_distance, blocked_composite, central_composite
 from stemcal.doe.designs.definitive import definitive_screening
 from stemcal.doe.designs.factorial import fraction, full_factorial
+from stemcal.doe.designs.i_optimal import HalfSpace, i_optimal, inside
 from stemcal.doe.designs.plackett_burman import cyclic_design, pydoe_design
 from stemcal.doe.designs.space_filling import latin_hypercube, sobol
 from stemcal.doe.regression.least_squares import Array
@@ -43,17 +44,9 @@ _RUNS_PER_TERM = 2  # how many runs a space-filling design takes if it is not to
 
 def _full(k: int, runs: int | None) -> Array:
     design = full_factorial(k)
-    return _of_fixed_size("full-factorial", design, runs)
-
-
-def _definitive(k: int, runs: int | None) -> Array:
-    return _of_fixed_size("definitive-screening", definitive_screening(k), runs)
-
-
-def _of_fixed_size(name: str, design: Array, runs: int | None) -> Array:
     if runs not in (None, len(design)):
         raise UsageError(
-            f"screen.runs: {name} has {len(design)} runs for {design.shape[1]} factors, not {runs}; leave it out"
+            f"screen.runs: full-factorial has {len(design)} runs for {k} factors, not {runs}; leave it out"
         )
     return design
 
@@ -63,7 +56,7 @@ SCREENING: dict[str, Callable[[int, int | None], Array]] = {
     "plackett-burman-pydoe": pydoe_design,
     "fractional-factorial": lambda k, runs: fraction(k, runs).design(),
     "full-factorial": _full,
-    "definitive-screening": _definitive,
+    "definitive-screening": definitive_screening,
 }
 
 
@@ -106,6 +99,7 @@ class SurfaceOptions:
     `runs` and `seed` are for space-filling designs. `blocks` splits a composite into corners and axial points,
     each with its share of the centre points and with the α that keeps them orthogonal. Runs are added to any design:
     `extra_runs` D-optimal ones, in batches each of which knows those before, and axial points at the distance `axial`.
+    `within` cuts the region of an I-optimal design.
     """
 
     design: str = "central-composite"
@@ -117,6 +111,7 @@ class SurfaceOptions:
     extra_runs: int | tuple[int, ...] = 0
     blocks: bool = False
     axial: float | None = None
+    within: tuple[HalfSpace, ...] = ()
 
     @property
     def batches(self) -> tuple[int, ...]:
@@ -124,7 +119,7 @@ class SurfaceOptions:
         return (self.extra_runs,) if isinstance(self.extra_runs, int) else self.extra_runs
 
     def size(self, k: int) -> int:
-        """Return the number of space-filling runs: as given, or twice the terms of a quadratic."""
+        """Return the number of runs of a design whose size is free: as given, or twice the terms of a quadratic."""
         return self.runs if self.runs is not None else _RUNS_PER_TERM * ((k + 1) * (k + 2) // 2)
 
 
@@ -147,6 +142,7 @@ SURFACES: dict[str, Callable[[int, SurfaceOptions], Array]] = {
     "full-factorial": lambda k, _o: full_factorial(k, 3),
     "latin-hypercube": lambda k, o: latin_hypercube(k, o.size(k), o.seed),
     "sobol": lambda k, o: sobol(k, o.size(k), o.seed),
+    "i-optimal": lambda k, o: i_optimal(k, o.size(k), o.within),
 }
 
 
@@ -183,7 +179,7 @@ def _candidates(k: int, options: SurfaceOptions) -> Array:
     reach, radius = surface_reach(k, options), surface_radius(k, options)
     levels = sorted({-1.0, 0.0, 1.0} | ({-reach, reach} if k <= _MOST_FOR_FIVE_LEVELS else set()))
     points = np.array(list(product(levels, repeat=k)))
-    return np.asarray(points[np.linalg.norm(points, axis=1) <= max(radius, k**0.5) + 1e-9])
+    return inside(points[np.linalg.norm(points, axis=1) <= max(radius, k**0.5) + 1e-9], options.within)
 
 
 def surface_reach(k: int, options: SurfaceOptions) -> float:

@@ -14,12 +14,18 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 
 
-def definitive_screening(k: int, centre_points: int = 1) -> Array:
-    """Stack C, −C and the centre, C a conference matrix of the smallest order m ≥ k; columns beyond k drop out.
+def definitive_screening(k: int, runs: int | None = None) -> Array:
+    """Stack C, −C and the centre, C a conference matrix of order m ≥ k; columns beyond k carry no factor.
+
+    Parameters
+    ----------
+    runs : int, optional
+        By default those of the smallest order. More make columns without a factor, which give the error of the
+        main effects, and runs beyond two for each column repeat the centre.
 
     Returns
     -------
-    array (2·m + centre_points, k)
+    array (runs, k)
         Levels −1, 0, +1.
     """
     if not 1 <= k <= 100:
@@ -27,4 +33,11 @@ def definitive_screening(k: int, centre_points: int = 1) -> Array:
     order = max(4, k + k % 2)
     while (matrix := conference(order)) is None:
         order += 2
-    return np.vstack([matrix, -matrix, np.zeros((centre_points, order))])[:, :k] + 0.0
+    least = 2 * order + 1
+    if runs is None:
+        runs = least
+    if runs < least:
+        raise UsageError(f"screen.runs: definitive-screening has {least} runs or more for {k} factors, not {runs}")
+    larger = (conference(m) for m in range((runs - 1) // 4 * 2, order, -2))
+    matrix = next((found for found in larger if found is not None), matrix)
+    return np.vstack([matrix, -matrix, np.zeros((runs - 2 * len(matrix), len(matrix)))])[:, :k] + 0.0

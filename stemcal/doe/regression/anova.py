@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,6 +82,18 @@ def _residual_of_distinct(fit: LeastSquares, group: NDArray[np.int64]) -> float:
     """Return the residual sum of squares of the same fit to one run of each group."""
     _, first = np.unique(group, return_index=True)
     return fit_least_squares(fit.matrix[first], fit.response[first], fit.weights[first], fit.blocks).residual_ss
+
+
+def in_sequence(table: Sequence[AnovaRow], sequential: Mapping[str, float]) -> tuple[AnovaRow, ...]:
+    """Return the table with type I sums of squares: what each term explains beside those that stand before it."""
+    error = next(row for row in table if row.source == "Residual")
+    sure = next(row for row in table if row.source == "Model").f is not None
+
+    def tested(term: str, ss: float) -> AnovaRow:
+        f, p = f_test(ss, 1, error.mean_square if sure else None, error.df) or (None, None)
+        return AnovaRow(term, ss, 1, ss, f, p, stars(p))
+
+    return tuple(tested(row.source, sequential[row.source]) if row.source in sequential else row for row in table)
 
 
 def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:

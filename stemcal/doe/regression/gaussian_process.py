@@ -10,7 +10,7 @@ out in closed form, O. Dubrule, Math. Geology 15 (1983), 687–699.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +33,8 @@ class GaussianProcess:
     variance: float
     scales: Array
     nugget: float
+    response: Array
+    inverse: Array
     weights: Array
     left_out: Array
     q2: float | None
@@ -41,6 +43,30 @@ class GaussianProcess:
         """Evaluate the process at (m, k) points."""
         points = np.atleast_2d(np.asarray(coded, dtype=float))
         return np.asarray(self.mean + _kernel(points, self.design, self.scales) @ self.weights)
+
+    def gradient(self, coded: ArrayLike) -> Array:
+        """Differentiate the process at one point; returns (k,)."""
+        x = np.asarray(coded, dtype=float)
+        near = _kernel(x[None, :], self.design, self.scales)[0] * self.weights
+        return np.asarray(near @ (self.design - x) / self.scales**2)
+
+    def standard_error(self, coded: ArrayLike) -> Array:
+        """Return that of the process at (m, k) points: s² = σ²·(1 − kᵀK⁻¹k + (1 − 1ᵀK⁻¹k)²/1ᵀK⁻¹1).
+
+        σ² has n − 1 degrees of freedom, for µ is estimated; that ℓ and the nugget are estimated too is not in it.
+        """
+        points = np.atleast_2d(np.asarray(coded, dtype=float))
+        k = _kernel(points, self.design, self.scales)
+        solved = k @ self.inverse
+        rest = 1.0 - np.sum(solved * k, axis=1) + (1.0 - solved.sum(axis=1)) ** 2 / self.inverse.sum()
+        n = len(self.response)
+        return np.asarray(np.sqrt(np.maximum(rest, 0.0) * self.variance * n / (n - 1)))
+
+    def believing(self, coded: Array) -> GaussianProcess:
+        """Return the process with its own prediction at a point taken for a run: the errors near it are smaller."""
+        response = np.append(self.response, self.predict(coded))
+        grown = _process(self.scales, self.nugget, np.vstack([self.design, coded]), response)
+        return replace(grown, variance=self.variance)
 
 
 @dataclass(frozen=True)
@@ -105,7 +131,7 @@ def _negative_log_likelihood(parameters: Array, design: Array, y: Array) -> floa
 
 def _process(scales: Array, nugget: float, design: Array, y: Array) -> GaussianProcess:
     covariance = _kernel(design, design, scales) + nugget * np.eye(len(y))
-    inverse = np.linalg.inv(covariance)
+    inverse = np.asarray(np.linalg.inv(covariance), dtype=float)
     mean, variance, weights = _mean_and_variance(np.asarray(np.linalg.cholesky(covariance), dtype=float), y)
     # With µ estimated anew without run i: e = [Qy]ᵢ/Qᵢᵢ, Q = K⁻¹ − K⁻¹11ᵀK⁻¹/1ᵀK⁻¹1.
     row = inverse.sum(axis=0)
@@ -113,7 +139,7 @@ def _process(scales: Array, nugget: float, design: Array, y: Array) -> GaussianP
     left_out = np.asarray((q @ y) / np.diag(q))
     spread = float(np.sum((y - y.mean()) ** 2))
     q2 = 1.0 - float(left_out @ left_out) / spread if spread > 0.0 else None
-    return GaussianProcess(design, mean, variance, scales, nugget, weights, left_out, q2)
+    return GaussianProcess(design, mean, variance, scales, nugget, y, inverse, weights, left_out, q2)
 
 
 def second_opinion(surface: Surface) -> SecondOpinion | None:
@@ -129,12 +155,13 @@ def second_opinion(surface: Surface) -> SecondOpinion | None:
     points = points[np.linalg.norm(points, axis=1) <= surface.design_radius + 1e-9]
     gaps = np.abs(process.predict(points) - surface.predict(points))
     largest, typical = float(gaps.max()), float(np.sqrt(np.mean(gaps**2)))
-    warns = _clearly_better(surface.predicted_r2, process.q2)
+    warns = clearly_better(surface.predicted_r2, process.q2)
     sentence = _sentence(surface.predicted_r2, process.q2, largest, typical)
     return SecondOpinion(surface.predicted_r2, process.q2, largest, typical, sentence, warns)
 
 
-def _clearly_better(polynomial: float | None, process: float | None) -> bool:
+def clearly_better(polynomial: float | None, process: float | None) -> bool:
+    """Whether a process predicts the runs left out better than a polynomial, by five points of R²."""
     return polynomial is not None and process is not None and process > polynomial + _CLEARLY_BETTER
 
 
@@ -143,7 +170,7 @@ def _sentence(polynomial: float | None, process: float | None, largest: float, t
     if polynomial is None or process is None:
         return f"A Gaussian process through the same runs: {apart}."
     shown = f"predicted R² {process:.3f} against {polynomial:.3f}"
-    if _clearly_better(polynomial, process):
+    if clearly_better(polynomial, process):
         return (
             f"A Gaussian process predicts the runs better than the quadratic ({shown}; {apart}): it bends too little."
         )

@@ -104,6 +104,15 @@ class LeastSquares:
         """Type III sum of squares of each column: βⱼ² / (XᵀWX)⁻¹ⱼⱼ."""
         return np.asarray(self.coefficients**2 / np.diag(self.unscaled_covariance))
 
+    @property
+    def sequential_ss(self) -> Array:
+        """Type I sum of squares of each column after the mean, the blocks first: (Qᵀ√w·y)² of √w·X = QR."""
+        p = self.matrix.shape[1] - self.blocks
+        order = [0, *range(p, p + self.blocks), *range(1, p)]
+        root = np.sqrt(self.weights)
+        q = np.linalg.qr(root[:, None] * self.matrix[:, order])[0]
+        return np.asarray((q.T @ (root * self.response))[1 + self.blocks :] ** 2)
+
 
 def fit_least_squares(matrix: Array, response: Array, weights: Array | None = None, blocks: int = 0) -> LeastSquares:
     """Fit by QR; the columns must be independent (see `require_estimable`)."""

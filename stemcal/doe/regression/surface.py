@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -43,7 +43,7 @@ class Surface:
     `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
     such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
     `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
-    is larger.
+    is larger. `sequential_ss` has the type I sum of squares of every term.
     """
 
     names: tuple[str, ...]
@@ -69,6 +69,7 @@ class Surface:
     block_effects: dict[str, float]
     terms_dropped: tuple[str, ...] = ()
     error_source: ErrorSource = "residual"
+    sequential_ss: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -256,6 +257,7 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
         block_effects=block_effects(fit, runs.labels),
         terms_dropped=runs.losses.dropped,
         error_source=source,
+        sequential_ss=dict(zip(terms[1:], fit.sequential_ss.tolist(), strict=True)),
     )
 
 

@@ -20,6 +20,7 @@ from stemcal.doe.regression.least_squares import (
     stars,
     t_quantile,
 )
+from stemcal.doe.screening.definitive import TwoStages, two_stages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
 from stemcal.doe.screening.holm import adjusted_p
@@ -46,6 +47,7 @@ class Screening:
     notes: tuple[str, ...]
     error: ErrorTerm
     design: Array
+    two_stages: TwoStages | None = None
 
     def ranked(self) -> list[Effect]:
         """Sort the effects by contribution, the largest first."""
@@ -126,6 +128,7 @@ def analyse_screening(
         )
     changes = _changes(fit)
     size = lenth(changes, alpha)
+    stages = two_stages(design[present], y[present], names, alpha)
     error_term = choose_error(error, design[present], fit, changes, size)
     effects = _effects(fit, error_term, changes, names, symbols or names, size)
     signs = expected or {}
@@ -137,12 +140,16 @@ def analyse_screening(
         total_sum_of_squares=fit.total_ss,
         lenth=size,
         alpha=alpha,
-        significant=_significant(effects, size, alpha),
+        significant=_significant(effects, size, alpha) if stages is None else stages.first.active,
         runs_used=int(present.sum()),
         runs_failed=n_failed,
-        notes=tuple(screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha)),
+        notes=(
+            *([] if stages is None else [stages.sentence]),
+            *screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha),
+        ),
         error=error_term,
         design=design[present],
+        two_stages=stages,
     )
 
 

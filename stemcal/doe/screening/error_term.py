@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.regression.anova import lack_of_fit
-from stemcal.doe.regression.least_squares import Array, LeastSquares
+from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, LeastSquares
+from stemcal.doe.screening.definitive import Mirrored
 from stemcal.doe.screening.lenth import Lenth
 from stemcal.errors import UsageError
 
@@ -36,9 +37,13 @@ def choose_error(source: str, design: Array, fit: LeastSquares, changes: Array, 
     return ERROR_TERMS[source](design, fit, changes, size)
 
 
-def _residual(_design: Array, fit: LeastSquares, _changes: Array, _size: Lenth) -> ErrorTerm:
-    """Take the columns that carry no factor."""
-    return ErrorTerm("residual", fit.residual_ss, fit.df, exact=fit.exact)
+def _residual(design: Array, fit: LeastSquares, _changes: Array, _size: Lenth) -> ErrorTerm:
+    """Take the columns that carry no factor; in a definitive screening squares and interactions are none of them."""
+    pairs = Mirrored.of(design, fit.response)
+    if pairs is None:
+        return ErrorTerm("residual", fit.residual_ss, fit.df, exact=fit.exact)
+    total, df = pairs.error
+    return ErrorTerm("residual", total, df, exact=total <= NEGLIGIBLE * pairs.size)
 
 
 def _pooled(_design: Array, fit: LeastSquares, changes: Array, size: Lenth) -> ErrorTerm:

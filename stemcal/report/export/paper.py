@@ -172,7 +172,8 @@ def anova_table(stage: SurfaceResult) -> PaperTable:
     )
     columns = ("Source", "Sum of Squares", "df", "Mean Square", "F-Value", P_VALUE)
     note = f"{STARS} {equation(stage.coefficients, symbols)} (coded values)."
-    return PaperTable(10, "anova", "ANOVA of the response surface.", columns, rows, note)
+    kind = "Sequential ANOVA" if stage.sums_of_squares == "sequential" else "ANOVA"
+    return PaperTable(10, "anova", f"{kind} of the response surface.", columns, rows, note)
 
 
 def calibration_table(study: Study, stage: InvertResult) -> PaperTable:

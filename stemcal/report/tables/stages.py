@@ -84,7 +84,7 @@ def anova_sheet(stage: SurfaceResult) -> Sheet:
         for row in stage.anova
     ]
     return Sheet(
-        "Analysis of variance",
+        "Analysis of variance" + (", type I sums of squares" if stage.sums_of_squares == "sequential" else ""),
         ("Source", "Sum of squares", "df", "Mean square", "F", "p"),
         tuple(rows),
         foot=() if stage.lack_of_fit_testable else ("Lack of fit cannot be tested.",),

@@ -82,7 +82,7 @@ def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, fl
     """
     if law == "cowper_symonds":
         return c, p
-    return (0.0, 0.0) if (rate / c) ** p < _NO_EFFECT else (c, 1.0 / p)
+    return (0.0, 0.0) if law == "none" or (rate / c) ** p < _NO_EFFECT else (c, 1.0 / p)
 
 
 def _masses(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> tuple[Array, float]:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import Outcome
-from stemcal.solvers.protocol import Answer, Meshed, Readied, Request, Solver
+from stemcal.solvers.protocol import Meshed, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.carried import Carried
 from stemcal.stages.mesh.result import MeshResult, MeshRun
@@ -24,34 +23,6 @@ from stemcal.study.model import MeshOptions
 from stemcal.words import joined
 
 __all__ = ["MeshResult", "mesh"]
-
-
-@dataclass(frozen=True)
-class OnMeshes:
-    """Answers row i of a request on mesh i, each of which is a solver."""
-
-    solvers: tuple[Solver, ...]
-
-    def prepare(self) -> None:
-        """Prepare as the study's own solver does."""
-        self.solvers[0].prepare()
-
-    def get_ready(self) -> None:
-        """Make this process ready, if the solver needs that."""
-        if isinstance(self.solvers[0], Readied):
-            self.solvers[0].get_ready()
-
-    def identity(self, request: Request) -> dict[str, Any]:
-        """Return what determines the answer on that mesh."""
-        return self.solvers[request.row].identity(request)
-
-    def solve(self, request: Request) -> Answer:
-        """Answer on that mesh."""
-        return self.solvers[request.row].solve(request)
-
-    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return None: any levels can be simulated."""
-        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +45,7 @@ def mesh(work: Work) -> MeshResult:
     parameters = (work.fresh(RefineResult) if study.refine is not None else solution).parameters
     head = work.head("mesh")
     at = [target.diameter for target in study.joint_targets] or [study.targets.calibrate_at]
-    solvers = (work.solver, solver.in_phases(options.phases), *(solver.of_size(size) for size in options.sizes))
-    names = ("own", "phases", *map(str, options.sizes))
-    rows = _simulate(replace(work, solver=OnMeshes(solvers)), parameters, at, names)
+    rows = _simulate(work, parameters, at, options)
     found = _forces(rows, at, options.phases)
     scatter = scatter_of(found.own, found.placed, found.sized)
     sizes = size_factors(found.own, found.sized, found.sizes, scatter)
@@ -100,11 +69,16 @@ def mesh(work: Work) -> MeshResult:
     )
 
 
-def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], names: Sequence[str]) -> list[MeshRun]:
+def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], options: MeshOptions) -> list[MeshRun]:
     """Simulate every mesh at every diameter; the study's own as the validation does, whose record it has."""
-    requests = [
-        Request("mesh", row, levels, diameter, pictured=row == 0) for row in range(len(names)) for diameter in at
+    own = [Request("mesh", 0, levels, diameter, pictured=True) for diameter in at]
+    placed = [Request("mesh", 1, levels, diameter, phases=options.phases) for diameter in at]
+    sized = [
+        Request("mesh", 2 + i, levels, diameter, element_size=str(size))
+        for i, size in enumerate(options.sizes)
+        for diameter in at
     ]
+    requests, names = [*own, *placed, *sized], ("own", "phases", *map(str, options.sizes))
     told = zip(requests, work.outcomes(requests), strict=True)
     return [MeshRun(diameter=r.diameter, mesh=names[r.row], outcome=outcome) for r, outcome in told]
 

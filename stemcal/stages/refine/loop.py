@@ -8,7 +8,7 @@ surfaces moved through the best point (`doe.calibration.joint_approach`).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,7 +93,7 @@ class Loop:
         """Go round until the forces are right, the budget is spent, or the joint fit no longer moves."""
         point, how = self.coding.point(self.solution.point.coded), "solution"
         while True:
-            self._visit(point, how)
+            self._visit([point], how)
             error = self.iterations[-1].max_abs_error_percent
             if error is not None and error <= self.options.tolerance_percent:
                 self.stopped = "tolerance"
@@ -110,10 +110,14 @@ class Loop:
 
     # ---- simulate and learn
 
-    def _visit(self, point: Array, how: str) -> None:
-        """Simulate one point at every diameter, keep what came of it, and refit the surfaces that learnt."""
-        levels = {**self.solution.parameters, **self.coding.levels(point)}
-        runs = dict(zip(self.diameters, self.simulate(len(self.iterations), levels, self.diameters), strict=True))
+    def _visit(self, points: Sequence[Array], how: str) -> None:
+        """Simulate points at every diameter, keep what came of them, and refit the surfaces that learnt."""
+        levels = [{**self.solution.parameters, **self.coding.levels(point)} for point in points]
+        found = iter(self.simulate(len(self.iterations), levels, self.diameters))
+        for point, at in zip(points, levels, strict=True):
+            self._keep(point, how, at, {diameter: next(found) for diameter in self.diameters})
+
+    def _keep(self, point: Array, how: str, levels: dict[str, float], runs: Mapping[float, Outcome]) -> None:
         values = np.array([runs[mean.diameter].response(mean.response) or np.nan for mean in self.means])
         told = [self._told(point, i, float(value)) for i, value in enumerate(values)]
         trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))

@@ -8,6 +8,7 @@ from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import Loop
+from stemcal.stages.refine.process import ProcessLoop, takes_process
 from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult
@@ -22,7 +23,7 @@ def refine(work: Work) -> RefineResult:
     simulate = work.simulating("refine", pictured=True)
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
     head = work.head("refine")
-    loop = Loop(work.study, surface, solution, simulate)
+    loop = (ProcessLoop if takes_process(work.study, surface) else Loop)(work.study, surface, solution, simulate)
     loop.run()
     return closed(head, loop)
 
@@ -32,7 +33,8 @@ def closed(head: Head, loop: Loop) -> RefineResult:
     done = [entry for entry in loop.iterations if entry.misfit is not None]
     if not done:
         raise RunsFailed(_nothing_succeeded(loop))
-    best = done[-1] if loop.stopped == "tolerance" else min(done, key=lambda entry: _merit(loop, entry))
+    within = loop.stopped == "tolerance" and not loop.alone
+    best = done[-1] if within else min(done, key=lambda entry: _merit(loop, entry))
     at = {d: row for d, row in zip(loop.diameters * len(loop.iterations), loop.rows, strict=True)
           if row.iteration == best.iteration}  # fmt: skip
     ours = at.get(loop.solution.diameter)
@@ -58,6 +60,7 @@ def closed(head: Head, loop: Loop) -> RefineResult:
         iterations=Rows(loop.iterations) if many else Rows(),
         rows=Rows(loop.rows),
         surface=None if many else learnt[0],
+        process=loop.learnt() if isinstance(loop, ProcessLoop) else None,
         surfaces=Rows(_learnt_of(loop, i, learnt[i]) for i in range(len(learnt))) if many else Rows(),
         notes=tuple(_notes_of_many(loop, best) if many else _notes_of_one(loop, best)),
     )
@@ -82,7 +85,8 @@ def _nothing_succeeded(loop: Loop) -> str:
 
 
 def _notes_of_one(loop: Loop, best: Iteration) -> list[str]:
-    first, error, notes = loop.rows[0], abs(best.error_percent or 0.0), []
+    first, error = loop.rows[0], abs(best.error_percent or 0.0)
+    notes = [loop.learnt().sentence] if isinstance(loop, ProcessLoop) else []
     if first.inside_interval is False:
         notes.append(
             f"At the surface's solution the simulated force, {first.outcome.force:.4g} N, lies outside the prediction "

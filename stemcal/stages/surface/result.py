@@ -119,6 +119,7 @@ class SurfaceResult(StageResult):
     error_source: str | None = absent()
     inestimable: str = "refuse"
     weights: str = "equal"
+    sums_of_squares: str | None = absent()
     reduction: ReductionSteps | None = absent()
     canonical: Shape | None = None
     ridge: Rows[RidgeRow] | None = None

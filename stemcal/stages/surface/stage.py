@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from stemcal.doe.regression.anova import in_sequence
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
@@ -53,7 +54,7 @@ def _result(
 ) -> tuple[SurfaceResult, list[str]]:
     """Return the result without what other diameters add, and what the shape and the scale of the force say."""
     beside, described = shape_of(study, design, fit, [run.block for run in runs.runs if run.force is not None])
-    middle = study.midlevels()
+    middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
         head=head,
@@ -64,7 +65,7 @@ def _result(
         radius=design_radius(study, len(design.names)),
         design=runs,
         coefficients=Rows(fit.coefficients),
-        anova=Rows(fit.anova),
+        anova=Rows(in_sequence(fit.anova, fit.sequential_ss) if sequential else fit.anova),
         r2=fit.r2,
         adjusted_r2=fit.adjusted_r2,
         predicted_r2=fit.predicted_r2,
@@ -79,6 +80,7 @@ def _result(
         error_source=None if fit.error_source == "residual" else fit.error_source,
         inestimable=study.rsm.inestimable,
         weights=study.rsm.weights,
+        sums_of_squares="sequential" if sequential else None,
         reduction=None if reduction is None else ReductionSteps(reduction.method, reduction.steps, reduction.dropped),
         canonical=beside.canonical,
         ridge=beside.ridge,

@@ -10,7 +10,7 @@ from stemcal.study.spec.draft import Draft, Finding
 from stemcal.words import did_you_mean
 
 MOST_CCD_FACTORS = 8
-SPACE_FILLING = ("latin-hypercube", "sobol")
+SPACE_FILLING = ("latin-hypercube", "sobol", "i-optimal")  # their size is free
 
 
 def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
@@ -50,6 +50,21 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
     if draft.rsm and draft.rsm.runs is not None and draft.rsm.design not in SPACE_FILLING:
         message = f"the size of {draft.rsm.design} follows from the factors"
         yield Finding(("rsm", "runs"), message, "leave it out or write design: " + " or ".join(SPACE_FILLING))
+
+
+def constraints_fit(draft: Draft) -> Iterator[Finding]:
+    """`rsm.constraints` name factors, cut an I-optimal design, and leave room in the ranges."""
+    if draft.rsm is None:
+        return
+    for index, constraint in enumerate(draft.rsm.constraints):
+        path = ("rsm", "constraints", index)
+        if draft.rsm.design != "i-optimal":
+            message = f"the runs of a {draft.rsm.design} design lie where they lie"
+            yield Finding(path, message, "write design: i-optimal, or leave the constraint out")
+        for name in constraint.of:
+            if name not in draft.names:
+                message = f"{name[:60]!r} is not a factor of this study"
+                yield Finding((*path, "of", name), message, did_you_mean(name, draft.names), at_key=True)
 
 
 def surface_weights_known(draft: Draft) -> Iterator[Finding]:

@@ -61,6 +61,16 @@ def joint_diameters_measured(draft: Draft) -> Iterator[Finding]:
             yield Finding(("invert", "diameters", index), message, "add its force to targets, or remove it here")
 
 
+def process_fits_one_force(draft: Draft) -> Iterator[Finding]:
+    """A Gaussian process proposes points for one measured force."""
+    invert, refine = draft.invert, draft.refine
+    if invert is None or refine is None or refine.model == "quadratic":
+        return
+    if invert.diameters is not None or len(invert.responses) > 1:
+        message = "a joint fit is refined on quadratics"
+        yield Finding(("refine", "model"), message, "leave it out, or fit one force: leave invert.diameters out")
+
+
 def responses_measured(draft: Draft) -> Iterator[Finding]:
     """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
     if draft.invert is None or draft.targets is None or draft.invert.responses == ("force",):

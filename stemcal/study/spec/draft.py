@@ -14,6 +14,7 @@ from stemcal.study.model import (
     Material,
     MeshOptions,
     Published,
+    RefineOptions,
     RsmOptions,
     ScreenOptions,
     Specimen,
@@ -56,6 +57,7 @@ class Draft:
     rsm: RsmOptions | None = None
     invert: InvertOptions | None = None
     published: Published | None = None
+    refine: RefineOptions | None = None
     mesh: MeshOptions | None = None
 
     @property

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, InstanceOf, PlainSerializer, WithJsonSchema
+from pydantic import BeforeValidator, InstanceOf, PlainSerializer, TypeAdapter, WithJsonSchema
 from pydantic_core import core_schema
 
 from stemcal.study.spec.fields import Quantity, complain
@@ -29,6 +29,15 @@ class Length:
 
     mm: float = 0.0
     divisor: float | None = None
+
+    @classmethod
+    def of(cls, text: str) -> Length:
+        """Read a length as it is written.
+
+        >>> Length.of("d/24"), Length.of("0.5 mm")
+        (Length(mm=0.0, divisor=24.0), Length(mm=0.5, divisor=None))
+        """
+        return TypeAdapter(StemLength).validate_python(text)
 
     def at(self, diameter: float) -> float:
         """Return the length at a stem of this outer diameter, mm."""

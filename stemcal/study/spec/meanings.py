@@ -263,6 +263,10 @@ MEANINGS: dict[str, dict[str, str]] = {
         "center": "The value that coded 0 means, in the factor's unit.",
         "half_step": "What coded +1 is above it.",
     },
+    "Constraint": {
+        "of": "A coefficient for each factor in it.",
+        "at_most": "What the sum of coefficients times levels may not exceed.",
+    },
     "RsmOptions": {
         "design": "The design; all but Box–Behnken (3 to 7 factors) take any number of factors.",
         "factors": "The significant ones of the screening, or a list of names, which makes the screening unnecessary "
@@ -280,6 +284,9 @@ MEANINGS: dict[str, dict[str, str]] = {
         "inestimable": "Whether terms that failed runs have made inestimable are left out or end the fit.",
         "reduce": "How terms are left out: none, backward, forward or by AICc; hierarchy is kept.",
         "reduce_alpha": "The p from which backward and forward leave a term out.",
+        "sums_of_squares": "What a term of the analysis of variance is asked to explain: what all other terms leave "
+        "(type III), or what the terms before it leave (type I, in the order of `factors`).",
+        "constraints": "What an I-optimal design has to keep to, in the units of the factors.",
         "coding": "What coded 0 and +1 mean, by factor; others get theirs from their range.",
     },
     "InvertOptions": {
@@ -297,6 +304,9 @@ MEANINGS: dict[str, dict[str, str]] = {
     "RefineOptions": {
         "tolerance_percent": "Done once the simulated force is within this of the measured one.",
         "budget": "Most simulations it may take.",
+        "model": "What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at predicting "
+        "the design's runs left out.",
+        "batch": "How many points a Gaussian process proposes at a time; they are simulated together.",
     },
     "RunsOptions": {
         "tries": "How often a run is begun that ends by accident: its process died, the solver raised an exception.",
@@ -353,6 +363,7 @@ PLACES = {
     "ScreenOptions": "screen",
     "ClimbOptions": "climb",
     "RsmOptions": "rsm",
+    "Constraint": "rsm.constraints",
     "CodingEntry": "rsm.coding.FACTOR",
     "InvertOptions": "invert",
     "RefineOptions": "refine",

@@ -219,7 +219,8 @@ targets:
     - {diameter: 11 mm, force: 378.2 N, n: 6}
 
 # Stage 1, which factors matter? design: plackett-burman | plackett-burman-pydoe | fractional-factorial |
-# full-factorial | definitive-screening. runs: another size than the usual one, such as 20.
+# full-factorial | definitive-screening. runs: another size than the usual one, such as 20; of a definitive screening
+# more runs give columns without a factor, which its error is taken from.
 # fold_over: true repeats every run with all signs turned, which frees main effects of interactions.
 # error: what effects are tested against: residual (columns without a factor) | pooled | replicates | lenth.
 # alpha: a factor with p below it goes on to stage 2.
