@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
@@ -55,6 +56,23 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
             if watch is not None and watch(row["time"], row["force"], row["deleted"]):
                 break
     return _history(state, rows)
+
+
+def pace(model: Model, seconds: float) -> tuple[float, float]:
+    """Return how long a step takes on this machine, by the steps of about so many seconds, and the time step, both s.
+
+    Raises
+    ------
+    SimulationFailed
+        As `simulate` does.
+    """
+    state = start(model)
+    with _march_of(model, state) as advance:
+        on, begun, spent = _in_strides(advance, state), time.perf_counter(), 0.0
+        while spent < seconds:
+            _check(on(float(state.clock.time[0]) + max(float(state.clock.step[0]), _LEAST), state), state)
+            spent = time.perf_counter() - begun
+    return spent / int(state.clock.steps[0]), float(state.clock.step[0])
 
 
 def _march_of(model: Model, state: State) -> AbstractContextManager[March]:
