@@ -117,7 +117,7 @@ from stemcal.executors.local import LocalExecutor
 from test_cache import of_worker
 import stemcal.fem.warm as warm
 if __name__ == "__main__":
-    warm._smallest_simulation = lambda threads: None
+    warm._smallest_simulation = warm._compile_in_halves = lambda *_: None
     warm.warm(); warm.warm.cache_clear(); warm.warm()
     with LocalExecutor(2) as executor:
         found = {executor.submit(of_worker, 0.2).result() for _ in range(3)} | {str(warm.CACHE)}
