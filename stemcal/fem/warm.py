@@ -9,6 +9,7 @@ import platform
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -124,21 +125,28 @@ def _compile_in_halves() -> None:
     """Compile what a step calls, contact in a process of its own beside this one, which then has it from the cache."""
     code = f"from {__name__} import compile_contact; compile_contact()"
     none = subprocess.DEVNULL
-    with subprocess.Popen([sys.executable, "-c", code], stdin=none, stdout=none, stderr=none):
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=none, stderr=none) as beside:
         state = start(_smallest_model())
         body, topology, clock = state.body, state.topology, state.clock
         _compile(march.add_forces_inside, body, topology, clock, state.material)
         _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
         _compile(march.finish_step, body, state.tools, clock, state.ledger)
+        beside.wait()
 
 
 def compile_contact() -> None:
-    """Compile what meets the tools."""
+    """Compile what meets the tools; ends with the process that waits for it, at the latest."""
+    threading.Thread(target=_end_with_stdin, daemon=True).start()
     state = start(_smallest_model())
     _compile(
         march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread, state.candidates,
         state.clock, state.ledger, state.friction, state.settings,
     )  # fmt: skip
+
+
+def _end_with_stdin() -> None:
+    os.read(sys.stdin.fileno(), 1)
+    os._exit(1)
 
 
 def _compile(kernel: Any, *arguments: Any) -> None:
