@@ -4,11 +4,14 @@ python benchmarks/speed.py kernel     the element kernel, blocked against elemen
 python benchmarks/speed.py solver     the whole solver on the paper's 8 mm case, full model
 python benchmarks/speed.py scaling    cost and memory from 1,000 to 1,000,000 elements
 python benchmarks/speed.py threads    two threads against one on 200,000 elements
+python benchmarks/speed.py steps      fewer steps: elements given mass, the end at the break
+python benchmarks/speed.py plan [SPEC ...]    what `plan` foretells of studies, and what they then take
 python benchmarks/speed.py study      the shipped study: kernels to be compiled, compiled, and with 4 mesh phases
 """
 
 from __future__ import annotations
 
+import json
 import multiprocessing
 import os
 import platform
@@ -116,6 +119,45 @@ def solver() -> None:
     warm(precision="mixed")
     rates = [cutting.shear(test).element_steps_per_second / 1e6 for _ in range(5)]
     print(f"paper's 8 mm case, full model: {np.median(rates):.1f} million element-steps per second and core")
+
+
+def steps() -> None:
+    """Print what longer steps and the end at the break do to the paper's 8 mm case, quarter model."""
+    test = tests_of(paper_cases(["rsm"])[:1])[0]
+    warm(precision="mixed")
+    print("step wanted  ends at the break  steps  CPU seconds  peak force  kinetic energy  added mass")
+    for wanted in (None, 20e-6, 40e-6, 60e-6, 80e-6):
+        for stops in (True, False):
+            how = test.discretisation
+            integration = replace(how.integration, time_step=wanted)
+            changed = replace(test, discretisation=replace(how, integration=integration, stop_after_peak=stops))
+            begun = time.process_time()
+            found = cutting.shear(changed)
+            spent, added = time.process_time() - begun, added_mass_percent(changed)
+            print(
+                f"{'none' if wanted is None else f'{1e6 * wanted:.0f} us':>11s}  {stops!s:>17s}  {found.steps:5d}  "
+                f"{spent:11.2f}  {found.peak_force:8.3f} N  {found.kinetic_ratio_percent:12.2f} %  {added:8.1f} %"
+            )
+
+
+def added_mass_percent(test: cutting.ShearTest) -> float:
+    """Return by how much the step wanted adds to the mass of the stem."""
+    model = cutting.build(test)
+    plain = replace(model, integration=replace(model.integration, time_step=None))
+    return float(100.0 * (start(model).body.mass.sum() / start(plain).body.mass.sum() - 1.0))
+
+
+def plan() -> None:
+    """Print what `plan` foretells of each study with an empty folder, what it then takes, and the ratio."""
+    specs = [Path(name) for name in sys.argv[2:]] or [SPEC.parent / "smoke.yaml", SPEC]
+    for spec in specs:
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "out"
+            line = [sys.executable, "-m", "stemcal", "plan", str(spec), "--out", str(out), "--json"]
+            foretold = json.loads(subprocess.run(line, check=True, capture_output=True, text=True).stdout)["elapsed"]
+            run = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out), "--quiet"]
+            taken = seconds_of(lambda run=run: subprocess.run(run, check=False, capture_output=True))
+        print(f"{spec.name}: {foretold:.0f} s foretold, {taken:.0f} s taken, ratio {foretold / taken:.2f}", flush=True)
 
 
 def scaling() -> None:
@@ -236,9 +278,12 @@ def study_seconds(spec: Path, out: Path, cache: Path, commands: list[str]) -> fl
     return seconds_of(work)
 
 
-TOPICS = {"kernel": kernel, "solver": solver, "scaling": scaling, "threads": threads, "study": study}
+TOPICS = {
+    "kernel": kernel, "solver": solver, "scaling": scaling, "threads": threads, "steps": steps, "plan": plan,
+    "study": study,
+}  # fmt: skip
 
 if __name__ == "__main__":
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
-    for name in sys.argv[1:] or TOPICS:
+    for name in [name for name in sys.argv[1:] if name in TOPICS] or TOPICS:
         TOPICS[name]()

@@ -10,8 +10,8 @@
     audit         printed tables and claims against recomputed ones        audit.json
 
 A stage reads the file of the one before and leaves its own, so each can be run alone and again. Runs come
-from the records of the study folder where they are there; statistics are always computed anew. Progress goes
-to `watch`, called with a `Progress`.
+from the records of the study folder where they are there; a stage that would be made of the same as before is read
+(`stages.kept`). Progress goes to `watch`, called with a `Progress`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress, Watch, ignore
-from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.audit.stage import audit
 from stemcal.stages.base import stages_of
@@ -64,7 +63,6 @@ def calibrate(
 
     `done` is called with the result of each stage as soon as it is known.
     """
-    solver = solver or make_solver(study)
     with folder:
         for stage in stages_of(study):
             done(make(stage, study, folder, executor, watch, solver))

@@ -18,7 +18,7 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     """
     from stemcal.cli.console import note, say, say_json, warn
     from stemcal.cli.session import folder_of, read_study
-    from stemcal.executors.machine import available_cores, machine_memory
+    from stemcal.executors.machine import machine_memory
     from stemcal.files.typed import to_json
     from stemcal.folder.store import StudyFolder
     from stemcal.overview.foresight import Demand, excess
@@ -27,20 +27,20 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
 
     study = read_study(spec)
     path = folder_of(study, out)
-    found = make_plan(study, StudyFolder(path) if path.is_dir() else None)
+    found = make_plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
     if as_json:
         say_json(to_json(found))
     else:
-        say(*drawn(_sheet(found, workers or available_cores())))
+        say(*drawn(_sheet(found)))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
-    for sentence in excess(demand, workers or available_cores(), machine_memory()):
+    for sentence in excess(demand, found.workers, machine_memory()):
         warn(sentence)
     if not quiet:
         for sentence in found.notes:
             note(f"note: {sentence}")
 
 
-def _sheet(found: Plan, workers: int) -> Sheet:
+def _sheet(found: Plan) -> Sheet:
     from stemcal.overview.foresight import in_bytes
     from stemcal.report.numbers import duration
     from stemcal.report.tables.sheet import Sheet
@@ -58,9 +58,10 @@ def _sheet(found: Plan, workers: int) -> Sheet:
     )
     total = f"{counted(found.to_run, 'run')} to compute"
     if found.seconds is not None:
-        elapsed = found.seconds / max(1, min(workers, found.to_run))
         total += f": about {duration(found.seconds)} of one core".replace("about under", "under")
-        total += f", {duration(elapsed)} with {counted(workers, 'worker')}" if workers > 1 else ""
+        total += f" by {found.source}" if found.source else ""
+    if found.elapsed is not None and found.to_run:
+        total += f"; with page and all {duration(found.elapsed)} with {counted(found.workers, 'worker')}"
     memory = f" A run takes about {in_bytes(found.memory)} of memory." if found.memory else ""
     return Sheet(
         f"Plan of {found.study}",

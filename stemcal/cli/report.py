@@ -28,12 +28,13 @@ def report(
     from stemcal.cli.console import open_page, say_json, say_whole
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.report.drawing import draw
-    from stemcal.report.page.render import shown
+    from stemcal.stages.results import fresh_results
+    from stemcal.stages.verdict.rules import verdict_of
 
     study = read_study(spec)
     folder = existing_folder(study, out)
-    what = shown(study, folder)
-    page = draw(study, folder, what, figures, again=True)
+    results = fresh_results(study, folder)
+    page = draw(study, folder, results, verdict_of(study, folder, results), figures, again=True)
     drawn = folder.path / "figures" if figures else None
     if open_it:
         open_page(page)

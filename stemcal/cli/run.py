@@ -37,10 +37,10 @@ def run(
     with opened(spec, out, workers, executor, quiet) as work:
         from stemcal import workflow
         from stemcal.report.drawing import draw
-        from stemcal.report.page.render import shown
+        from stemcal.stages.results import fresh_results
+        from stemcal.stages.verdict.rules import verdict_of
 
-        work.require_sense(yes)
-        _foretell(work)
+        work.foresee(yes)
         try:
             done = _telling(work) if not as_json else lambda _result: None
             workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=done)
@@ -48,20 +48,14 @@ def run(
             unreachable = error
         work.folder.remember_spec(work.study.source)
         work.watch.busy("drawing the report")
-        what = shown(work.study, work.folder)
-        page = draw(work.study, work.folder, what)
+        results = fresh_results(work.study, work.folder)
+        verdict = verdict_of(work.study, work.folder, results)
+        page = draw(work.study, work.folder, results, verdict)
     if open_it:
         open_page(page)
-    show_run(work.study, what.results, what.verdict, page, work.folder, as_json, quiet)
+    show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
     if unreachable is not None:
         raise unreachable
-
-
-def _foretell(work: Session) -> None:
-    """Tell the progress bar how many runs there will be."""
-    from stemcal.overview.plan import foreseen
-
-    work.watch.expect(foreseen(work.study, work.folder))
 
 
 def _telling(work: Session) -> Callable[[StageResult], None]:

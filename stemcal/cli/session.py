@@ -30,13 +30,24 @@ class Session:
     executor: RunExecutor
     watch: Watcher
 
-    def require_sense(self, yes: bool, stage: str | None = None) -> None:
-        """Refuse what this machine cannot hold or takes days, of all stages or of one, unless that is meant."""
-        from stemcal.executors.local import LocalExecutor
-        from stemcal.overview.foresight import demand_of
+    def foresee(self, yes: bool, stage: str | None = None) -> None:
+        """Refuse what this machine cannot hold or takes days, of all stages or of one, unless that is meant.
 
-        here = isinstance(self.executor, LocalExecutor)
-        require_sense(demand_of(self.study, self.folder, stage), self.executor.workers, yes, here)
+        The progress bar learns how many runs there will be.
+        """
+        from stemcal.stages.making import finished
+
+        if finished(self.study, self.folder, stage):
+            return
+        from stemcal.executors.local import LocalExecutor
+        from stemcal.overview.foresight import demand_of_runs, left_to_run
+        from stemcal.solvers import make_solver
+
+        here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study)
+        left = left_to_run(self.study, self.folder, solver, stage)
+        demand = demand_of_runs([run for part in left for run in part.runs], solver)
+        require_sense(demand, self.executor.workers, yes, here)
+        self.watch.expect({part.stage: (part.rows, len(part.runs)) for part in left})
 
 
 def read_study(spec: Path) -> Study:

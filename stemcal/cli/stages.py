@@ -62,7 +62,7 @@ def _run(
 
     with opened(spec, out, workers, executor, quiet) as work:
         if stage.simulates:
-            work.require_sense(yes, stage.name)
+            work.foresee(yes, stage.name)
         result = make(stage, work.study, work.folder, work.executor, work.watch)
         verdict = verdict_of(work.study, work.folder)
     if shortfall := result.shortfall():

@@ -158,7 +158,10 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
     ghosts = _ghosts(model)
     held[ghosts[:, 0]] = True
     mass[ghosts[:, 0]] = 0.0
-    loads = np.zeros_like(x) if model.loads is None else np.array(model.loads, dtype=float)
+    # what stays zero is asked for by `zeros`: nobody writes there, so it takes no memory
+    loads = np.zeros(x.shape) if model.loads is None else np.array(model.loads, dtype=float)
+    driven = np.zeros(x.shape)
+    driven[held] = v[held]
     return Body(
         x=x,
         v=v,
@@ -168,7 +171,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         mass=mass,
         inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
         free=np.where(held, 0.0, 1.0),
-        driven=np.where(held, v, 0.0),
+        driven=driven,
         runs=lanes.runs,
         targets=lanes.targets,
         late=lanes.late,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
@@ -55,6 +56,27 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
             if watch is not None and watch(row["time"], row["force"], row["deleted"]):
                 break
     return _history(state, rows)
+
+
+def pace(model: Model, seconds: float) -> tuple[float, float]:
+    """Return how long a step takes on cores of its own, by the steps of about so many seconds, and the time step, s.
+
+    Time in which others have the cores does not count.
+
+    Raises
+    ------
+    SimulationFailed
+        As `simulate` does.
+    """
+    state = start(model)
+    with _march_of(model, state) as advance:
+        _check(advance(_LEAST, state), state)  # the first step lists what may meet the tools, few others do
+        begun, spent, many = time.process_time(), 0.0, max(1, _STRIDE // len(state.topology.hexes))
+        ends = time.perf_counter() + 4.0 * seconds
+        while spent < seconds and time.perf_counter() < ends:
+            _check(advance(float(state.clock.time[0] + many * state.clock.step[0]), state), state)
+            spent = time.process_time() - begun
+    return spent / model.integration.threads / (int(state.clock.steps[0]) - 1), float(state.clock.step[0])
 
 
 def _march_of(model: Model, state: State) -> AbstractContextManager[March]:

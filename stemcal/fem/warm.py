@@ -7,20 +7,27 @@ import logging
 import os
 import platform
 import shutil
+import subprocess
+import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import llvmlite.binding
+import numba
 from filelock import FileLock
 
 from stemcal.fem.contact import Tool
+from stemcal.fem.kernels import march
 from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision
+from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
 
 logger = logging.getLogger(__name__)
@@ -41,6 +48,8 @@ def warm(threads: int = 1, precision: Precision = "double") -> None:
     _tell_of_spare()
     with _one_at_a_time(_mark(threads, precision)):
         try:
+            if not is_compiled(threads, precision):
+                _compile_in_halves(precision)
             _smallest_simulation(threads, precision)
         except Exception:
             shutil.rmtree(CACHE, ignore_errors=True)
@@ -71,9 +80,10 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
     with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
         lock.acquire()
     try:
+        begun = time.perf_counter()
         yield
         with suppress(OSError):
-            mark.touch()
+            mark.write_text(f"{time.perf_counter() - begun:.1f}\n", encoding="ascii")
     finally:
         lock.release()
 
@@ -81,6 +91,15 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
 def is_compiled(threads: int = 1, precision: Precision = "double") -> bool:
     """Tell whether the cache has every kernel for this machine, as far as one can tell without loading them."""
     return _mark(threads, precision).exists()
+
+
+def seconds_to_compile() -> float | None:
+    """Return how long this machine took to compile the kernels of this or another version the last time, s."""
+    known: list[tuple[float, float]] = []
+    for mark in CACHE.parent.glob("kernels-*/complete-*"):
+        with suppress(OSError, ValueError):
+            known.append((mark.stat().st_mtime, float(mark.read_text(encoding="ascii"))))
+    return max(known)[1] if known else None
 
 
 def _mark(threads: int, precision: Precision) -> Path:
@@ -101,13 +120,50 @@ def sweep(cache: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
+def _compile_in_halves(precision: Precision) -> None:
+    """Compile what a step calls, contact in a process of its own beside this one, which then has it from the cache."""
+    code = f"from {__name__} import compile_contact; compile_contact({precision!r})"
+    none = subprocess.DEVNULL
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=none, stderr=none) as beside:
+        state = start(_smallest_model(precision=precision))
+        body, topology, clock = state.body, state.topology, state.clock
+        _compile(march.add_forces_inside, body, topology, clock, state.material)
+        _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
+        _compile(march.finish_step, body, state.tools, clock, state.ledger)
+        beside.wait()
+
+
+def compile_contact(precision: Precision) -> None:
+    """Compile what meets the tools; ends with the process that waits for it, at the latest."""
+    threading.Thread(target=_end_with_stdin, daemon=True).start()
+    state = start(_smallest_model(precision=precision))
+    _compile(
+        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread, state.candidates,
+        state.clock, state.ledger, state.friction, state.settings,
+    )  # fmt: skip
+
+
+def _end_with_stdin() -> None:
+    os.read(sys.stdin.fileno(), 1)
+    os._exit(1)
+
+
+def _compile(kernel: Any, *arguments: Any) -> None:
+    typeof: Any = numba.typeof
+    kernel.compile(tuple(map(typeof, arguments)))
+
+
 def _smallest_simulation(threads: int, precision: Precision) -> None:
-    """Press a tool with an edge into one element for a few steps."""
+    """Take a few steps of the smallest model."""
+    simulate(_smallest_model(threads, precision), 1.0e-6)
+
+
+def _smallest_model(threads: int = 1, precision: Precision = "double") -> Model:
+    """Return one element with an edge pressed into it."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
-    model = Model(
+    return Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
         integration=Integration(outputs=1, threads=threads, precision=precision),
     )
-    simulate(model, 1.0e-6)

@@ -11,7 +11,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Weighing
 from stemcal.study.model import EmbeddedSolver, Study
 
-__all__ = ["MOST_HOURS", "Demand", "demand_of", "demand_of_one", "demand_of_runs", "excess", "in_bytes"]
+__all__ = ["MOST_HOURS", "Demand", "Left", "demand_of_one", "demand_of_runs", "excess", "in_bytes", "left_to_run"]
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
 
@@ -25,19 +25,21 @@ class Demand:
     memory: float
 
 
-def demand_of(study: Study, folder: StudyFolder | None = None, stage: str | None = None) -> Demand:
-    """Return what the runs that are left take, of all stages or of one; nothing where the solver cannot say.
+@dataclass(frozen=True)
+class Left:
+    """What a stage has still to compute: of so many rows of its design these runs, as far as is known now."""
 
-    A stage that decides its runs one by one counts with one of them.
-    """
-    solver = make_solver(study)
-    if isinstance(solver, Immediate) or not isinstance(solver, Estimating | Weighing):
-        return Demand(0, 0.0, 0.0)
+    stage: str
+    rows: int
+    runs: tuple[Request, ...]
+
+
+def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> list[Left]:
+    """Return what is left of all stages or of one; one that decides its runs one by one counts with one of them."""
     wanted = [part for part in asked(study, solver, folder) if stage in (None, part.stage)]
-    left = [request for part in wanted for request in missing(part, study, solver, folder)]
     if stage is not None and not wanted:
-        left = [Request(stage, 0, study.midlevels(), study.targets.calibrate_at)]
-    return demand_of_runs(left, solver)
+        return [Left(stage, 1, (Request(stage, 0, study.midlevels(), study.targets.calibrate_at),))]
+    return [Left(part.stage, len(part.requests), tuple(missing(part, study, solver, folder))) for part in wanted]
 
 
 def demand_of_one(study: Study, diameters: Iterable[float], symmetry: str | None = None) -> Demand:
@@ -51,7 +53,9 @@ def demand_of_one(study: Study, diameters: Iterable[float], symmetry: str | None
 
 
 def demand_of_runs(requests: Iterable[Request], solver: Solver) -> Demand:
-    """Return what these runs take."""
+    """Return what these runs take; nothing where the solver cannot say."""
+    if isinstance(solver, Immediate) or not isinstance(solver, Estimating | Weighing):
+        return Demand(0, 0.0, 0.0)
     runs = list(requests)
     seconds = sum(map(solver.cost_estimate, runs)) if isinstance(solver, Estimating) else 0.0
     memory = max(map(solver.memory_estimate, runs), default=0.0) if isinstance(solver, Weighing) else 0.0

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import describe_aliases
 from stemcal.doe.designs.power import DesignQuality, judge_design
 from stemcal.errors import UsageError
+from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
+from stemcal.overview.cost import Costs, beside, costs_of, elapsed
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Estimating, Request, Solver, Weighing
+from stemcal.solvers.protocol import Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.surface.stage import read_before
@@ -23,6 +25,7 @@ from stemcal.study.model import Study
 from stemcal.words import counted
 
 USUAL_FACTORS = 3
+_USUAL_ROUNDS = 2  # of a refinement
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,11 @@ class PlannedStage:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study would run."""
+    """What a study would run.
+
+    `seconds` are those of one core for the runs, known from `source`; `beside` what compiling, starting, statistics and
+    page take, and `elapsed` all of it with so many `workers`, runs that are decided one by one counted as usual.
+    """
 
     schema_version: int
     stage: str
@@ -54,6 +61,10 @@ class Plan:
     seconds: float | None
     notes: tuple[str, ...]
     memory: float | None = None
+    source: str = ""
+    workers: int = 1
+    beside: float = 0.0
+    elapsed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -67,12 +78,18 @@ class Asked:
     design: Design | None = None
 
 
-def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None = None) -> Plan:
-    """Return the runs of every stage without running any."""
-    solver = solver or make_solver(study)
+def plan(
+    study: Study, folder: StudyFolder | None = None, solver: Solver | None = None, workers: int | None = None
+) -> Plan:
+    """Return the runs of every stage, and what they take with so many workers (all cores), without running any."""
+    solver, workers = solver or make_solver(study), workers or available_cores()
     wanted = asked(study, solver, folder)
-    stages = [_count(part, study, solver, folder) for part in wanted]
+    costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))
+    left = [missing(part, study, solver, folder) for part in wanted]
+    stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
     seconds = [stage.seconds for stage in stages]
+    later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
+    rest = beside(study, solver)
     notes = [part.remark for part in wanted if part.remark]
     foretold = [
         note
@@ -89,16 +106,25 @@ def plan(study: Study, folder: StudyFolder | None = None, solver: Solver | None 
         None if None in seconds else sum(second or 0.0 for second in seconds),
         (*notes, *_decided_later(study), *foretold),
         max((stage.memory for stage in stages if stage.memory is not None), default=None),
+        costs.source,
+        workers,
+        rest,
+        None if costs.of is None else rest + elapsed([*_timed(left, costs.of), *later], workers),
     )
 
 
-def foreseen(study: Study, folder: StudyFolder) -> dict[str, tuple[int, int]]:
-    """Return the rows of each stage and how many of its runs are still to be computed, as far as is known now."""
-    solver = make_solver(study)
-    counts = {}
-    for part in asked(study, solver, folder):
-        counts[part.stage] = (len(part.requests), len(missing(part, study, solver, folder)))
-    return counts
+def _timed(stages: Sequence[Sequence[Request]], cost: Callable[[Request], float]) -> list[list[float]]:
+    return [[cost(request) for request in runs] for runs in stages]
+
+
+def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
+    """Return the seconds of the runs that are decided one by one, as many as there usually are."""
+    diameters = [target.diameter for target in study.joint_targets] or [study.targets.calibrate_at]
+    each = [cost(Request("refine", 0, study.midlevels(), diameter, True)) for diameter in diameters]
+    climbs = [each[:1]] * (study.climb.steps // 2) if study.climb is not None else []
+    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine is not None else []
+    places = [each * (study.mesh.phases + 2 * len(study.mesh.sizes))] if study.mesh is not None else []
+    return [*climbs, *refinements, *places]
 
 
 def _decided_later(study: Study) -> list[str]:
@@ -122,16 +148,15 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
     ]
 
 
-def _count(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> PlannedStage:
+def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -> PlannedStage:
     distinct = {record_key(solver, request) for request in part.requests}
-    left = missing(part, study, solver, folder)
     return PlannedStage(
         part.stage,
         len(part.requests),
         len(distinct),
         len(distinct) - len(left),
         len(left),
-        sum(solver.cost_estimate(request) for request in left) if isinstance(solver, Estimating) else None,
+        None if costs.of is None else sum(map(costs.of, left)),
         None if part.design is None else _quality(_without_copies(part.design, part.requests, solver)),
         max(map(solver.memory_estimate, left), default=0.0) if isinstance(solver, Weighing) else None,
     )

@@ -11,36 +11,46 @@ from stemcal.files.durable import digest
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.outputs import write_output
-from stemcal.report.figures.gallery import write_figures
-from stemcal.report.page.render import Shown, write_page
 
 if TYPE_CHECKING:
+    from stemcal.stages.results import Results
+    from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
 
 MARK = "drawn-for.txt"
 
 
-def draw(study: Study, folder: StudyFolder, what: Shown, figures: bool = True, again: bool = False) -> Path:
+def draw(
+    study: Study, folder: StudyFolder, results: Results, verdict: Verdict, figures: bool = True, again: bool = False
+) -> Path:
     """Write page and figures unless they are there for the same inputs; returns the page.
 
     With `again` the page is written anyway.
     """
-    page, mark, made_for = folder.path / "report.html", folder.path / "figures" / MARK, inputs_of(study, folder, what)
+    page, mark = folder.path / "report.html", folder.path / "figures" / MARK
+    made_for = inputs_of(study, folder, results, verdict)
     drawn = mark.read_text("utf-8").split() if mark.is_file() else []
-    if again or not drawn or drawn != [made_for, _sum(page)]:
+    old_page, old_figures = again or drawn != [made_for, _sum(page)], figures and drawn[:1] != [made_for]
+    if not (old_page or old_figures):
+        return page
+    from stemcal.report.figures.gallery import write_figures
+    from stemcal.report.page.render import shown, write_page
+
+    what = shown(study, folder, results, verdict)
+    if old_page:
         write_page(study, folder, what)
-    if figures and drawn[:1] != [made_for]:
+    if old_figures:
         write_figures([plot for plot in what.plots if not plot.on_request], mark.parent)
     if figures:
         write_output(mark, f"{made_for}\n{_sum(page)}\n")
     return page
 
 
-def inputs_of(study: Study, folder: StudyFolder, what: Shown) -> str:
+def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
     """Return a digest of all that page and figures are made from: spec, stage files, records, the code that draws."""
     stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, list(study.warnings)]
-    told = [list(what.results.stale), to_json(what.verdict)]
+    told = [list(results.stale), to_json(verdict)]
     code = _state(Path(__file__).parent, "*.*")
     return digest([__version__, code, spec, told, stages, _state(folder.path / "runs", "*.json")])
 

@@ -28,11 +28,12 @@ from stemcal.cutting import (
 from stemcal.cutting.build import through_wall
 from stemcal.cutting.end_state import LARGEST
 from stemcal.errors import SimulationFailed
+from stemcal.fem import stepper
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration, Precision
-from stemcal.fem.warm import is_compiled, warm
+from stemcal.fem.warm import is_compiled, seconds_to_compile, warm
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, Request
@@ -45,8 +46,11 @@ _CURVE_POINTS = 200
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
-# Element-steps per second of one core of a small machine, for estimates only.
-_RATE = 12.0e6
+# What a step takes on one core of a small machine, s, and an element in it; and the share of the stroke that runs take
+# which end once the stem is broken. For estimates only.
+_STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.7
+# How long a run is tried to see how fast this machine is, s, and with how many elements at most.
+_TRIED_S, _TRIED_ELEMENTS = 0.5, 20_000
 # What a process takes before it has a mesh, bytes.
 _PROCESS = 250.0e6
 
@@ -66,8 +70,15 @@ class Embedded:
         warm(*_kernels(self.study))
 
     def wait_before(self) -> str:
-        """Say that the kernels are to be compiled, where no cache has them."""
-        return "" if is_compiled(*_kernels(self.study)) else "compiling kernels, about 30 s, once"
+        """Say that the kernels are to be compiled, where no cache has them, and how long that took the last time."""
+        if is_compiled(*_kernels(self.study)):
+            return ""
+        last = seconds_to_compile()
+        return "compiling kernels, once" if last is None else f"compiling kernels, once ({last:.0f} s the last time)"
+
+    def preparing(self) -> float | None:
+        """Return how many seconds the kernels take to be compiled: none if they are, None if nobody knows."""
+        return 0.0 if is_compiled(*_kernels(self.study)) else seconds_to_compile()
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -102,6 +113,18 @@ class Embedded:
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
         return sum(_seconds(test) for test in self._tests(request))
+
+    def pace(self, request: Request) -> float | None:
+        """Return what a request takes on this machine over the estimate, by half a second of a run like it.
+
+        None as long as the kernels are not compiled.
+        """
+        if not is_compiled(*_kernels(self.study)):
+            return None
+        warm(*_kernels(self.study))
+        test = _small_enough(self._tests(request)[0])
+        seconds, step = stepper.pace(cutting.build(test), _TRIED_S)
+        return test.loading.duration / step * seconds * _share(test) / _seconds(test)
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
@@ -288,12 +311,26 @@ def _determining(test: ShearTest) -> dict[str, Any]:
 
 
 def _seconds(test: ShearTest) -> float:
-    """Return the steps that the smallest element asks for, times the elements, over a usual rate; inf if countless."""
+    """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
     how, material = test.discretisation, test.material
     size = cutting.mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
     step = max(how.integration.safety * size.smallest / speed, how.integration.time_step or 0.0)
-    return test.loading.duration / step * size.elements / _RATE if step > 0.0 else inf
+    return test.loading.duration / step * _share(test) * (_STEP + _ELEMENT * size.elements) if step > 0.0 else inf
+
+
+def _share(test: ShearTest) -> float:
+    """Return the share of the stroke that a run usually takes."""
+    return _UNTIL_BROKEN if test.discretisation.stop_after_peak else 1.0
+
+
+def _small_enough(test: ShearTest) -> ShearTest:
+    """Return the test with elements so large that it is built in a moment."""
+    how = test.discretisation
+    excess = cutting.mesh_size(test.stem, how).elements / _TRIED_ELEMENTS
+    if excess <= 1.0:
+        return test
+    return replace(test, discretisation=replace(how, element_size=how.element_size * excess ** (1.0 / 3.0)))
 
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:

@@ -96,6 +96,17 @@ class Estimating(Protocol):
 
 
 @runtime_checkable
+class Timed(Estimating, Protocol):
+    """A solver that can measure how fast this machine is for it."""
+
+    def pace(self, request: Request) -> float | None:
+        """What a run takes here over its estimate, by a moment of it; None where that cannot be tried now."""
+
+    def preparing(self) -> float | None:
+        """The seconds that `prepare` takes now; None where nobody knows."""
+
+
+@runtime_checkable
 class Weighing(Protocol):
     """A solver that knows how much memory a run takes."""
 

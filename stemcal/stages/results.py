@@ -11,6 +11,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.kept import kept
 from stemcal.stages.lineage import require_fresh
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
@@ -62,14 +63,15 @@ class Results:
 
 def fresh_results(study: Study, folder: StudyFolder) -> Results:
     """Return the results that fit the spec and each other, and why the others are left out."""
-    solver = make_solver(study)
     reasons: list[str] = []
 
     def read(kind: type[R]) -> R | None:
         if not folder.has_stage(kind.name):
             return None
+        if (known := kept(kind, study, folder)) is not None:
+            return known
         try:
-            require_fresh(study, solver, folder, kind.name)
+            require_fresh(study, make_solver(study), folder, kind.name)
             return read_result(folder, kind)
         except UsageError as error:
             reasons.append(str(error))

@@ -14,6 +14,7 @@ from fakes import SPEC, FakeSolver, force, lines
 from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers import SOLVERS
+from stemcal.stages.kept import NOTE
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
@@ -30,6 +31,7 @@ class Known:
         self.spec.write_text(SPEC + TWO + extra, encoding="utf-8")
 
     def solver(self, **facts: Any) -> None:
+        (self.out / NOTE).unlink(missing_ok=True)  # a solver that changes without the code is a test's alone
         solver = FakeSolver(self.witness, **facts)
         self.monkeypatch.setitem(SOLVERS, "embedded", lambda _study: solver)
 

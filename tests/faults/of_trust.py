@@ -102,11 +102,11 @@ for path in folder.rglob("*.nb*"):
     path.write_bytes(pickle.dumps(Canary()))
 """
 CALL = """
-from stemcal.fem.kernels.compile import CACHE, kernel
+from stemcal.fem.kernels.compile import CACHE, entry
 from small import double
 print(CACHE, double(21))
 """
-SMALL = "from stemcal.fem.kernels.compile import kernel\n@kernel\ndef double(x):\n    return 2 * x\n"
+SMALL = "from stemcal.fem.kernels.compile import entry\n@entry\ndef double(x):\n    return 2 * x\n"
 OPENINGS = ("others write the folder", "others write a file", "someone else's", "someone else's file", "a link")
 
 
@@ -169,7 +169,7 @@ from place import of_kernels
 from stemcal.cli.guard import exit_codes
 from stemcal.executors.local import LocalExecutor
 if __name__ == "__main__":
-    warm._smallest_simulation = lambda *_: None
+    warm._smallest_simulation = warm._compile_in_halves = lambda *_: None
     try:
         with exit_codes():
             warm.warm()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from called import called
 from numpy.typing import NDArray
 
 from stemcal.cutting import Discretisation, ShearTest, Stem, build
 from stemcal.fem.averaging import exchange
+from stemcal.fem.kernels import erosion
 from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, STATE_ROWS
-from stemcal.fem.kernels.erosion import fail_by_mean_strain, spread_strains
 from stemcal.fem.kernels.search import Topology
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
@@ -31,7 +32,7 @@ def states(strain: Array) -> Array:
 def averaged(mesh: Mesh, strain: Array, length: float, topology: Topology | None = None) -> Array:
     topology = mesh.topology() if topology is None else topology
     spread = exchange(mesh, topology.neighbours, np.ones(len(strain)), 1.0, length)
-    spread_strains(spread, topology, states(strain))
+    called(erosion.spread_strains)(spread, topology, states(strain))
     return spread.mean.copy()
 
 
@@ -80,7 +81,7 @@ def test_a_mirror_plane_is_as_good_as_the_other_half() -> None:
         strain = np.exp(-(centres[:, 0] ** 2)) * (4.0 + centres[:, 2])
         topology = model.mesh.topology()
         spread = exchange(model.mesh, topology.neighbours, element_shares(model), 1.0, 1.5)
-        spread_strains(spread, topology, states(strain))
+        called(erosion.spread_strains)(spread, topology, states(strain))
         places = np.round(np.abs(centres) * np.array([1.0, 1.0, 0.0]) + centres * np.array([0.0, 0.0, 1.0]), 6) + 0.0
         means[symmetry] = {tuple(p): m for p, m in zip(places, spread.mean, strict=True)}
     assert len(means["quarter"]) == len(means["none"]) > 100
@@ -107,8 +108,8 @@ def test_elements_fail_by_their_mean_strain_alone() -> None:
     spread = exchange(mesh, topology.neighbours, np.ones(40), 0.05, 4.0)
     single, wide = np.zeros(40), np.full(40, 0.05)
     single[20] = 0.3  # mean 0.3/(4√π) = 0.0423
-    assert not fail_by_mean_strain(spread, topology, states(single))
-    assert fail_by_mean_strain(spread, topology, states(wide))
+    assert not called(erosion.fail_by_mean_strain)(spread, topology, states(single))
+    assert called(erosion.fail_by_mean_strain)(spread, topology, states(wide))
 
 
 def test_no_length_leaves_each_element_to_itself() -> None:

@@ -7,22 +7,26 @@ from math import pi
 import numpy as np
 import oracle
 import pytest
+from called import called
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from stemcal.fem.contact import Contact, Tool, edge_arrays, tool_arrays
-from stemcal.fem.kernels.contact import (
-    EdgeArrays,
-    contact_force,
-    face_modes,
-    face_normal,
-    friction_limit,
-    locate_in_face,
-    outline_distance,
-    push_faces_out,
-    push_nodes_out,
-)
+from stemcal.fem.kernels import contact
+from stemcal.fem.kernels.contact import EdgeArrays
 
+contact_force, face_modes, face_normal, friction_limit, locate_in_face, outline_distance = map(
+    called,
+    (
+        contact.contact_force,
+        contact.face_modes,
+        contact.face_normal,
+        contact.friction_limit,
+        contact.locate_in_face,
+        contact.outline_distance,
+    ),
+)
+push_faces_out, push_nodes_out = called(contact.push_faces_out), called(contact.push_nodes_out)
 LAW = Contact(0.4, 0.1, 0.05, 0.2, 0.5).numbers()
 seeds = st.integers(0, 2**32 - 1)
 

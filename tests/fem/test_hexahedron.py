@@ -5,25 +5,24 @@ from __future__ import annotations
 import numpy as np
 import oracle
 import pytest
+from called import called
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stemcal.fem.kernels import hexahedron
 from stemcal.fem.kernels.block import HOURGLASS_STIFFNESS
-from stemcal.fem.kernels.hexahedron import (
-    contract,
-    corners,
-    minor_derivatives,
-    modes,
-    rotate_tensor,
-    spin_rotation,
-    velocity_gradient,
-)
 from stemcal.fem.kernels.timestep import stable_step
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import ElementKind, Integration, Model
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
+
+contract, corners, minor_derivatives = map(
+    called, (hexahedron.contract, hexahedron.corners, hexahedron.minor_derivatives)
+)
+modes, velocity_gradient = called(hexahedron.modes), called(hexahedron.velocity_gradient)
+rotate_tensor, spin_rotation = called(hexahedron.rotate_tensor), called(hexahedron.spin_rotation)
 
 CUBE = 0.5 * oracle.CORNERS + 0.5
 # Corners of a unit cube moved by up to 0.2 in each direction: strongly distorted, never inside out.

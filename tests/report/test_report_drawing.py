@@ -9,6 +9,8 @@ import pytest
 
 from stemcal.folder.store import StudyFolder
 from stemcal.report import drawing
+from stemcal.report.figures import gallery
+from stemcal.report.page import render
 from stemcal.report.page.render import Shown, shown
 
 
@@ -27,8 +29,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         folder.mkdir(exist_ok=True)
         return []
 
-    monkeypatch.setattr(drawing, "write_page", page)
-    monkeypatch.setattr(drawing, "write_figures", figures)
+    monkeypatch.setattr(render, "write_page", page)
+    monkeypatch.setattr(gallery, "write_figures", figures)
     return drawn
 
 
@@ -38,10 +40,11 @@ def test_only_what_changed_is_drawn_again(replayed: tuple[Any, Any], tmp_path: P
         (tmp_path / path.name).write_bytes(path.read_bytes())
     folder = StudyFolder(tmp_path)
     what = shown(study, folder)
+    results, verdict = what.results, what.verdict
 
     def drawn(study: Any = study, **choice: bool) -> list[str]:
         counted.clear()
-        drawing.draw(study, folder, what, **choice)
+        drawing.draw(study, folder, results, verdict, **choice)
         return list(counted)
 
     assert drawn() == ["page", "figures"]

@@ -32,13 +32,27 @@ def _whole_registers() -> str | None:
 if _config.CPU_FEATURES is None:
     _config.CPU_FEATURES = _whole_registers()
 
+_jit: Any = njit  # takes options that its types do not know
 # Contracted multiply-adds and unsigned zeros; NaN and infinity keep their meaning, sums keep their order.
 _MATHS = {"contract", "nsz"}
 
 
+# Without a way in from Python, and one from C, a function takes half the time to compile: each is code of its own that
+# unpacks and checks all arguments.
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def entry(function: Function) -> Any:
+    """Compile a `kernel` that Python calls."""
+    return _jit(cache=True, nogil=True, no_cfunc_wrapper=True, error_model="numpy", fastmath=_MATHS)(function)
+
+
 def kernel(function: Function) -> Any:
-    """Compile a function that loops over arrays and lets other threads run meanwhile; the result is cached on disk."""
-    return njit(cache=True, nogil=True, error_model="numpy", fastmath=_MATHS)(function)
+    """Compile a function that loops over arrays and lets other threads run meanwhile; the result is cached on disk.
+
+    Other kernels call it.
+    """
+    return _jit(cache=True, nogil=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)
 
 
 def inlined(function: Function) -> Any:
@@ -46,4 +60,4 @@ def inlined(function: Function) -> Any:
 
     A call left inside the loop over the lanes of a block would keep LLVM from vectorising it.
     """
-    return njit(forceinline=True, error_model="numpy", fastmath=_MATHS)(function)
+    return _jit(forceinline=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)

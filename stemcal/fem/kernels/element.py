@@ -42,7 +42,7 @@ from stemcal.fem.kernels.block import (
     store6,
     store8,
 )
-from stemcal.fem.kernels.compile import inlined, kernel
+from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import (
     at_midstep,
     contract,
@@ -198,7 +198,7 @@ def run_block(b: int, scratch: Array, runs: Any, x: Array, v: Array, state: Arra
         state[b, RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
 
 
-@kernel
+@entry
 def add_internal_forces(
     scratch: Array, runs: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
 ) -> int:

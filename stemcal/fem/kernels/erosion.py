@@ -60,7 +60,8 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
                     if n >= 0 and standing[n]:
                         gained += share[e, face] * (mean[n] - mean[e])
             after[e] = mean[e] + gained
-        mean[:] = after
+        for e in range(mean.shape[0]):  # `mean[:] = after` takes longer to compile than all of this function
+            mean[e] = after[e]
 
 
 @kernel

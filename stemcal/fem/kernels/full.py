@@ -22,7 +22,7 @@ from stemcal.fem.kernels.block import (
     VISCOUS_PRESSURE,
     VOLUME,
 )
-from stemcal.fem.kernels.compile import inlined, kernel
+from stemcal.fem.kernels.compile import entry, inlined
 from stemcal.fem.kernels.element import bulk_viscosity
 from stemcal.fem.kernels.hexahedron import (
     at_midstep,
@@ -129,7 +129,7 @@ def update_point(row: Array, L: Floats, dt: float, material: Floats) -> Floats:
     return stress, 0.5 * (double_dot(old, de) + double_dot(stress, de))
 
 
-@kernel
+@entry
 def add_full_internal_forces(
     topology: Floats, points: Array, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
 ) -> None:

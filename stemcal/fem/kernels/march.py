@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.compile import kernel
+from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
@@ -90,7 +90,7 @@ class Settings(NamedTuple):
     shear: float
 
 
-@kernel
+@entry
 def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
     """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or REACHED."""
     if clock.steps[0] % STEP_LIFE != 0:
@@ -111,7 +111,7 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
     return REACHED if clock.step[0] > settings.smallest_step else COLLAPSED
 
 
-@kernel
+@entry
 def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Floats) -> bool:
     """Every `STEP_LIFE` steps, mark as failed what has failed by its mean strain; returns whether anything has."""
     if exchange.passes == 0 or clock.steps[0] % STEP_LIFE != 0:
@@ -155,7 +155,7 @@ def look_for_contact(
     clock.reach[0] = 0.0
 
 
-@kernel
+@entry
 def mean_step(clock: Floats) -> float:
     """Return the time between the middles of the step before and of this one, by which velocities are kicked."""
     return 0.5 * (clock.step_before[0] + clock.step[0])
@@ -198,7 +198,7 @@ def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
     return fastest
 
 
-@kernel
+@entry
 def meet_tools(
     failed: bool,
     body: Floats,
@@ -226,7 +226,7 @@ def meet_tools(
     add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
-@kernel
+@entry
 def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> int:
     """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or REACHED."""
     dt = clock.step[0]
@@ -241,7 +241,7 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
     return REACHED if np.isfinite(fastest) else NOT_FINITE
 
 
-@kernel
+@entry
 def march(
     until: float,
     body: Floats,

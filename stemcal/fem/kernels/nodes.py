@@ -8,7 +8,7 @@ import numpy as np
 from numpy import sqrt
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.compile import kernel
+from stemcal.fem.kernels.compile import entry, kernel
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 CHUNK = 4096
 
 
-@kernel
+@entry
 def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int, end: int) -> None:
     """Advance velocities by `kick` and positions by `drift` in chunks begin…end−1, and set forces back to the loads.
 
@@ -70,7 +70,7 @@ def add_chunks(sums: Array) -> tuple[float, float, float]:
     return work, external, sqrt(fastest) + 0.0 * total
 
 
-@kernel
+@entry
 def add_late_forces(body: Any) -> None:
     """Add the forces in the rows apart, the last of all, to those of the nodes in `late`, one after the other."""
     f, late = body.f, body.late
@@ -90,7 +90,7 @@ def mirror_ghosts(x: Array, v: Array, ghosts: Any) -> None:
         v[g, 0], v[g, 1], v[g, 2] = -v[s, 0], v[s, 1], v[s, 2]
 
 
-@kernel
+@entry
 def kinetic_energy(v: Array, mass: Array) -> float:
     """Return ½ Σ m v²."""
     total = 0.0

@@ -9,7 +9,7 @@ from numpy import sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_STIFFNESS, held
-from stemcal.fem.kernels.compile import inlined, kernel
+from stemcal.fem.kernels.compile import entry, inlined
 from stemcal.fem.kernels.hexahedron import contract, minor_derivatives, modes
 
 Floats = Any
@@ -66,7 +66,7 @@ def frequency(
     return max(uniform, hourglass) / mass[e], volume
 
 
-@kernel
+@entry
 def element_steps(
     topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
 ) -> Array:
@@ -78,7 +78,7 @@ def element_steps(
     return steps
 
 
-@kernel
+@entry
 def stable_step(
     topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
 ) -> Floats:

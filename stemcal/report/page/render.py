@@ -88,11 +88,11 @@ class Shown:
     verdict: Verdict
 
 
-def shown(study: Study, folder: StudyFolder) -> Shown:
-    """Read what a study has come to, with its figures, none of them drawn yet."""
-    results = fresh_results(study, folder)
+def shown(study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None) -> Shown:
+    """Read what a study has come to, as far as that is not given, with its figures, none of them drawn yet."""
+    results = results or fresh_results(study, folder)
     records = read_records(results, folder)
-    return Shown(results, records, gallery(study, results, records), verdict_of(study, folder, results))
+    return Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
 
 
 def write_page(study: Study, folder: StudyFolder, what: Shown | None = None) -> Path:

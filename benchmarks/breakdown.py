@@ -1,0 +1,260 @@
+"""Where the time goes, of a study and of a step, as tables.
+
+python benchmarks/breakdown.py study [SPEC]    a study from the first import to the page, smoke.yaml unless said
+python benchmarks/breakdown.py step            a step of the paper's 8 mm case by what it does
+
+A part of the element loop is timed by what the loop takes less without it: the loop is compiled again with that part
+switched off. The rest of a step is timed piece by piece, each repeated from within compiled code, in the middle of the
+cut. Times are medians of CPU time.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from cases import CONFIGS, paper_cases, tests_of
+from numba import njit
+
+from stemcal import cutting
+from stemcal.executors.local import LocalExecutor
+from stemcal.fem.kernels import element as kernels
+from stemcal.fem.kernels import march
+from stemcal.fem.kernels.nodes import kick_and_drift
+from stemcal.fem.kernels.numbers import ONE, ZERO
+from stemcal.fem.state import State, start
+from stemcal.fem.warm import warm
+from stemcal.folder.store import StudyFolder
+from stemcal.report.figures.gallery import write_figures
+from stemcal.report.page.render import shown, write_page
+from stemcal.stages.kept import NOTE
+from stemcal.study.spec import load_study
+from stemcal.workflow import calibrate
+
+Rows = list[tuple[str, float]]
+IMPORTS = "import stemcal.cli.app, stemcal.workflow, stemcal.solvers.embedded, stemcal.report.page.render"
+
+
+def table(title: str, unit: str, rows: Rows) -> None:
+    """Print parts with their shares of the whole, which is the first row."""
+    whole = rows[0][1]
+    print(f"\n{title}")
+    for name, value in rows:
+        print(f"  {name:34s} {value:10.2f} {unit} {100.0 * value / whole:6.1f} %")
+
+
+def seconds_of(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
+    """Return how long something takes."""
+    begun = clock()
+    work()
+    return clock() - begun
+
+
+# ---- a study
+
+
+def study(spec: Path = CONFIGS / "smoke.yaml") -> None:
+    """Print the parts of a study, and what it takes to be shown again."""
+    with tempfile.TemporaryDirectory() as place:
+        rows, again = parts_of_study(spec, Path(place))
+    whole = sum(seconds for _, seconds in rows)
+    table(f"{spec.name}, kernels compiled, all cores", "s", [("the whole study", whole), *rows])
+    print(f"  the finished study run again {again:17.2f} s")
+
+
+def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
+    """Return the seconds of each part, and of the command on the finished study."""
+    imports = seconds_of(lambda: subprocess.run([sys.executable, "-c", IMPORTS], check=True))
+    loading = seconds_of(warm)
+    asked, folder = load_study(spec), StudyFolder(out)
+    with LocalExecutor() as executor:
+        first = seconds_of(lambda: calibrate(asked, folder, executor))
+        (out / NOTE).unlink()
+        statistic = seconds_of(lambda: calibrate(asked, folder, executor))
+    what = shown(asked, folder)
+    plots = [plot for plot in what.plots if not plot.on_request]
+    drawing = seconds_of(lambda: [plot.draw() for plot in plots])
+    writing = seconds_of(lambda: write_figures(plots, out / "figures"))
+    page = seconds_of(lambda: write_page(asked, folder, what))
+    command = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out), "--quiet"]
+    subprocess.run(command, check=False, capture_output=True)
+    again = seconds_of(lambda: subprocess.run(command, check=False, capture_output=True))
+    return [
+        ("import", imports),
+        ("load the kernels", loading),
+        ("simulate", first - statistic),
+        ("statistics", statistic),
+        ("figures, drawn", drawing),
+        ("figures, written as SVG and PNG", writing),
+        ("page", page),
+    ], again
+
+
+# ---- a step
+
+
+def without(function: Any, **stubs: Any) -> Any:
+    """Return a kernel compiled again with some of what it calls replaced by something that does nothing."""
+    names = {**function.py_func.__globals__, **stubs}
+    copy = types.FunctionType(function.py_func.__code__, names, function.py_func.__name__)
+    return njit(nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=function in INLINED)(copy)
+
+
+INLINED = (kernels.element, kernels.run_block, kernels.hourglass_forces)
+
+
+def loop_with(fetch: Any = kernels.fetch, scatter: Any = kernels.scatter, **of_element: Any) -> Any:
+    """Return the loop over the blocks with some parts replaced."""
+    element = without(kernels.element, **of_element)
+    advance = without(kernels.advance, element=element)
+    block = without(kernels.run_block, advance=advance, fetch=fetch)
+    return without(kernels.add_internal_forces, run_block=block, scatter=scatter)
+
+
+@njit(forceinline=True)
+def no_fetch(_scratch, _corners, _x, _v, _states, _following):
+    """Gather nothing."""
+
+
+@njit(forceinline=True)
+def no_scatter(_scratch, _corners, _f):
+    """Add nothing to the nodes."""
+
+
+@njit(forceinline=True)
+def no_return(trial, back, strain, _factor, _material):
+    """Leave the trial stress as it is."""
+    return trial, back, strain, strain, strain + ONE
+
+
+@njit(forceinline=True)
+def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _material):
+    """Resist no hourglass mode."""
+    none = (ZERO * dt, ZERO * dt, ZERO * dt)
+    return (none, none, none, none), none[0]
+
+
+def middle_of_the_cut() -> State:
+    """Return the state of the paper's 8 mm case, quarter model, at 0.15 s: the blade is in, nothing has broken."""
+    state = start(cutting.build(tests_of(paper_cases(["rsm"])[:1])[0]))
+    march.march(0.15, *state.parts())
+    return state
+
+
+def step() -> None:
+    """Print the parts of a step."""
+    warm(precision="mixed")
+    state = middle_of_the_cut()
+    whole = march_seconds(state)
+    loops = {
+        "all": kernels.add_internal_forces,
+        "gather": loop_with(fetch=no_fetch),
+        "stress": loop_with(radial_return=no_return),
+        "hourglass": loop_with(hourglass_forces=no_hourglass),
+        "scatter": loop_with(scatter=no_scatter),
+    }
+    taken = in_turns({name: loop_of(loop, state) for name, loop in loops.items()})
+    parts = {name: taken["all"] - taken[name] for name in loops if name != "all"}
+    pieces = in_turns({name: piece_of(function, state) for name, function in PIECES.items()})
+    rows = [
+        ("a step", whole),
+        ("elements: gather", parts["gather"]),
+        ("elements: radial return", parts["stress"]),
+        ("elements: hourglass", parts["hourglass"]),
+        ("elements: scatter", parts["scatter"]),
+        ("elements: strain, forces, the rest", taken["all"] - sum(parts.values())),
+        *pieces.items(),
+    ]
+    count = len(state.topology.hexes)
+    table(f"one step of {count} elements", "µs", [(name, 1e6 * seconds) for name, seconds in rows])
+
+
+def march_seconds(state: State, steps: int = 400) -> float:
+    """Return the seconds of a step, the median of several stretches."""
+
+    def on() -> None:
+        march.march(float(state.clock.time[0] + (steps - 0.5) * state.clock.step[0]), *state.parts())
+
+    return statistics.median(seconds_of(on, time.process_time) for _ in range(7)) / steps
+
+
+def in_turns(works: dict[str, Callable[[], None]], turns: int = 9, each: int = 200) -> dict[str, float]:
+    """Return the median seconds of one repetition of each work; the works take turns, `each` repetitions at a time."""
+    taken: dict[str, list[float]] = {name: [] for name in works}
+    for _ in range(turns + 1):  # the first compiles
+        for name, work in works.items():
+            taken[name].append(seconds_of(work, time.process_time) / each)
+    return {name: statistics.median(times[1:]) for name, times in taken.items()}
+
+
+def loop_of(loop: Any, state: State, each: int = 200) -> Callable[[], None]:
+    """Return what advances the elements so many times by nothing, so that every variant meets the same state."""
+    body = state.body
+    own, forces = body.state.copy(), body.f.copy()
+
+    def work() -> None:
+        for _ in range(each):
+            loop(body.scratch, body.runs, body.targets, body.x, body.v, own, forces, 1e-12, state.material)
+
+    return work
+
+
+@njit
+def contact(
+    n, body, topology, tools, edge, spread, candidates, _exchange, clock, ledger, friction, settings, _material
+):
+    """Meet the tools."""
+    for _ in range(n):
+        march.meet_tools(False, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
+        clock.steps[0] += 1
+
+
+@njit
+def means(n, body, topology, _tools, _edge, _spread, _candidates, exchange, clock, _ledger, _friction, _s, _material):
+    """Look what has failed by its mean strain."""
+    for _ in range(n):
+        march.fail_in_the_mean(body, topology, exchange, clock)
+        clock.steps[0] += 1
+
+
+@njit
+def time_step(
+    n, body, topology, _tools, _edge, _spread, _cand, _exchange, clock, _ledger, _friction, settings, material
+):
+    """Renew the time step."""
+    for _ in range(n):
+        march.renew_time_step(body, topology, clock, material, settings)
+        clock.steps[0] += 1
+
+
+@njit
+def nodes(n, body, _topology, tools, _edge, _spread, _cand, _exchange, clock, ledger, _friction, _settings, _material):
+    """Move nodes and tools."""
+    for _ in range(n):
+        kick_and_drift(body, 1e-15, 1e-15, ledger.node_sums, 0, len(ledger.node_sums))
+        march.finish_step(body, tools, clock, ledger)
+
+
+PIECES = {"contact": contact, "mean strains": means, "time step": time_step, "nodes, tools, books": nodes}
+
+
+def piece_of(function: Any, state: State, each: int = 200) -> Callable[[], None]:
+    """Return what repeats a piece of a step."""
+    s = state
+    arguments = (
+        s.body, s.topology, s.tools, s.edge, s.spread, s.candidates, s.exchange, s.clock, s.ledger, s.friction,
+        s.settings, s.material,
+    )  # fmt: skip
+    return lambda: function(each, *arguments)
+
+
+if __name__ == "__main__":
+    topic, *rest = sys.argv[1:] or ["step"]
+    {"study": study, "step": step}[topic](*map(Path, rest))

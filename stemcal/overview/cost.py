@@ -1,0 +1,103 @@
+"""What a study takes on this machine: its runs, and what comes beside them.
+
+How long a run takes is known best from the runs that the study already has, else from half a second of a run like it,
+else from the solver's own guess. What comes beside, starting, statistics and page, is Python's: it is told in turns of
+an empty loop, whose time is measured.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from heapq import heapify, heapreplace
+from itertools import islice
+
+from stemcal.folder.store import StudyFolder
+from stemcal.runs.key import record_key
+from stemcal.solvers.protocol import Estimating, Request, Solver, Timed
+from stemcal.study.model import Study
+from stemcal.words import counted
+
+__all__ = ["Costs", "beside", "costs_of", "elapsed"]
+
+_MOST_RECORDS = 50  # that are looked at
+# In millions of turns of a loop: starting and statistics; the page, and what each diameter adds to it; compiling.
+_STARTING, _PAGE, _PAGE_PER_DIAMETER, _COMPILING = 40.0, 40.0, 10.0, 400.0
+
+
+@dataclass(frozen=True)
+class Costs:
+    """The seconds of a run on one core, None where nobody can tell, and how they are known."""
+
+    of: Callable[[Request], float] | None
+    source: str = ""
+
+
+def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs:
+    """Return what runs cost here; `like` is the request that may be tried for a moment."""
+    guess = solver.cost_estimate if isinstance(solver, Estimating) else _alike
+    recorded = [] if folder is None else list(islice(_recorded(solver, folder, guess), _MOST_RECORDS))
+    if taken := sum(seconds for seconds, _ in recorded):
+        pace = taken / sum(guessed for _, guessed in recorded)
+        return Costs(lambda request: pace * guess(request), f"{counted(len(recorded), 'run')} recorded on this machine")
+    if not isinstance(solver, Estimating):
+        return Costs(None)
+    tried = solver.pace(like) if isinstance(solver, Timed) else None
+    if tried is None:
+        return Costs(guess, "a guess" if isinstance(solver, Timed) else "")
+    return Costs(lambda request: tried * guess(request), "half a second of a run on this machine")
+
+
+def _alike(_request: Request) -> float:
+    return 1.0
+
+
+def _recorded(solver: Solver, folder: StudyFolder, guess: Callable[[Request], float]) -> Iterable[tuple[float, float]]:
+    """Yield what runs of this solver took on this machine, and the guess, s."""
+    for key in folder.keys():  # noqa: SIM118
+        record = folder.peek(key)
+        if record is None or record["status"] != "ok":
+            continue
+        request, told = Request(**record["request"]), record["provenance"]
+        if told.get("host") == socket.gethostname() and record_key(solver, request) == key:
+            seconds, guessed = told.get("wall_seconds"), guess(request)
+            if seconds and guessed:
+                yield seconds, guessed
+
+
+def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
+    """Return how long stages take one after the other, the runs of each shared out to the workers in their order.
+
+    >>> elapsed([[3.0, 1.0, 1.0, 2.0], [4.0]], 2)
+    8.0
+    """
+    total = 0.0
+    for costs in stages:
+        free = [0.0] * max(1, min(workers, len(costs)))
+        heapify(free)
+        for cost in costs:
+            heapreplace(free, free[0] + cost)
+        total += max(free)
+    return total
+
+
+def beside(study: Study, solver: Solver) -> float:
+    """Return the seconds that compiling, starting, statistics and page take."""
+    turns = _million_turns()
+    compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
+    page = _PAGE + _PAGE_PER_DIAMETER * len(study.targets.forces)
+    return (_STARTING + page) * turns + (_COMPILING * turns if compiling is None else compiling)
+
+
+def _million_turns() -> float:
+    """Return how many seconds a million turns of an empty loop take, the fastest of three tries."""
+    return 10.0 * min(_turns(100_000) for _ in range(3))
+
+
+def _turns(count: int) -> float:
+    begun = time.perf_counter()
+    for _ in range(count):
+        pass
+    return time.perf_counter() - begun

@@ -1,0 +1,12 @@
+"""Have the kernels compiled before the first test here: of several test processes one compiles, the others wait."""
+
+from __future__ import annotations
+
+import pytest
+
+from stemcal.fem.warm import warm
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kernels() -> None:
+    warm()

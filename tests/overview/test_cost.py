@@ -1,0 +1,75 @@
+"""What runs take is known from those that are recorded, else by a try, else by a guess."""
+
+from __future__ import annotations
+
+import socket
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import pytest
+from fakes import FakeSolver, make_study
+
+from stemcal.folder.store import StudyFolder
+from stemcal.overview.cost import beside, costs_of, elapsed
+from stemcal.overview.plan import plan
+from stemcal.runs.key import record_key
+from stemcal.solvers.protocol import Answer, Request
+
+
+@dataclass(frozen=True)
+class TriedSolver(FakeSolver):
+    """Takes half of what it guesses, and 20 s to prepare."""
+
+    def pace(self, _request: Request) -> float | None:
+        """Half."""
+        return 0.5
+
+    def preparing(self) -> float | None:
+        """Return 20 s."""
+        return 20.0
+
+
+def asked(row: int, diameter: float = 8.0) -> Request:
+    return Request("screen", row, {"yield_stress": 10.0 + row, "failure_strain": 0.03}, diameter)
+
+
+def recorded(folder: StudyFolder, solver: FakeSolver, request: Request, seconds: float, host: str) -> None:
+    answer, told = asdict(Answer("ok", 100.0)), {"wall_seconds": seconds, "host": host}
+    key, identity = record_key(solver, request), solver.identity(request)
+    folder.save({"key": key, "identity": identity, "request": asdict(request), **answer, "provenance": told})
+
+
+def test_records_of_this_machine_and_this_solver_tell_the_pace(tmp_path: Path) -> None:
+    """Guessed 10 s at 8 mm and 40 s at 16 mm, taken 15 and 60: one and a half times as long."""
+    solver, here = TriedSolver(), socket.gethostname()
+    with StudyFolder(tmp_path / "out") as folder:
+        recorded(folder, solver, asked(0), 15.0, here)
+        recorded(folder, solver, asked(1, 16.0), 60.0, here)
+        recorded(folder, solver, asked(2), 500.0, f"not-{here}")
+        recorded(folder, TriedSolver(version=2), asked(3), 500.0, here)
+        found = costs_of(solver, folder, asked(9))
+    assert found.of is not None
+    assert found.of(asked(5)) == pytest.approx(15.0)
+    assert found.source == "2 runs recorded on this machine"
+
+
+def test_without_records_a_run_is_tried_or_guessed(tmp_path: Path) -> None:
+    tried, guessed = costs_of(TriedSolver(), None, asked(0)), costs_of(FakeSolver(), None, asked(0))
+    assert tried.of is not None and guessed.of is not None
+    assert (tried.of(asked(0)), guessed.of(asked(0))) == (5.0, 10.0)
+    assert "half a second" in tried.source and guessed.source == ""
+
+
+def test_a_stage_waits_for_the_one_before(tmp_path: Path) -> None:
+    assert elapsed([[1.0] * 5, [2.0]], 2) == 5.0
+    assert elapsed([[], [2.0]], 8) == 2.0
+
+
+def test_a_plan_counts_preparing_and_page(tmp_path: Path) -> None:
+    """On one core the runs one after the other; the 20 s of preparing come on top of what Python does."""
+    study = make_study(tmp_path)
+    assert beside(study, TriedSolver()) > 20.0
+    one, two = (plan(study, None, TriedSolver(), workers) for workers in (1, 2))
+    assert one.elapsed is not None and two.elapsed is not None and one.seconds is not None
+    assert one.elapsed - one.beside == pytest.approx(one.seconds)
+    assert two.elapsed - two.beside < 0.6 * one.seconds
