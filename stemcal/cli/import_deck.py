@@ -33,7 +33,7 @@ def import_deck(
 
     Example: [bold]stemcal import-deck run.k my-stem.yaml[/bold]
     """
-    from stemcal.cli.console import note, say, say_json, warn
+    from stemcal.cli.console import note, say_json, say_whole, warn
     from stemcal.errors import UsageError
     from stemcal.files.decoding import lenient
     from stemcal.solvers.deck.importing import imported
@@ -51,7 +51,7 @@ def import_deck(
     if as_json:
         say_json({"spec": str(out), "fits": found.fits, "leaves": found.leaves})
     else:
-        say(str(out))
+        say_whole(str(out))
     if not quiet:
         note(f"read: {', '.join(found.fits)}")
         for sentence in found.leaves:

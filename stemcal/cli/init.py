@@ -19,13 +19,13 @@ def init(
 
     Example: [bold]stemcal init maize-2026 --crop maize[/bold]
     """
-    from stemcal.cli.console import note, say
+    from stemcal.cli.console import note, say_whole
     from stemcal.study.spec.template import template
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
     write_new(path, template(stem, crop))
-    say(str(path))
+    say_whole(str(path))
     given = f'"{path}"' if " " in str(path) else path
     note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")
 

@@ -7,6 +7,7 @@ import logging
 import os
 import platform
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -14,6 +15,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import llvmlite.binding
@@ -46,12 +48,14 @@ def warm(threads: int = 1, precision: Precision = "double") -> None:
     real.
     """
     _tell_of_spare()
-    with _one_at_a_time(_mark(threads, precision)):
+    with _one_at_a_time(_mark(threads, precision)), _interrupts_kept() as interrupted:
         try:
             if not is_compiled(threads, precision):
                 _compile_in_halves(precision)
             _smallest_simulation(threads, precision)
         except Exception:
+            if interrupted:
+                return
             shutil.rmtree(CACHE, ignore_errors=True)
             CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
             _smallest_simulation(threads, precision)
@@ -68,6 +72,34 @@ def _tell_of_spare() -> None:
         "temporary folder; set STEMCAL_CACHE_DIR to a folder of your own",
         unusable(own_folder()) or own_folder(),
     )
+
+
+@contextmanager
+def _interrupts_kept() -> Iterator[list[int]]:
+    """Raise at the end what an interrupt has raised inside, for numba loses exceptions that meet it in some places.
+
+    Yields the signals that have come. Only the main thread may set handlers.
+    """
+    came: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield came
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers: dict[int, Any] = {number: handler for number, handler in before.items() if callable(handler)}
+
+    def note(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        handlers[number](number, frame)
+
+    for number in handlers:
+        signal.signal(number, note)
+    try:
+        yield came
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number in came:
+        handlers[number](number, None)
 
 
 @contextmanager

@@ -133,8 +133,8 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
         done = command(name, BAD_SPEC)
         assert done.exit_code == 2
         assert done.stdout == ""
-        assert "5 problems in the spec" in done.stderr
-        assert "many-at-once.yaml:23:9: blade.lenght: unknown key 'lenght'" in done.stderr
+        assert "6 problems in the spec" in done.stderr
+        assert "many-at-once.yaml:24:9: blade.lenght: unknown key 'lenght'" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 
@@ -222,4 +222,4 @@ def test_json_of_a_bad_spec() -> None:
     found = json.loads(result.stdout)
     assert result.exit_code == 2
     assert found["ok"] is False
-    assert [problem["line"] for problem in found["problems"]] == [6, 8, 12, 21, 23]
+    assert [problem["line"] for problem in found["problems"]] == [7, 9, 13, 20, 22, 24]

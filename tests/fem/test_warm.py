@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
+import stemcal.fem.warm as module
 from stemcal.fem.kernels.cache import SPARE, cache_folder
 from stemcal.fem.warm import sweep, warm
 
@@ -77,3 +80,26 @@ def test_caches_of_older_sources_are_swept_after_a_month(tmp_path: Path) -> None
         os.utime(tmp_path / name, (now - 86400 * days,) * 2)
     sweep(tmp_path / "kernels-a-numba-1")
     assert sorted(folder.name for folder in tmp_path.iterdir()) == ["kernels-a-numba-1", "kernels-b-numba-1", "other"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_that_compiling_loses_is_raised_in_the_end(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def losing(*_: object) -> None:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(number)
+
+    def heeding(_number: int, _frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(number, heeding)
+    monkeypatch.setattr(module, "_smallest_simulation", losing)
+    module.warm.cache_clear()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            module.warm()
+        assert signal.getsignal(number) is heeding
+    finally:
+        signal.signal(number, before)
+        module.warm.cache_clear()

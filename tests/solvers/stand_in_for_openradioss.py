@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).with_name("openradioss")
-FOLDER = os.environ["RECORDED"]
+FOLDER = os.environ.get("RECORDED", "first")
 MODE = os.environ.get("STAND_IN", "")
 
 
