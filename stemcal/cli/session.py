@@ -40,13 +40,12 @@ class Session:
         if finished(self.study, self.folder, stage):
             return
         from stemcal.executors.local import LocalExecutor
-        from stemcal.overview.foresight import demand_of_runs, left_to_run
+        from stemcal.overview.foresight import demand_of_left, left_to_run
         from stemcal.solvers import make_solver
 
         here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study)
         left = left_to_run(self.study, self.folder, solver, stage)
-        demand = demand_of_runs([run for part in left for run in part.runs], solver)
-        require_sense(demand, self.executor.workers, yes, here)
+        require_sense(demand_of_left(left, solver), self.executor.workers, yes, here)
         self.watch.expect({part.stage: (part.rows, len(part.runs)) for part in left})
 
 

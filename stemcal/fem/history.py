@@ -32,7 +32,7 @@ class History:
         Time steps taken.
     x : array (N, 3)
         Where the nodes ended.
-    state : array (B, rows, lanes)
+    state : array (E, rows)
         State of the elements, as in `kernels.block`.
     standing : array (E,)
         Which elements are left.

@@ -14,6 +14,7 @@ from stemcal.fem.averaging import exchange
 from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays
 from stemcal.fem.kernels.block import (
     ALIVE,
+    CACHE_LINE,
     FAILURE_STRAIN,
     HOURGLASS_STIFFNESS,
     LANES,
@@ -42,7 +43,6 @@ Array = NDArray[np.float64]
 _COLLAPSE = 1.0e-4
 # Contact candidates are listed within this share of an element's size.
 _MARGIN = 0.25
-_CACHE_LINE = 64  # bytes
 
 
 @dataclass
@@ -125,8 +125,8 @@ def start(model: Model) -> State:
 def aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
     """Return zeros that begin on a cache line: a vector read across two lines costs twice, a quarter of the kernel."""
     size = kind.itemsize * prod(shape)
-    raw = np.zeros(size + _CACHE_LINE, dtype=np.uint8)
-    begin = -raw.ctypes.data % _CACHE_LINE
+    raw = np.zeros(size + CACHE_LINE, dtype=np.uint8)
+    begin = -raw.ctypes.data % CACHE_LINE
     return raw[begin : begin + size].view(kind).reshape(shape)
 
 

@@ -11,7 +11,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Weighing
 from stemcal.study.model import EmbeddedSolver, Study
 
-__all__ = ["MOST_HOURS", "Demand", "Left", "demand_of_one", "demand_of_runs", "excess", "in_bytes", "left_to_run"]
+__all__ = ["MOST_HOURS", "Demand", "Left", "demand_of_left", "demand_of_one", "excess", "in_bytes", "left_to_run"]
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
 
@@ -48,11 +48,16 @@ def demand_of_one(study: Study, diameters: Iterable[float], symmetry: str | None
         return Demand(0, 0.0, 0.0)
     if symmetry is not None:
         study = study.model_copy(update={"solver": study.solver.model_copy(update={"symmetry": symmetry})})
-    each = [demand_of_runs([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in diameters]
+    each = [_demand([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in diameters]
     return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
 
 
-def demand_of_runs(requests: Iterable[Request], solver: Solver) -> Demand:
+def demand_of_left(left: Iterable[Left], solver: Solver) -> Demand:
+    """Return what all that is left of some stages takes."""
+    return _demand([run for part in left for run in part.runs], solver)
+
+
+def _demand(requests: Iterable[Request], solver: Solver) -> Demand:
     """Return what these runs take; nothing where the solver cannot say."""
     if isinstance(solver, Immediate) or not isinstance(solver, Estimating | Weighing):
         return Demand(0, 0.0, 0.0)

@@ -13,7 +13,7 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.executors.machine import machine_memory
 from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder, default_place
-from stemcal.overview.foresight import Demand, demand_of_one, demand_of_runs, excess, left_to_run
+from stemcal.overview.foresight import Demand, demand_of_left, demand_of_one, excess, left_to_run
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.progress import notebook_watch
@@ -66,8 +66,7 @@ def calibrate(
     folder = StudyFolder(default_place(study.name) if out is None else out)
     with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress) as watch:
         solver = make_solver(study)
-        left = left_to_run(study, folder, solver)
-        _require_sense(demand_of_runs([run for part in left for run in part.runs], solver), executor.workers, yes)
+        _require_sense(demand_of_left(left_to_run(study, folder, solver), solver), executor.workers, yes)
         workflow.calibrate(study, folder, executor, watch)
     folder.remember_spec(study.source)
     return StudyResults.of(study, folder)

@@ -52,7 +52,7 @@ VELOCITIES = 24
 FORCES = 48
 SCRATCH_ROWS = 72
 
-_CACHE_LINE = 64  # bytes
+CACHE_LINE = 64  # bytes
 
 
 @inlined
@@ -65,7 +65,7 @@ def fetch(scratch: Array, runs: Any, x: Array, v: Array, states: Array, followin
     That state begins at ``states[following]``, all states in a row. Its rows are read with strides that the processor
     does not foresee: without the prefetch a model that exceeds the caches is computed at half the speed.
     """
-    line, share = _CACHE_LINE // states.itemsize, STATE_ROWS * LANES // 8
+    line, share = CACHE_LINE // states.itemsize, STATE_ROWS * LANES // 8
     for a in range(8):
         for place in range(a * share, (a + 1) * share, line):
             prefetch(states, following + place)
