@@ -10,7 +10,7 @@ from typing import Any
 from stemcal.solvers.processes import Ended
 from stemcal.solvers.programs.aside import LEAST_READING_S
 from stemcal.solvers.programs.frame import OneCommand
-from stemcal.solvers.programs.inputs import Inputs, values_of
+from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.readers import read_number_within
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.outside import CommandSolver
@@ -31,15 +31,20 @@ class Command(OneCommand):
     def _inputs(self) -> Inputs:
         return Inputs.of(self.options.templates, self.options.files)
 
-    def _determining(self, _request: Request) -> dict[str, Any]:
-        return {"result": self.options.result.model_dump(mode="json")}
+    def _determining(self, request: Request) -> dict[str, Any]:
+        chance = {"drawn_from": self.options.seed} if self.options.by_chance else {}
+        drawn = {"replicate": request.replicate, "seed": self._seed(request)} if request.replicate else {}
+        return {"result": self.options.result.model_dump(mode="json"), **chance, **drawn}
 
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
-        self.inputs.write(folder, values_of(request))
+        self.inputs.write(folder, self._values(request))
         return {}
 
     def _values(self, request: Request) -> Mapping[str, str]:
-        return values_of(request)
+        return values_of(request, self._seed(request))
+
+    def _seed(self, request: Request) -> int:
+        return seed_of(request, self.options.seed)
 
     def _read(self, folder: Path, ended: Ended) -> Answer:
         left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)

@@ -87,7 +87,7 @@ def _result(
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
-        pure_error_note=error_remark(runs),
+        pure_error_note=error_remark(runs, study.replicates > 0),
         published=audit_surface(study, fit.anova, fit.coefficients),
     ), described
 

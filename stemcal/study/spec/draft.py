@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from stemcal.study.model import (
     Blade,
+    ClimbOptions,
     Contact,
     EmbeddedSolver,
     Factor,
@@ -59,6 +60,7 @@ class Draft:
     published: Published | None = None
     refine: RefineOptions | None = None
     mesh: MeshOptions | None = None
+    climb: ClimbOptions | None = None
 
     @property
     def embedded(self) -> EmbeddedSolver | None:
