@@ -174,10 +174,11 @@ MEANINGS: dict[str, dict[str, str]] = {
         **_PROGRAM,
         "kind": "Any program that reads text and leaves a number.",
         "templates": "Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in "
-        "mm; in a program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`.",
+        "mm; in a program with chance in it `{{seed}}` for a whole number, another one in every run, and "
+        "`{{replicate}}`.",
         "result": "Where the program leaves its number.",
-        "deterministic": "Whether equal inputs give equal answers: if true, one run is repeated at the start to see it; "
-        "if false, every run is simulated anew, centre points too. Not said, it is taken for true and not tried.",
+        "deterministic": "Whether equal inputs give equal answers: if true, one run is repeated at the start to see "
+        "it; if false, every run is simulated anew, centre points too. Not said, it is taken for true and not tried.",
         "replicates": "How often every run of a design is simulated, each time with a seed of its own; more than one "
         "means that there is chance in the program.",
         "seed": "Draws other seeds for all runs.",
@@ -263,7 +264,8 @@ MEANINGS: dict[str, dict[str, str]] = {
     },
     "ClimbOptions": {
         "steps": "Steps from the middle to the edge of the ranges.",
-        "step_sizes": "Steps of one's own, in the units of the factors by their names; `steps` is then the most of them.",
+        "step_sizes": "Steps of one's own, in the units of the factors by their names; `steps` is then the most of "
+        "them.",
         "shrink": "Share of each range over which the surface's design reaches, around the best step.",
     },
     "CodingEntry": {
