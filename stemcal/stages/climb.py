@@ -53,7 +53,7 @@ class ClimbResult(StageResult):
     significant: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the steps."""
         return {"climb": Table.of(("step", *self.names, "force", "error_percent", "status", "reason"), self.rows)}
 

@@ -105,7 +105,7 @@ class ScreenResult(StageResult):
             found.append((limit, f"t test, p = {self.alpha:g}", "-."))
         return [Limit(value, label, line) for value, label, line in found if value is not None]
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""
         return {"screen": Table.of(_COLUMNS, self.effects), "screen_runs": self.design.table()}
 

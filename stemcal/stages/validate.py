@@ -14,11 +14,12 @@ from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewh
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import Naming
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.invert.certainty import UNITS, measured_of
+from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
@@ -95,7 +96,7 @@ class ValidateResult(StageResult):
             self.compared, self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
         )
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the comparison."""
         return {"validate": Table.of(_COLUMNS, self.rows)}
 
@@ -143,7 +144,7 @@ def validate(work: Work) -> ValidateResult:
     formula = _formula(found.rows)
     ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
     rows = [
-        replace(_row(*parts, scatter), corrected=_corrected(parts[1], ratios))
+        replace(_row(study.naming, *parts, scatter), corrected=_corrected(parts[1], ratios))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
     missed = discrepancy(list(ratios.values()))
@@ -224,10 +225,12 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
     return read_fresh(study, solver, folder, InvertResult).parameters
 
 
-def _row(target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None) -> ValidateRow:
+def _row(
+    naming: Naming, target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None
+) -> ValidateRow:
     further = [
-        FurtherRow(mean.response, UNITS[mean.response], mean.value, mean.sd, value, error_percent(mean.value, value))
-        for mean in measured_of(target, ["travel", "work"])
+        FurtherRow(mean.response, mean.named.unit, mean.value, mean.sd, value, error_percent(mean.value, value))
+        for mean in measured_of(target, [named.name for named in naming.further], naming)
         if (value := outcome.response(mean.response)) is not None
     ]
     return ValidateRow(

@@ -170,7 +170,13 @@ class CommandSolver(ProgramOptions, Commanded):
 
     kind: Literal["command"] = "command"
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    result: ResultReader
+    result: ResultReader | None = None
+    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
+
+    @property
+    def readers(self) -> dict[str, ResultReader]:
+        """How each response is read; the one of a single reader is called ``force``, as inside the study."""
+        return dict(self.results) if self.result is None else {"force": self.result}
 
 
 class DeckHourglass(_Frozen):

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec.placeholders import DIAMETER, fill, number, template_bytes
+from stemcal.study.spec.placeholders import fill, number, template_bytes
 
 __all__ = ["Inputs", "file_hash", "values_of"]
 
@@ -57,6 +58,7 @@ def file_hash(path: Path) -> str:
         raise UsageError(f"{path}: {error.strerror}; name a file that is there") from None
 
 
-def values_of(request: Request) -> dict[str, str]:
+def values_of(request: Request, naming: Naming = CUTTING) -> dict[str, str]:
     """Return what each placeholder stands for: the shortest text of each number."""
-    return {DIAMETER: number(request.diameter), **{name: number(value) for name, value in request.levels.items()}}
+    levels = {name: number(value) for name, value in request.levels.items()}
+    return levels if naming.condition is None else {naming.condition.name: number(request.diameter), **levels}

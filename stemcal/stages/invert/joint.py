@@ -15,7 +15,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import compared, null_model
 from stemcal.files.rows import Rows
-from stemcal.stages.invert.certainty import UNITS, Measured, certainty_of, measured_of, misfit_over
+from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult, box_of
@@ -24,7 +24,9 @@ from stemcal.study.model import Study
 
 def measured_means(study: Study) -> list[Measured]:
     """Return what the joint fit is made to: every response measured at its diameters."""
-    return [mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses)]
+    return [
+        mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses, study.naming)
+    ]
 
 
 def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
@@ -44,11 +46,12 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     fit = fit_jointly(misfit, region)
     point = Point.of(surface.assess(study, fit.coded), coding)
     known = certainty_of(study, coding, misfit, region, "the joint fit")
-    force = measured_of(target, ["force"])
+    force = measured_of(target, ["force"], study.naming)
     there = force[0] in means  # a joint fit may leave the force at the calibration diameter out
     single = misfit.alone(means.index(force[0]), fit.misfit) if there else misfit_over(force, [surface.fitted])
     forces_only = len(study.invert.responses) == 1
-    source = f"{'' if forces_only else 'the force at '}{force[0].label} alone"
+    whole = f"the {study.naming.response.noun}{study.naming.at(target.diameter)}"
+    source = f"{force[0].label if forces_only else whole} alone"
     alone = certainty_of(study, coding, single, region, source)
     joint = _fitted(means, misfit, region, fit, coding)
     return InvertResult(
@@ -98,7 +101,7 @@ def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -
         JointRow(
             mean.diameter,
             mean.response,
-            UNITS[mean.response],
+            mean.named.unit,
             mean.value,
             mean.sd,
             mean.n,

@@ -191,7 +191,7 @@ class InvertResult(StageResult):
                 content[name] = content.pop(name)
         return content
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the solution with the range of each factor."""
         point = self.point
         rows = [_FactorRow(n, value, point.coded[n], *self.ranges[n]) for n, value in point.solution.items()]

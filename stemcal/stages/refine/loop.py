@@ -22,7 +22,7 @@ from stemcal.doe.validation.diameters import error_percent
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
-from stemcal.stages.invert.certainty import UNITS, Measured, measured_of, misfit_over
+from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ToldRow
@@ -60,7 +60,7 @@ class Told:
         return ToldRow(
             mean.diameter,
             mean.response,
-            UNITS[mean.response],
+            mean.named.unit,
             mean.value,
             self.predicted,
             self.interval,
@@ -79,7 +79,9 @@ class Loop:
         self.coding = surface.scales
         self.region = Region(*box_of(study, self.coding), surface.radius)
         self.alone = not study.joint_targets
-        self.means = measured_of(study.calibration_target, ["force"]) if self.alone else measured_means(study)
+        self.means = (
+            measured_of(study.calibration_target, ["force"], study.naming) if self.alone else measured_means(study)
+        )
         self.diameters = list(dict.fromkeys(mean.diameter for mean in self.means))
         self.trials: list[JointTrial] = []
         self.surfaces = self._surfaces()

@@ -197,7 +197,7 @@ class SurfaceResult(StageResult):
         """Return the symbol of every factor, its name where it has none."""
         return {entry.factor: entry.symbol or entry.factor for entry in self.factors}
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the analysis of variance with the coefficients beside it, and the runs."""
         terms = {row.term: to_json(row) for row in self.coefficients}
         rows = [{"source": "1", **terms["1"]}, *({**to_json(row), **terms.get(row.source, {})} for row in self.anova)]

@@ -9,6 +9,10 @@ TOP = {
     "name": "Name of the study, and of its folder below `runs`.",
     "title": "Title of the report and of its tables; the name by default.",
     "factors": "What is calibrated, in the order of their symbols X1, X2 and so on.",
+    "responses": "What a run gives and the laboratory measures, where it is not the maximum force: a program may give "
+    "several.",
+    "conditions": "At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without "
+    "`conditions` a study with `responses` has none.",
     "specimen": "The piece of stem.",
     "blade": "The rigid blade.",
     "supports": "The two rigid supports.",
@@ -88,6 +92,19 @@ MEANINGS: dict[str, dict[str, str]] = {
         "high": "Upper end of the range that is searched.",
         "expected_sign": "What mechanics says of its effect on the force: a screening that finds the other sign says "
         "so.",
+    },
+    "Response": {
+        "name": "Name in tables and files; targets and `solver.result` give values under it.",
+        "symbol": "Short sign in equations and along axes.",
+        "label": "What page, figures and sentences write; made from the name by default.",
+        "unit": "Unit of its values everywhere. Targets may be written in another unit of the same kind; a unit that "
+        "stemcal does not know is shown as it is.",
+    },
+    "Condition": {
+        "name": "Name in tables and files; targets give it under this name, templates as `{{name}}`.",
+        "symbol": "Short sign in equations and along axes.",
+        "label": "What page, figures and sentences write; made from the name by default.",
+        "unit": "Unit of its values.",
     },
     "Specimen": {
         "outer_diameter": "Outer diameter where no other is asked for; targets have their own.",
@@ -175,7 +192,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "kind": "Any program that reads text and leaves a number.",
         "templates": "Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in "
         "mm.",
-        "result": "Where the program leaves its number.",
+        "result": "Where the program leaves its number; of several responses a mapping of such readers by their names.",
+        "results": "The same by the names of the responses.",
     },
     "LsDynaSolver": {
         **_COMMAND,
@@ -339,6 +357,8 @@ MEANINGS: dict[str, dict[str, str]] = {
 # Where in a spec the keys of a class stand.
 PLACES = {
     "Factor": "factors[]",
+    "Response": "responses[]",
+    "Condition": "conditions[]",
     "Specimen": "specimen",
     "Blade": "blade",
     "Supports": "supports",
