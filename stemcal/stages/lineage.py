@@ -31,7 +31,8 @@ _UNUSED_RSM: dict[str, object] = {
     "sums_of_squares": "partial",
     "constraints": [],
 }
-_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
+_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none",
+                  "desirability": None}  # fmt: skip
 _UNUSED_REFINE = {"model": "quadratic", "batch": 4}
 _UNUSED_TARGET: dict[str, object] = {"travel": None, "travel_sd": None, "work": None, "work_sd": None, "further": {}}
 
