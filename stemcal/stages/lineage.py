@@ -45,7 +45,9 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:
-        parts["diameters"] = [target.diameter for target in study.joint_targets]
+        parts["diameters" if study.naming.is_cutting else "conditions"] = [
+            target.diameter for target in study.joint_targets
+        ]
         parts |= {"responses": study.invert.responses} if study.invert.responses != ("force",) else {}
     if stage == "audit":
         parts["published"] = dump["published"]
