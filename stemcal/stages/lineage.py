@@ -31,7 +31,8 @@ _UNUSED_RSM: dict[str, object] = {
     "sums_of_squares": "partial",
     "constraints": [],
 }
-_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
+_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none",
+                  "desirability": None}  # fmt: skip
 _UNUSED_REFINE = {"model": "quadratic", "batch": 4}
 _UNUSED_TARGET: dict[str, object] = {"travel": None, "travel_sd": None, "work": None, "work_sd": None, "further": {}}
 
@@ -44,7 +45,9 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:
-        parts["diameters"] = [target.diameter for target in study.joint_targets]
+        parts["diameters" if study.naming.is_cutting else "conditions"] = [
+            target.diameter for target in study.joint_targets
+        ]
         parts |= {"responses": study.invert.responses} if study.invert.responses != ("force",) else {}
     if stage == "audit":
         parts["published"] = dump["published"]

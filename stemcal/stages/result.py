@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -73,8 +74,13 @@ class DesignRun:
 
     @property
     def force(self) -> float | None:
-        """Maximum force, N."""
+        """Maximum force, N; or the first response of the study's own."""
         return self.outcome.force
+
+    def response(self, name: str) -> float:
+        """Return a response, NaN where the run failed."""
+        value = self.outcome.response(name)
+        return math.nan if value is None else value
 
 
 @dataclass(frozen=True)

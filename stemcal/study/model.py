@@ -434,8 +434,9 @@ class InvertOptions(_Frozen):
     `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
     `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
     factors' ranges were fixed before the measured forces were seen; after that no diameter left out is a check.
-    `discrepancy` takes one scale with scatter for what the model misses over the fitted diameters, and gives prediction
-    intervals of the measured forces.
+    `desirability` puts the most desirable point of several responses beside the fit, by default where the study
+    declares them. `discrepancy` takes one scale with scatter for what the model misses over the fitted diameters, and
+    gives prediction intervals of the measured forces.
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
@@ -444,6 +445,7 @@ class InvertOptions(_Frozen):
     posterior: Annotated[bool, Field(strict=True)] = False
     ranges_chosen: Literal["before", "after"] = "before"
     discrepancy: Literal["none", "scale"] = "none"
+    desirability: Annotated[bool, Field(strict=True)] | None = None
 
 
 class ClimbOptions(_Frozen):
@@ -586,6 +588,11 @@ class Study(StudyForm):
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
         return naming_of(self.responses, self.conditions)
+
+    @property
+    def own_further(self) -> tuple[str, ...]:
+        """The names of the responses that the study declares beside its first."""
+        return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -316,6 +316,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "posterior": "Sample what the forces leave possible (extra `bayes`).",
         "ranges_chosen": "Whether the factors' ranges were fixed before the measured forces were seen; after that no "
         "diameter that is left out is an independent check.",
+        "desirability": "Put the most desirable point (Derringer and Suich) beside the fit; by default where the study "
+        "declares several responses.",
         "discrepancy": "`scale` takes one scale with scatter for what the model misses over the fitted diameters, and "
         "gives prediction intervals of the measured forces.",
     },
