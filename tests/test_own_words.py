@@ -65,8 +65,9 @@ def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
 def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder, Results]) -> None:
     screen, surface = two[2].screen, two[2].surface
     assert screen is not None and surface is not None and screen.responses is not None
-    assert "grain_density" not in screen.significant and "grain_density" in screen.responses["bulk"].significant
-    assert set(surface.names) >= {"static", "grain_density"}
+    assert "grain_density" in screen.responses["bulk"].significant and "rolling" in screen.significant
+    assert set(surface.names) >= {"static", "rolling", "grain_density"}
+    assert screen.shares["grain_density"] == screen.seen_by("bulk").effect("grain_density").contribution_percent
 
 
 def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:

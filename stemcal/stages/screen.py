@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import ClassVar
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
+from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.definitive import TwoStages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
@@ -113,6 +114,7 @@ class ScreenResult(StageResult):
     half_normal: Rows[HalfNormalPoint] = Rows()
     pareto: Pareto | None = None
     two_stages: TwoStages | None = absent()
+    curvature: Curvature | None = absent()
     aliases: AliasMatrix | None = None
     residual: Residual
     total_sum_of_squares: float
@@ -218,9 +220,15 @@ def _analysed(study: Study, design: Design, values: Sequence[float]) -> Screenin
         design.names,
         [factor.symbol for factor in study.factors],
         study.screen.alpha,
-        study.screen.error,
+        error_asked(study),
         {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
     )
+
+
+def error_asked(study: Study) -> str:
+    """Return what effects are tested against: as the spec says, else the scatter of repeated runs where all are."""
+    said = "error" in study.screen.model_fields_set
+    return study.screen.error if said or study.replicates < 2 else "replicates"
 
 
 def _result(
@@ -235,6 +243,7 @@ def _result(
         half_normal=Rows(found.half_normal()),
         pareto=found.pareto(),
         two_stages=found.two_stages,
+        curvature=found.curvature,
         aliases=found.aliases(),
         residual=Residual(found.residual_sum_of_squares, found.residual_df),
         total_sum_of_squares=found.total_sum_of_squares,

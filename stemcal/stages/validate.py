@@ -17,8 +17,9 @@ from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewh
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
+from stemcal.runs.replicates import merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
 from stemcal.stages.invert.certainty import Measured, measured_of
@@ -85,6 +86,7 @@ class ValidateRow:
     reason: str = ""
     message: str = ""
     key: str = ""
+    replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
     corrected: Corrected | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
@@ -143,6 +145,7 @@ class ValidateResult(StageResult):
                 reason=row.reason,
                 message=row.message,
                 key=row.key,
+                replicates=row.replicates,
             )
             yield f"{row.compared.diameter:.6g} mm", told
 
@@ -160,9 +163,11 @@ def validate(work: Work) -> ValidateResult:
     head = work.head("validate")
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
-    outcomes = work.outcomes(requests, answers)
+    outcomes = merged(work.outcomes(requests, answers), study.replicates)
     scatter = work.fresh(MeshResult).scatter if study.mesh is not None else None
     own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
+    by_chance = pooled(outcomes)
+    spread = None if own is None else (sqrt(own.variance), own.df)
     found = compare_diameters(
         [target.diameter for target in targets],
         [target.force for target in targets],
@@ -170,7 +175,7 @@ def validate(work: Work) -> ValidateResult:
         [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
-        None if own is None else (sqrt(own.variance), own.df),
+        spread if by_chance is None else (by_chance.share, by_chance.df),
         study.invert.ranges_chosen == "before",
     )
     published = audit_validation(study)
@@ -247,9 +252,10 @@ def _formula(rows: Sequence[ValidationRow]) -> float | None:
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
-    """Return a request per measured diameter at these levels."""
+    """Return a request per measured diameter at these levels, or as many as the program is asked for."""
     targets = enumerate(study.targets.forces)
-    return [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+    requests = [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+    return repeated(requests, study.replicates)
 
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
@@ -274,6 +280,7 @@ def _row(
         reason=outcome.reason,
         message=outcome.message,
         key=outcome.key,
+        replicates=outcome.replicates,
         mesh_interval=None if scatter is None or compared.simulated is None else scatter.interval(compared.simulated),
         further=Rows(further),
     )
