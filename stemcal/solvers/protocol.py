@@ -1,4 +1,4 @@
-"""What the workflow asks of a solver: these levels, this diameter, which force?"""
+"""What the workflow asks of a solver: these levels, this diameter, which force? Or what a study has in their place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Request:
     levels : mapping
         Every factor's value in the units of the spec.
     diameter : float
-        Outer diameter of the stem, mm.
+        Outer diameter of the stem, mm; or the study's own condition, in its unit.
     pictured : bool
         Whether the answer is to tell what pictures of the run are made from, if the solver can.
     phases : int, optional
@@ -55,9 +55,15 @@ class Request:
         }
 
 
+RESPONSES = "responses"  # among the details of an answer: further responses by name
+
+
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request: a force in N, or a status and the reason why there is none."""
+    """What came of a request: a force in N, or a status and the reason why there is none.
+
+    Where the study names its own responses `force` is the first of them, in its unit; details have the others.
+    """
 
     status: str
     force: float | None = None

@@ -54,7 +54,17 @@ class ClimbResult(StageResult):
     significant: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
-    def tables(self) -> dict[str, Table]:
+    @property
+    def shares(self) -> dict[str, float]:
+        """What each factor contributes, per cent."""
+        return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
+
+    @property
+    def matter(self) -> tuple[str, ...]:
+        """The factors that matter."""
+        return self.significant
+
+    def _tables(self) -> dict[str, Table]:
         """Return the steps."""
         return {"climb": Table.of(("step", *self.names, "force", "error_percent", "status", "reason"), self.rows)}
 
@@ -96,7 +106,7 @@ def _climbed(
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
         effects=screening.effects,
-        significant=screening.significant,
+        significant=screening.matter,
         notes=(*chosen, *_notes(rows, best, through)),
     )
 

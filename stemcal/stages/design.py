@@ -19,7 +19,6 @@ from stemcal.doe.designs.catalogue import (
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.screening.effects import Effect
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import outcome_of
@@ -73,11 +72,11 @@ class Screened(Protocol):
     """A screening, or a climb that hands on what it found."""
 
     @property
-    def effects(self) -> Sequence[Effect]:
-        """Effects in the order of the factors."""
+    def shares(self) -> Mapping[str, float]:
+        """What each factor contributes, per cent; of several responses to the one it moves most."""
 
     @property
-    def significant(self) -> Sequence[str]:
+    def matter(self) -> Sequence[str]:
         """Names of the factors that matter."""
 
 
@@ -190,8 +189,9 @@ def surface_factors(study: Study, solver: Solver, screening: Screened | None) ->
 
 def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[str]]:
     """Return the significant factors, or those of largest contribution where the spec or the design want so many."""
-    ranked = [e.factor for e in sorted(screening.effects, key=lambda e: -(e.contribution_percent or 0.0))]
-    found = [name for name in ranked if name in screening.significant]
+    shares = screening.shares
+    ranked = sorted(shares, key=lambda name: -shares[name])
+    found = [name for name in ranked if name in screening.matter]
     asked, (least, most) = strongest_asked(rsm.factors), factors_taken(rsm.design)
     if asked:
         chosen = ranked[:asked]

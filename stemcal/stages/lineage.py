@@ -33,9 +33,10 @@ _UNUSED_RSM: dict[str, object] = {
 }
 _UNUSED_SCREEN = {"centre_points": 0}
 _UNUSED_CLIMB: dict[str, object] = {"step_sizes": {}}
-_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
+_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none",
+                  "desirability": None}  # fmt: skip
 _UNUSED_REFINE = {"model": "quadratic", "batch": 4}
-_UNUSED_TARGET = {"travel": None, "travel_sd": None, "work": None, "work_sd": None}
+_UNUSED_TARGET: dict[str, object] = {"travel": None, "travel_sd": None, "work": None, "work_sd": None, "further": {}}
 
 
 def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, str]:
@@ -43,8 +44,12 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     dump = _used_options(study)
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in stage_called(stage).options}
+    if not study.naming.is_cutting:
+        parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:
-        parts["diameters"] = [target.diameter for target in study.joint_targets]
+        parts["diameters" if study.naming.is_cutting else "conditions"] = [
+            target.diameter for target in study.joint_targets
+        ]
         parts |= {"responses": study.invert.responses} if study.invert.responses != ("force",) else {}
     if stage == "audit":
         parts["published"] = dump["published"]

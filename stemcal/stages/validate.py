@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import ClassVar
 
+import numpy as np
+
 from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
 from stemcal.doe.validation.discrepancy import FEWEST, Corrected, Discrepancy, corrected, discrepancy
+from stemcal.doe.validation.equivalence import Sample, compare_means
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
@@ -19,7 +22,7 @@ from stemcal.runs.policy import censored_remarks
 from stemcal.runs.replicates import merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.invert.certainty import UNITS, measured_of
+from stemcal.stages.invert.certainty import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
@@ -42,6 +45,31 @@ class FurtherRow:
     sd: float | None
     simulated: float
     error_percent: float | None
+    n: int | None = absent()
+    measured_low: float | None = absent()
+    measured_high: float | None = absent()
+    p_different: float | None = absent()
+    p_equivalent: float | None = absent()
+    judged: bool = absent(False)
+
+    @classmethod
+    def of(cls, mean: Measured, simulated: float, margin_percent: float) -> FurtherRow:
+        """Compare a mean with what was simulated; those a study declares itself are tested as the first is."""
+        named, error = mean.named, error_percent(mean.value, simulated)
+        row = cls(named.name, named.unit, mean.value, mean.sd, simulated, error, judged=mean.leads)
+        if not mean.leads or mean.sd is None or mean.n is None:
+            return row
+        found = compare_means(
+            Sample(mean.value, mean.sd, mean.n), Sample(simulated), margin_percent / 100.0 * mean.value
+        )
+        return replace(
+            row,
+            n=mean.n,
+            measured_low=found.low,
+            measured_high=found.high,
+            p_different=found.p,
+            p_equivalent=found.p_equivalent,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +90,12 @@ class ValidateRow:
     mesh_interval: Interval | None = absent()
     corrected: Corrected | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
+
+    @property
+    def errors_percent(self) -> list[float]:
+        """The errors by which the study is judged: of the force, and of responses that were tested as it is."""
+        tested = [row.error_percent for row in self.further if row.judged]
+        return [error for error in (self.compared.error_percent, *tested) if error is not None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -97,7 +131,7 @@ class ValidateResult(StageResult):
             self.compared, self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
         )
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the comparison."""
         return {"validate": Table.of(_COLUMNS, self.rows)}
 
@@ -148,9 +182,10 @@ def validate(work: Work) -> ValidateResult:
     formula = _formula(found.rows)
     ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
     rows = [
-        replace(_row(*parts, scatter), corrected=_corrected(parts[1], ratios))
+        replace(_row(study, *parts, scatter), corrected=_corrected(parts[1], ratios))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
+    errors = [abs(error) for row in rows for error in row.errors_percent]
     missed = discrepancy(list(ratios.values()))
     beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
@@ -158,8 +193,8 @@ def validate(work: Work) -> ValidateResult:
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        max_abs_error_percent=found.max_abs_error_percent,
-        mean_abs_error_percent=found.mean_abs_error_percent,
+        max_abs_error_percent=max(errors, default=None),
+        mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
         best_scaled_max_error_percent=found.best_scaled_max_error_percent,
         error_slope_percent_per_mm=found.error_slope_percent_per_mm,
@@ -230,10 +265,12 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
     return read_fresh(study, solver, folder, InvertResult).parameters
 
 
-def _row(target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None) -> ValidateRow:
+def _row(
+    study: Study, target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None
+) -> ValidateRow:
     further = [
-        FurtherRow(mean.response, UNITS[mean.response], mean.value, mean.sd, value, error_percent(mean.value, value))
-        for mean in measured_of(target, ["travel", "work"])
+        FurtherRow.of(mean, value, study.targets.equivalent_within_percent)
+        for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.response(mean.response)) is not None
     ]
     return ValidateRow(

@@ -175,10 +175,16 @@ class CommandSolver(ProgramOptions, Commanded):
 
     kind: Literal["command"] = "command"
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    result: ResultReader
+    result: ResultReader | None = None
+    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
     deterministic: Annotated[bool, Field(strict=True)] | None = None
     replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
     seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
+
+    @property
+    def readers(self) -> dict[str, ResultReader]:
+        """How each response is read; the one of a single reader is called ``force``, as inside the study."""
+        return dict(self.results) if self.result is None else {"force": self.result}
 
     @property
     def by_chance(self) -> bool:

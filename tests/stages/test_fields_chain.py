@@ -11,7 +11,6 @@ import pytest
 from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
-from stemcal.doe.screening.effects import Effect
 from stemcal.errors import SpecError, UsageError
 from stemcal.overview.beforehand import beforehand
 from stemcal.solvers import make_solver
@@ -45,15 +44,12 @@ def study_of(folder: Path, more: str, names: str = "abcde", says: str = "determi
 class Screened:
     """A screening of the factors a, b, c, d and e, the strongest first."""
 
-    significant: tuple[str, ...]
+    matter: tuple[str, ...]
 
     @property
-    def effects(self) -> list[Effect]:
-        """Effects that fall by the alphabet."""
-        return [
-            Effect(name, name, 1.0, share, share, None, None, "", None, None, None)
-            for name, share in zip("abcde", (40.0, 30.0, 20.0, 7.0, 3.0), strict=True)
-        ]
+    def shares(self) -> dict[str, float]:
+        """Contributions that fall by the alphabet."""
+        return dict(zip("abcde", (40.0, 30.0, 20.0, 7.0, 3.0), strict=True))
 
 
 def chosen(study: Study, *significant: str) -> tuple[list[str], str]:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec.placeholders import DIAMETER, REPLICATE, SEED, fill, number, template_bytes
+from stemcal.study.spec.placeholders import REPLICATE, SEED, fill, number, template_bytes
 
 __all__ = ["Inputs", "file_hash", "seed_of", "values_of"]
 
@@ -60,11 +61,12 @@ def file_hash(path: Path) -> str:
         raise UsageError(f"{path}: {error.strerror}; name a file that is there") from None
 
 
-def values_of(request: Request, seed: int = 0) -> dict[str, str]:
+def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
     """Return what each placeholder stands for: the shortest text of each number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: number(value) for name, value in request.levels.items()}
-    return {**drawn, DIAMETER: number(request.diameter), **levels}
+    at = {} if naming.condition is None else {naming.condition.name: number(request.diameter)}
+    return {**drawn, **at, **levels}
 
 
 def seed_of(request: Request, drawn_from: int) -> int:

@@ -14,6 +14,7 @@ __all__ = ["broken_rules"]
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.names_differ,
+    targets.names_are_free,
     factors.ranges_rise,
     factors.factors_are_known,
     factors.factors_are_physical,
@@ -54,6 +55,8 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     outside.chance_is_said,
     outside.mirrored_runs_stand_once,
     outside.run_files_differ,
+    outside.every_response_is_read,
+    outside.own_names_belong_to_programs,
     outside.reduction_has_what_it_needs,
     outside.command_names_deck,
     outside.openradioss_hardens_isotropically,
