@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from statistics import stdev
 from typing import Any
 
 from stemcal.files.typed import absent
@@ -18,15 +17,15 @@ _TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd"
 
 @dataclass(frozen=True)
 class Replicates:
-    """The forces of a point's replicates that succeeded, N, and the keys of all of them."""
+    """The responses of a point's replicates that succeeded, the first and the `further`, and the keys of all."""
 
-    forces: tuple[float, ...]
+    values: tuple[float, ...]
     keys: tuple[str, ...]
+    further: dict[str, tuple[float, ...]] | None = absent()
 
-    @property
-    def sd(self) -> float | None:
-        """Standard deviation of one run, N; None of fewer than two."""
-        return stdev(self.forces) if len(self.forces) > 1 else None
+    def of(self, response: str) -> tuple[float, ...]:
+        """Return the values of a response, the first one's for ``force``."""
+        return self.values if response == "force" else (self.further or {}).get(response, ())
 
 
 @dataclass(frozen=True, kw_only=True)

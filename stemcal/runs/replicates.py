@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from statistics import fmean
 
 import numpy as np
 
@@ -29,10 +30,21 @@ def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:
 
 def _mean(replicates: Sequence[Outcome]) -> Outcome:
     done = [outcome for outcome in replicates if outcome.ok and outcome.force is not None]
-    first = done[0] if done else replicates[0]
-    values = tuple(outcome.force for outcome in done if outcome.force is not None)
-    told = Replicates(values, tuple(outcome.key for outcome in replicates))
-    return replace(first, force=float(np.mean(values)) if values else None, replicates=told)
+    first, keys = done[0] if done else replicates[0], tuple(outcome.key for outcome in replicates)
+    if not done:
+        return replace(first, replicates=Replicates((), keys))
+    further = {name: _values(done, name) for name in first.responses or {}}
+    forces = _values(done, "force")
+    return replace(
+        first,
+        force=fmean(forces),
+        responses={name: fmean(values) for name, values in further.items()} or None,
+        replicates=Replicates(forces, keys, further or None),
+    )
+
+
+def _values(done: Sequence[Outcome], response: str) -> tuple[float, ...]:
+    return tuple(value for outcome in done if (value := outcome.response(response)) is not None)
 
 
 @dataclass(frozen=True)
@@ -43,12 +55,13 @@ class Scatter:
     df: int
 
 
-def pooled(outcomes: Sequence[Outcome]) -> Scatter | None:
+def pooled(outcomes: Sequence[Outcome], response: str = "force") -> Scatter | None:
     """Return the scatter of means over replicates, pooled over points; None where nothing was repeated."""
-    groups = [np.array(told.forces) for outcome in outcomes if (told := outcome.replicates) and len(told.forces) > 1]
-    df = sum(len(forces) - 1 for forces in groups)
-    if not df or any(forces.mean() == 0.0 for forces in groups):
+    told = [outcome.replicates.of(response) for outcome in outcomes if outcome.replicates is not None]
+    groups = [np.array(values) for values in told if len(values) > 1]
+    df = sum(len(values) - 1 for values in groups)
+    if not df or any(values.mean() == 0.0 for values in groups):
         return None
-    square = sum(float(np.sum((forces / forces.mean() - 1.0) ** 2)) for forces in groups) / df
+    square = sum(float(np.sum((values / values.mean() - 1.0) ** 2)) for values in groups) / df
     times = sum(map(len, groups)) / len(groups)
     return Scatter(float(np.sqrt(square / times)), df)

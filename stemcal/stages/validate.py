@@ -19,7 +19,7 @@ from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
-from stemcal.runs.replicates import merged, pooled, repeated
+from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
 from stemcal.stages.invert.certainty import Measured, measured_of
@@ -53,15 +53,18 @@ class FurtherRow:
     judged: bool = absent(False)
 
     @classmethod
-    def of(cls, mean: Measured, simulated: float, margin_percent: float) -> FurtherRow:
-        """Compare a mean with what was simulated; those a study declares itself are tested as the first is."""
+    def of(cls, mean: Measured, simulated: float, margin_percent: float, by_chance: Scatter | None) -> FurtherRow:
+        """Compare a mean with what was simulated; those a study declares itself are tested as the first is.
+
+        `by_chance` is the scatter of the simulated value, if it is a mean over replicates.
+        """
         named, error = mean.named, error_percent(mean.value, simulated)
         row = cls(named.name, named.unit, mean.value, mean.sd, simulated, error, judged=mean.leads)
         if not mean.leads or mean.sd is None or mean.n is None:
             return row
-        found = compare_means(
-            Sample(mean.value, mean.sd, mean.n), Sample(simulated), margin_percent / 100.0 * mean.value
-        )
+        share, df = (by_chance.share, by_chance.df) if by_chance is not None else (0.0, None)
+        computed = Sample(simulated, share * abs(simulated), df=df)
+        found = compare_means(Sample(mean.value, mean.sd, mean.n), computed, margin_percent / 100.0 * mean.value)
         return replace(
             row,
             n=mean.n,
@@ -166,6 +169,7 @@ def validate(work: Work) -> ValidateResult:
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
     scatter = work.fresh(MeshResult).scatter if study.mesh is not None else None
     own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
+    scatters = {named.name: pooled(outcomes, named.name) for named in study.naming.further}
     by_chance = pooled(outcomes)
     spread = None if own is None else (sqrt(own.variance), own.df)
     found = compare_diameters(
@@ -182,7 +186,7 @@ def validate(work: Work) -> ValidateResult:
     formula = _formula(found.rows)
     ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
     rows = [
-        replace(_row(study, *parts, scatter), corrected=_corrected(parts[1], ratios))
+        replace(_row(study, *parts, scatter, scatters), corrected=_corrected(parts[1], ratios))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
     errors = [abs(error) for row in rows for error in row.errors_percent]
@@ -266,10 +270,15 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
 
 
 def _row(
-    study: Study, target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None
+    study: Study,
+    target: Target,
+    compared: ValidationRow,
+    outcome: Outcome,
+    scatter: MeshScatter | None,
+    scatters: Mapping[str, Scatter | None],
 ) -> ValidateRow:
     further = [
-        FurtherRow.of(mean, value, study.targets.equivalent_within_percent)
+        FurtherRow.of(mean, value, study.targets.equivalent_within_percent, scatters.get(mean.response))
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.response(mean.response)) is not None
     ]

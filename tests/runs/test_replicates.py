@@ -1,0 +1,43 @@
+"""Points simulated several times over: their means, their scatter, their records."""
+
+from __future__ import annotations
+
+import pytest
+
+from stemcal.runs.outcome import Outcome, Replicates
+from stemcal.runs.replicates import merged, pooled, repeated
+from stemcal.solvers.protocol import Request
+
+
+def run(force: float | None, bulk: float, key: str) -> Outcome:
+    status = "failed" if force is None else "ok"
+    return Outcome(force=force, responses=None if force is None else {"bulk": bulk}, status=status, key=key)
+
+
+def test_requests_are_numbered_from_one_and_left_alone_without_chance():
+    asked = [Request("validate", row, {"a": 1.0}, 8.0) for row in range(2)]
+    assert [(r.row, r.replicate) for r in repeated(asked, 2)] == [(0, 1), (0, 2), (1, 1), (1, 2)]
+    assert repeated(asked, 0) == asked
+
+
+def test_a_point_is_the_mean_of_each_response():
+    (found,) = merged([run(10.0, 5.0, "a"), run(14.0, 7.0, "b")], 2)
+    assert (found.force, found.response("bulk"), found.keys) == (12.0, 6.0, ("a", "b"))
+    assert found.replicates is not None and found.replicates.of("bulk") == (5.0, 7.0)
+
+
+def test_a_failed_replicate_is_left_out_but_its_record_is_named():
+    (found,) = merged([run(None, 0.0, "a"), run(14.0, 7.0, "b")], 2)
+    assert found.ok and found.force == 14.0 and found.keys == ("a", "b")
+    (lost,) = merged([run(None, 0.0, "a"), run(None, 0.0, "b")], 2)
+    assert not lost.ok and lost.force is None and lost.replicates == Replicates((), ("a", "b"))
+
+
+def test_scatter_of_the_mean_is_pooled_over_points():
+    """About 100 by ±1 and about 200 by ±4: relative squares 2·0.01² and 2·0.02² over 2 df; of a mean of two, half."""
+    points = merged([run(f, f, "k") for f in (99.0, 101.0, 196.0, 204.0)], 2)
+    found = pooled(points)
+    assert found is not None and found.df == 2
+    assert found.share == pytest.approx(((2 * 0.01**2 + 2 * 0.02**2) / 2 / 2) ** 0.5)
+    assert pooled(points, "bulk") == found
+    assert pooled([run(1.0, 1.0, "k")]) is None
