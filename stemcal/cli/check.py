@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from stemcal.cli.options import AsJson, Spec
+from stemcal.words import joined
 
 if TYPE_CHECKING:
     from stemcal.errors import SpecError
@@ -38,8 +39,15 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
     else:
         say(
             f"{spec}: right. Study {study.name}: {len(study.factors)} factors, "
-            f"{len(study.targets.forces)} measured forces, solver {study.solver.kind}."
+            f"{len(study.targets.forces)} measured {_measured(study)}, solver {study.solver.kind}."
         )
+
+
+def _measured(study: Study) -> str:
+    """Return what was measured, one of it or several."""
+    response, others = study.naming.response, study.naming.others
+    plural = len(study.targets.forces) > 1 or study.naming.is_cutting
+    return joined([named.plural if plural else named.noun for named in (response, *others)])
 
 
 def _problems(error: SpecError) -> Mapping[str, object]:
@@ -72,7 +80,9 @@ def _diameters(study: Study) -> list[float]:
 
 
 def _summary(study: Study, demanding: list[str]) -> Mapping[str, object]:
-    return {
+    naming = study.naming
+    places = {} if naming.condition is None else {"diameters": [target.diameter for target in study.targets.forces]}
+    summary = {
         "schema_version": 1,
         "stage": "check",
         "ok": True,
@@ -80,6 +90,8 @@ def _summary(study: Study, demanding: list[str]) -> Mapping[str, object]:
         "warnings": [*study.warnings, *demanding],
         "name": study.name,
         "factors": [factor.name for factor in study.factors],
-        "diameters": [target.diameter for target in study.targets.forces],
+        **places,
         "solver": study.solver.kind,
     }
+    called = dict(naming.called)
+    return {called.get(key) or key: value for key, value in summary.items()}
