@@ -60,12 +60,17 @@ def contours(
             section.across, section.up, section.force, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
         )
         _number(axes, lines)
-        figure.colorbar(filled, ax=axes, label="force, N", ticks=levels[::2]).outline.set_visible(False)
+        figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
         if invert is not None:
             _mark_target(axes, section, invert, pair)
         _draw_runs(axes, rsm, pair)
         _label(axes, rsm, pair, labels)
     return figure
+
+
+def _height(rsm: SurfaceResult) -> str:
+    """Return what is drawn as height."""
+    return plain(rsm.naming.response.axis(rsm.naming.response.noun))
 
 
 def levels_of(force: Any) -> Any:
@@ -183,7 +188,7 @@ def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: In
 def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
     """Name the axes and look at the surface from where it rises away."""
     _label(axes, rsm, pair, labels)
-    axes.set_zlabel("force, N")
+    axes.set_zlabel(_height(rsm))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.label.set_size(8)
         axis.set_pane_color((0.5, 0.5, 0.5, 0.06))

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from stemcal.naming import CUTTING, Naming
 from stemcal.report.numbers import fixed, short, significant
-from stemcal.report.tables.sheet import Sheet
+from stemcal.report.tables.sheet import Sheet, place_cell, place_head
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
@@ -16,33 +17,35 @@ from stemcal.stages.validate import ValidateResult
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-Row = tuple[str, float, float, float, str, float | None]
-"""Response, diameter, measured, predicted or simulated, unit, error."""
+Row = tuple[str, float, float, float, float | None]
+"""Response, diameter, measured, predicted or simulated, error."""
 
 
 def response_sheets(stage: StageResult) -> list[Sheet]:
-    """Return travel and work of a joint fit, or of a validation."""
+    """Return travel and work, or a study's own further responses, of a joint fit or of a validation."""
     rows: list[Row] = []
     if isinstance(stage, InvertResult) and stage.joint is not None:
-        rows = [(r.response, r.diameter, r.measured, r.predicted, r.unit, r.error_percent) for r in stage.joint.further]
+        rows = [(r.response, r.diameter, r.measured, r.predicted, r.error_percent) for r in stage.joint.further]
     if isinstance(stage, ValidateResult):
         rows = [
-            (r.response, row.compared.diameter, r.measured, r.simulated, r.unit, r.error_percent)
+            (r.response, row.compared.diameter, r.measured, r.simulated, r.error_percent)
             for row in stage.rows
             for r in row.further
         ]
-    return [responses_sheet(rows, "Predicted" if isinstance(stage, InvertResult) else "Simulated")] if rows else []
+    told = "Predicted" if isinstance(stage, InvertResult) else "Simulated"
+    return [responses_sheet(rows, told, stage.naming)] if rows else []
 
 
-def responses_sheet(rows: Sequence[Row], told: str) -> Sheet:
-    """Return travel and work at each diameter: measured beside the surface's, or beside the simulated."""
-    cells = [
-        (response, short(diameter), f"{short(measured)} {unit}", f"{significant(found)} {unit}", fixed(error))
-        for response, diameter, measured, found, unit, error in rows
-    ]
-    columns = ("Response", "Diameter, mm", "Measured", told, "Error, %")
-    foot = ("Travel and work of the blade from first touch to the maximum force.",)
-    return Sheet("Beside the force", columns, tuple(cells), foot=foot)
+def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING) -> Sheet:
+    """Return the further responses at each diameter: measured beside the surface's, or beside the simulated."""
+    cells = []
+    for name, diameter, measured, found, error in rows:
+        response = naming.named(name)
+        values = f"{short(measured)}{response.beside}", f"{significant(found)}{response.beside}"
+        cells.append((response.noun, *place_cell(naming, diameter), *values, fixed(error)))
+    columns = ("Response", *place_head(naming), "Measured", told, "Error, %")
+    foot = () if naming.others else ("Travel and work of the blade from first touch to the maximum force.",)
+    return Sheet(f"Beside the {naming.response.noun}", columns, tuple(cells), foot=foot)
 
 
 def spoken(stage: StageResult) -> list[RenderableType]:
