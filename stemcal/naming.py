@@ -231,6 +231,7 @@ class Naming:
         response, condition = self.response.name, None if self.condition is None else self.condition.name
         return (
             ("force", response),
+            ("forces", "values"),
             ("phase_forces", f"phase_{response}"),
             ("diameter", condition),
             ("diameters", "conditions"),
