@@ -44,7 +44,9 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:
-        parts["diameters"] = [target.diameter for target in study.joint_targets]
+        parts["diameters" if study.naming.is_cutting else "conditions"] = [
+            target.diameter for target in study.joint_targets
+        ]
         parts |= {"responses": study.invert.responses} if study.invert.responses != ("force",) else {}
     if stage == "audit":
         parts["published"] = dump["published"]
@@ -82,8 +84,10 @@ def _solver_parts(study: Study, solver: Solver, stage: str) -> dict[str, object]
     """What determines the answers of a stage, apart from the levels, as the solver tells it."""
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     parts: dict[str, object] = {}
+    condition = study.naming.condition
+    probed = _PROBED if condition is None else _PROBED | {condition.name}
     for name, part in solver.identity(probe).items():
-        if name not in _PROBED:
+        if name not in probed:
             parts |= _leaves(f"solver {name}", part)
     return parts
 

@@ -1,4 +1,4 @@
-"""The screening: design rows → forces → effects."""
+"""The screening: design rows → responses → effects."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Residual:
 
 @dataclass(frozen=True)
 class LenthMargins:
-    """Pseudo standard error, margin of error, simultaneous margin of error, N."""
+    """Pseudo standard error, margin of error, simultaneous margin of error, in the unit of the response."""
 
     pse: float | None
     me: float | None
@@ -53,7 +53,7 @@ class LenthMargins:
 
 @dataclass(frozen=True)
 class Limit:
-    """The size from which an effect counts, N, by which method, and the style of line that marks it."""
+    """The size from which an effect counts, by which method, and the style of line that marks it."""
 
     value: float
     label: str
@@ -62,7 +62,7 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult):
-    """Which factors move the force: effects in the order of the factors, with every test of them."""
+    """Which factors move the response: effects in the order of the factors, with every test of them."""
 
     name: ClassVar[str] = "screen"
 
@@ -93,7 +93,7 @@ class ScreenResult(StageResult):
         return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
 
     def limits(self) -> list[Limit]:
-        """Return the sizes from which an effect counts, N: Lenth's margins, and t₀·s of the t test.
+        """Return the sizes from which an effect counts: Lenth's margins, and t₀·s of the t test.
 
         The standard error s of an effect is its size over its t.
         """
@@ -126,7 +126,7 @@ class ScreenResult(StageResult):
 
 @a_stage
 def screen(work: Work) -> ScreenResult:
-    """Run the screening design and find the factors that move the force."""
+    """Run the screening design and find the factors that move the response."""
     study = work.study
     head, design = work.head("screen"), screening_design(study, work.solver)
     requests = design.requests(study.targets.calibrate_at)
@@ -140,6 +140,7 @@ def screen(work: Work) -> ScreenResult:
             study.screen.alpha,
             study.screen.error,
             {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
+            study.naming.response,
         )
     published = audit_screening(study, found.effects)
     notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
@@ -180,7 +181,7 @@ def sign_remarks(study: Study, found: Screening) -> list[str]:
         sign = "+" if effect.effect > 0.0 else "-"
         if expected is not None and effect.factor in found.significant and sign != expected:
             remarks.append(
-                f"{effect.factor} has the effect {effect.effect:+.4g} N where the spec expects the "
-                f"sign {expected}: look for an alias or a wrong unit before trusting it."
+                f"{effect.factor} has the effect {study.naming.response.text(effect.effect, '+.4g')} where the spec "
+                f"expects the sign {expected}: look for an alias or a wrong unit before trusting it."
             )
     return remarks

@@ -59,7 +59,7 @@ class Told:
         mean = self.mean
         return ToldRow(
             mean.diameter,
-            mean.response,
+            mean.named.name,
             mean.named.unit,
             mean.value,
             self.predicted,

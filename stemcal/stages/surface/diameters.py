@@ -32,11 +32,13 @@ def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Des
 
 def _summary(result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float) -> FitSummary:
     """Return what is kept of the fit to one response."""
+    naming = result.naming
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.response(response) is None]
     if silent:
         raise RunsFailed(
-            f"{diameter:g} mm: the record of run {silent[0]} tells no {response}: it was made by another version or "
-            "solver; take another study folder (--out), or leave the response out of invert.responses"
+            f"{naming.each(diameter)}: the record of run {silent[0]} tells no {naming.named(response).name}: it was "
+            "made by another version or solver; take another study folder (--out), or leave the response out of "
+            "invert.responses"
         )
     fit = result.refitted(runs, response=response)
     return FitSummary(

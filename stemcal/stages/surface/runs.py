@@ -10,6 +10,7 @@ import numpy as np
 
 from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.files.typed import absent, inline
+from stemcal.naming import FORCE, Named
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study
@@ -65,7 +66,7 @@ def _within(outcomes: Sequence[Outcome], further: int) -> Within:
     )
 
 
-def error_remark(design: DesignRuns) -> str | None:
+def error_remark(design: DesignRuns, response: Named = FORCE) -> str | None:
     """Say what repeated runs, or mesh phases within the runs, tell; None if there are neither.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal.
@@ -83,6 +84,6 @@ def error_remark(design: DesignRuns) -> str | None:
     if max(widest) - min(widest) <= 1e-9 * max(map(abs, widest)):
         return "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
     return (
-        f"{len(widest)} runs at the same levels gave {min(widest):g} to {max(widest):g} N. A deterministic "
-        "solver gives one force for one set of levels, so these runs differed in something not recorded."
+        f"{len(widest)} runs at the same levels gave {min(widest):g} to {response.text(max(widest))}. A deterministic "
+        f"solver gives one {response.noun} for one set of levels, so these runs differed in something not recorded."
     )
