@@ -151,6 +151,15 @@ class Naming:
         """
         return f" at {self.place(value)}" if self.condition is not None else ""
 
+    def led_by(self, name: str) -> Naming:
+        """Return it with another of the responses as the first.
+
+        >>> CUTTING.led_by("work").response.unit
+        'mJ'
+        """
+        first = self.named(name)
+        return replace(self, response=first, further=tuple(one for one in self.responses if one != first))
+
     @property
     def condition_noun(self) -> str:
         """The noun of the condition, a general one where there is none."""

@@ -49,10 +49,16 @@ def _keys(field: dataclasses.Field[Any], thing: Any, called: Called) -> list[tup
     value = getattr(thing, field.name)
     if field.metadata.get("inline"):
         return [] if value is None else list(to_json(value, called).items())
-    if field.metadata.get("absent") and (value is None or (isinstance(value, tuple | Mapping) and not value)):
+    if field.metadata.get("absent") and (
+        value is None or value is False or (isinstance(value, tuple | Mapping) and not value)
+    ):
         return []
     name = _key(field, called)
     return [] if name is None else [(name, to_json(value, called))]
+
+
+def _is_nothing(value: Any) -> bool:
+    return value is None or value is False or (isinstance(value, tuple | Mapping) and not value)
 
 
 def _key(field: dataclasses.Field[Any], called: Called) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import stdev
 from typing import Any
 
 from stemcal.files.typed import absent
@@ -15,6 +16,19 @@ _TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd"
          "responses": RESPONSES}  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Replicates:
+    """The forces of a point's replicates that succeeded, N, and the keys of all of them."""
+
+    forces: tuple[float, ...]
+    keys: tuple[str, ...]
+
+    @property
+    def sd(self) -> float | None:
+        """Standard deviation of one run, N; None of fewer than two."""
+        return stdev(self.forces) if len(self.forces) > 1 else None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """The force (N) of a run, or why there is none; `key` names its record.
@@ -22,7 +36,8 @@ class Outcome:
     Where the study names its own responses `force` is the first of them, and `responses` has the others.
 
     `travel` (mm) and `work` (mJ) reach to the maximum force; `sd` is the scatter of the force over that many mesh
-    `phases`. None where the solver does not tell.
+    `phases`. None where the solver does not tell. Of a point simulated several times over the force is the mean of its
+    `replicates`.
     """
 
     force: float | None
@@ -37,6 +52,12 @@ class Outcome:
     reason: str = ""
     message: str = ""
     key: str = ""
+    replicates: Replicates | None = absent()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The names of its records."""
+        return (self.key,) if self.replicates is None else self.replicates.keys
 
     @property
     def ok(self) -> bool:

@@ -30,6 +30,9 @@ class Request:
         Asked of a `Meshed` solver: the mean over so many places of its mesh, in place of its own.
     element_size : str, optional
         Asked of a `Meshed` solver: elements of this size, as in a spec, at the place where its mesh stands.
+    replicate : int
+        Which of the simulations of the same levels it is, from 1; 0 where there is one only. A numbered run is drawn
+        by chance: its answer belongs to its stage and row too.
     """
 
     stage: str
@@ -39,10 +42,11 @@ class Request:
     pictured: bool = False
     phases: int | None = None
     element_size: str | None = None
+    replicate: int = 0
 
     def told(self) -> dict[str, Any]:
-        """Return it as a record holds it: the mesh only where another one is asked for."""
-        other = {"phases": self.phases, "element_size": self.element_size}
+        """Return it as a record holds it: mesh and replicate only where another one is asked for."""
+        other = {"phases": self.phases, "element_size": self.element_size, "replicate": self.replicate or None}
         return {
             "stage": self.stage,
             "row": self.row,

@@ -31,7 +31,10 @@ _UNUSED_RSM: dict[str, object] = {
     "sums_of_squares": "partial",
     "constraints": [],
 }
-_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
+_UNUSED_SCREEN = {"centre_points": 0}
+_UNUSED_CLIMB: dict[str, object] = {"step_sizes": {}}
+_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none",
+                  "desirability": None}  # fmt: skip
 _UNUSED_REFINE = {"model": "quadratic", "batch": 4}
 _UNUSED_TARGET: dict[str, object] = {"travel": None, "travel_sd": None, "work": None, "work_sd": None, "further": {}}
 
@@ -54,6 +57,7 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
         parts["published"] = study.published.solution if study.published else None
     else:
         parts |= _solver_parts(study, solver, stage) | {"runs.censored": study.runs.censored}
+        parts |= {"solver.replicates": study.replicates} if study.replicates else {}
     if (before := stage_called(stage).needs(study)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {name: digest(part)[:_SHORT] for name, part in parts.items()}
@@ -64,6 +68,8 @@ def _used_options(study: Study) -> dict[str, object]:
     targets = dump["targets"]
     return {
         **dump,
+        "screen": _without(dump["screen"], _UNUSED_SCREEN),
+        "climb": dump["climb"] and _without(dump["climb"], _UNUSED_CLIMB),
         "rsm": _without(dump["rsm"], _UNUSED_RSM),
         "invert": _without(dump["invert"], _UNUSED_INVERT),
         "refine": dump["refine"] and _without(dump["refine"], _UNUSED_REFINE),

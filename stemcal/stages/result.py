@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -69,12 +70,18 @@ class DesignRun:
     coded: dict[str, float]
     block: str | None = absent()
     weight: float | None = absent()
+    replicate: int | None = absent()
     outcome: Outcome = inline()
 
     @property
     def force(self) -> float | None:
         """Maximum force in N, or the first response of a study of its own words."""
         return self.outcome.force
+
+    def response(self, name: str) -> float:
+        """Return a response, NaN where the run failed."""
+        value = self.outcome.response(name)
+        return math.nan if value is None else value
 
 
 @dataclass(frozen=True)
@@ -91,7 +98,8 @@ class DesignRuns:
 
     def table(self) -> Table:
         """Return levels and response of every run, as a table solver reads them."""
-        marks = [name for name in ("block", "weight") if self.runs and getattr(self.runs[0], name) is not None]
+        known = ("block", "weight", "replicate")
+        marks = [name for name in known if self.runs and getattr(self.runs[0], name) is not None]
         return Table.of(["run", *self.varied, *marks, "force"], self.runs)
 
     def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
@@ -136,8 +144,9 @@ class StageResult:
                 if name not in mapping:
                     raise ValueError(f"{place}.{name} is missing")
         for label, outcome in self.runs():
-            if outcome.key and not is_key(outcome.key):
-                raise ValueError(f"the key of {label} is no key of a record: {outcome.key!r:.60}")
+            for key in outcome.keys:
+                if key and not is_key(key):
+                    raise ValueError(f"the key of {label} is no key of a record: {key!r:.60}")
 
     def entries(self) -> Iterator[Entries]:
         """Yield the path of a mapping by factor, the mapping, and the factors that must be in it."""

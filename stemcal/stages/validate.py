@@ -7,19 +7,23 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import ClassVar
 
+import numpy as np
+
 from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
 from stemcal.doe.validation.discrepancy import FEWEST, Corrected, Discrepancy, corrected, discrepancy
+from stemcal.doe.validation.equivalence import Sample, compare_means
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
-from stemcal.naming import DIAMETER, Naming
-from stemcal.runs.outcome import Outcome
+from stemcal.naming import DIAMETER
+from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
+from stemcal.runs.replicates import merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.invert.certainty import measured_of
+from stemcal.stages.invert.certainty import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
@@ -42,6 +46,31 @@ class FurtherRow:
     sd: float | None
     simulated: float
     error_percent: float | None
+    n: int | None = absent()
+    measured_low: float | None = absent()
+    measured_high: float | None = absent()
+    p_different: float | None = absent()
+    p_equivalent: float | None = absent()
+    judged: bool = absent(False)
+
+    @classmethod
+    def of(cls, mean: Measured, simulated: float, margin_percent: float) -> FurtherRow:
+        """Compare a mean with what was simulated; those a study declares itself are tested as the first is."""
+        named, error = mean.named, error_percent(mean.value, simulated)
+        row = cls(named.name, named.unit, mean.value, mean.sd, simulated, error, judged=mean.leads)
+        if not mean.leads or mean.sd is None or mean.n is None:
+            return row
+        found = compare_means(
+            Sample(mean.value, mean.sd, mean.n), Sample(simulated), margin_percent / 100.0 * mean.value
+        )
+        return replace(
+            row,
+            n=mean.n,
+            measured_low=found.low,
+            measured_high=found.high,
+            p_different=found.p,
+            p_equivalent=found.p_equivalent,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +87,16 @@ class ValidateRow:
     reason: str = ""
     message: str = ""
     key: str = ""
+    replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
     corrected: Corrected | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
+
+    @property
+    def errors_percent(self) -> list[float]:
+        """The errors by which the study is judged: of the force, and of responses that were tested as it is."""
+        tested = [row.error_percent for row in self.further if row.judged]
+        return [error for error in (self.compared.error_percent, *tested) if error is not None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -110,6 +146,7 @@ class ValidateResult(StageResult):
                 reason=row.reason,
                 message=row.message,
                 key=row.key,
+                replicates=row.replicates,
             )
             yield self._label(number, row.compared.diameter), told
 
@@ -135,9 +172,11 @@ def validate(work: Work) -> ValidateResult:
     head = work.head("validate")
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
-    outcomes = work.outcomes(requests, answers)
+    outcomes = merged(work.outcomes(requests, answers), study.replicates)
     scatter = work.fresh(MeshResult).scatter if study.mesh is not None else None
     own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
+    by_chance = pooled(outcomes)
+    spread = None if own is None else (sqrt(own.variance), own.df)
     found = compare_diameters(
         [target.diameter for target in targets],
         [target.force for target in targets],
@@ -145,7 +184,7 @@ def validate(work: Work) -> ValidateResult:
         [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
-        None if own is None else (sqrt(own.variance), own.df),
+        spread if by_chance is None else (by_chance.share, by_chance.df),
         study.invert.ranges_chosen == "before",
         study.naming,
     )
@@ -153,9 +192,10 @@ def validate(work: Work) -> ValidateResult:
     formula = _formula(found.rows) if study.naming.is_force_on_stems else None
     ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
     rows = [
-        replace(_row(study.naming, *parts, scatter), corrected=_corrected(parts[1], ratios))
+        replace(_row(study, *parts, scatter), corrected=_corrected(parts[1], ratios))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
+    errors = [abs(error) for row in rows for error in row.errors_percent]
     missed = discrepancy(list(ratios.values()))
     beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
@@ -163,8 +203,8 @@ def validate(work: Work) -> ValidateResult:
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        max_abs_error_percent=found.max_abs_error_percent,
-        mean_abs_error_percent=found.mean_abs_error_percent,
+        max_abs_error_percent=max(errors, default=None),
+        mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
         best_scaled_max_error_percent=found.best_scaled_max_error_percent,
         error_slope_percent_per_mm=found.error_slope_percent_per_mm,
@@ -224,9 +264,10 @@ def _formula(rows: Sequence[ValidationRow]) -> float | None:
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
-    """Return a request per measured diameter at these levels."""
+    """Return a request per measured diameter at these levels, or as many as the program is asked for."""
     targets = enumerate(study.targets.forces)
-    return [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+    requests = [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+    return repeated(requests, study.replicates)
 
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
@@ -237,11 +278,11 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
 
 
 def _row(
-    naming: Naming, target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None
+    study: Study, target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None
 ) -> ValidateRow:
     further = [
-        FurtherRow(mean.response, mean.named.unit, mean.value, mean.sd, value, error_percent(mean.value, value))
-        for mean in measured_of(target, [named.name for named in naming.further], naming)
+        FurtherRow.of(mean, value, study.targets.equivalent_within_percent)
+        for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.response(mean.response)) is not None
     ]
     return ValidateRow(
@@ -251,6 +292,7 @@ def _row(
         reason=outcome.reason,
         message=outcome.message,
         key=outcome.key,
+        replicates=outcome.replicates,
         mesh_interval=None if scatter is None or compared.simulated is None else scatter.interval(compared.simulated),
         further=Rows(further),
     )

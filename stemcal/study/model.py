@@ -6,6 +6,7 @@ Only `Factor` keeps the unit its author chose: designs, tables and results show 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -318,15 +319,43 @@ class Targets(_Frozen):
     equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
 
 
+_FIELD_NAMES = {
+    "PB": "plackett-burman",
+    "CCD": "central-composite",
+    "BBD": "box-behnken",
+    "DSD": "definitive-screening",
+}
+
+
+def _in_full(given: Any) -> Any:
+    """Return the name of a design for what the field calls it."""
+    return _FIELD_NAMES.get(given.upper(), given) if isinstance(given, str) else given
+
+
+ScreeningDesign = Literal[
+    "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening"
+]
+SurfaceDesign = Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol", "i-optimal"]
+
+
+def _names_of(designs: Any) -> dict[str, Any]:
+    """Return the JSON schema of a design's name: in full, or what the field calls it."""
+    known = get_args(designs)
+    return {"enum": [*known, *(short for short, name in _FIELD_NAMES.items() if name in known)], "type": "string"}
+
+
 class ScreenOptions(_Frozen):
     """The screening design, what its effects are tested against, and the significance level that keeps a factor.
 
     `runs` overrides the usual size of the design; `fold_over` repeats every run with all signs turned.
+    `centre_points` are added in the middle of all ranges: they tell whether the response is curved there, and how a
+    program with chance in it scatters. PB stands for plackett-burman.
     """
 
-    design: Literal[
-        "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening"
-    ] = "plackett-burman"
+    design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (
+        "plackett-burman"
+    )
+    centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
     fold_over: Annotated[bool, Field(strict=True)] = False
     error: Literal["residual", "pooled", "replicates", "lenth"] = "residual"
@@ -340,10 +369,31 @@ class CodingEntry(_Frozen):
     half_step: Annotated[Number, Field(gt=0)]
 
 
-def _significant_or_names(given: Any) -> Any:
+_STRONGEST = r"strongest ([1-9][0-9]?)"
+
+
+def _chosen_or_names(given: Any) -> Any:
     if isinstance(given, list | tuple) or given == "significant":
         return given
-    raise complain("should be 'significant' or a list of factor names", "write factors: significant")
+    if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
+        return " ".join(given.split())
+    message = "should be 'significant', 'strongest 3' or a list of factor names"
+    raise complain(message, "write factors: significant")
+
+
+def strongest_asked(factors: str | tuple[str, ...]) -> int:
+    """Return how many of the strongest factors `rsm.factors` asks for; 0 where it says something else.
+
+    >>> strongest_asked("strongest 3"), strongest_asked("significant")
+    (3, 0)
+    """
+    found = re.fullmatch(_STRONGEST, factors) if isinstance(factors, str) else None
+    return int(found[1]) if found else 0
+
+
+def factors_taken(design: str) -> tuple[int, int]:
+    """Return how few and how many factors a design for the surface takes."""
+    return (3, 7) if design == "box-behnken" else (2, MOST_FACTORS)
 
 
 AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
@@ -384,6 +434,9 @@ class Constraint(_Frozen):
 class RsmOptions(_Frozen):
     """The design behind the response surface, and the terms that are fitted.
 
+    `factors` are those the screening finds significant, its ``strongest 3``, or those named. CCD stands for
+    central-composite, BBD for box-behnken.
+
     `core` chooses the corners of a composite with five factors or more, `runs` and `seed` belong to the
     space-filling designs. `extra_runs` are added where they teach most (D-optimal; a list adds one batch after the
     other), `axial` adds axial points at that coded distance. `blocks` splits a composite into two orthogonal blocks,
@@ -391,14 +444,22 @@ class RsmOptions(_Frozen):
     failed runs have made so. `constraints` cut the region of an I-optimal design.
     """
 
-    design: Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol", "i-optimal"] = (
+    design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = (
         "central-composite"
     )
 
     factors: Annotated[
-        Literal["significant"] | tuple[str, ...],
-        BeforeValidator(_significant_or_names),
-        WithJsonSchema({"anyOf": [{"const": "significant"}, {"type": "array", "items": {"type": "string"}}]}),
+        str | tuple[str, ...],
+        BeforeValidator(_chosen_or_names),
+        WithJsonSchema(
+            {
+                "anyOf": [
+                    {"const": "significant"},
+                    {"type": "string", "pattern": f"^{_STRONGEST}$"},
+                    {"type": "array", "items": {"type": "string"}},
+                ]
+            }
+        ),
     ] = "significant"
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
     alpha: Annotated[
@@ -434,8 +495,9 @@ class InvertOptions(_Frozen):
     `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
     `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
     factors' ranges were fixed before the measured forces were seen; after that no diameter left out is a check.
-    `discrepancy` takes one scale with scatter for what the model misses over the fitted diameters, and gives prediction
-    intervals of the measured forces.
+    `desirability` puts the most desirable point of several responses beside the fit, by default where the study
+    declares them. `discrepancy` takes one scale with scatter for what the model misses over the fitted diameters, and
+    gives prediction intervals of the measured forces.
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
@@ -444,15 +506,19 @@ class InvertOptions(_Frozen):
     posterior: Annotated[bool, Field(strict=True)] = False
     ranges_chosen: Literal["before", "after"] = "before"
     discrepancy: Literal["none", "scale"] = "none"
+    desirability: Annotated[bool, Field(strict=True)] | None = None
 
 
 class ClimbOptions(_Frozen):
     """The walk towards the target between screening and surface: `steps` from the middle to the edge of the ranges.
 
     The surface's design is centred on the best step and reaches over the share `shrink` of each range.
+    `step_sizes` are steps of one's own in the units of the factors: such a walk has as many as stay in the ranges, at
+    most `steps`; active factors without a size go along in proportion to their slopes.
     """
 
     steps: Annotated[Whole, Field(ge=1, le=50)] = 5
+    step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
     shrink: Annotated[Number, Field(gt=0, le=1)] = 0.5
 
 
@@ -588,6 +654,11 @@ class Study(StudyForm):
         return naming_of(self.responses, self.conditions)
 
     @property
+    def own_further(self) -> tuple[str, ...]:
+        """The names of the responses that the study declares beside its first."""
+        return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the factors, in the order of the spec."""
         return tuple(factor.name for factor in self.factors)
@@ -634,6 +705,11 @@ class Study(StudyForm):
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
         return isinstance(self.solver, EmbeddedSolver) and self.solver.rate_law == "none"
+
+    @property
+    def replicates(self) -> int:
+        """How often the solver is asked for the same levels; 0 where it answers the same every time."""
+        return self.solver.replicates if isinstance(self.solver, CommandSolver) and self.solver.by_chance else 0
 
     @property
     def calibration_target(self) -> Target:

@@ -13,7 +13,7 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.naming import CUTTING, Named, Naming
+from stemcal.naming import CUTTING, FORCE, Named, Naming
 from stemcal.stages.invert.result import Certainty, PosteriorSummary, ProfileCurve
 from stemcal.stages.result import Interval
 from stemcal.study.model import Study, Target
@@ -36,6 +36,11 @@ class Measured:
     def named(self) -> Named:
         """What the response is called."""
         return self.naming.named(self.response)
+
+    @property
+    def leads(self) -> bool:
+        """Whether a fit is judged by it: the force, and every response that a study declares itself."""
+        return self.response == FORCE.name or not self.naming.is_cutting
 
     @property
     def label(self) -> str:

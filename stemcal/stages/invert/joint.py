@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
@@ -15,9 +16,8 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import compared, null_model
 from stemcal.files.rows import Rows
-from stemcal.naming import Naming
 from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
-from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, Point
+from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
@@ -54,7 +54,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     whole = f"the {study.naming.response.noun}{study.naming.at(target.diameter)}"
     source = f"{force[0].label if forces_only else whole} alone"
     alone = certainty_of(study, coding, single, region, source)
-    joint = _fitted(means, misfit, region, fit, coding, study.naming)
+    joint = _fitted(means, misfit, region, fit, coding)
     return InvertResult(
         head=head,
         target=target.force,
@@ -70,18 +70,40 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         parameters={**study.midlevels(), **point.solution},
         joint=joint,
         certainty_alone=alone,
+        desirability=_desired(study, means, misfit, region, coding),
         notes=(*_notes(joint, misfit, fit, study), *known.sentences, *alone.sentences),
     )
 
 
-def _fitted(
-    means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding, naming: Naming
-) -> JointFitted:
+def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, coding: Coding) -> Desired | None:
+    """Return the most desirable point of several responses, if it is wanted beside the fit."""
+    wanted = study.invert.desirability
+    if not (bool(study.own_further) if wanted is None else wanted):
+        return None
+    values = [observation.surface.response for observation in misfit.observations]
+    ends = [(min(v.min(), m.value), max(v.max(), m.value)) for v, m in zip(values, means, strict=True)]
+    surfaces = [observation.surface for observation in misfit.observations]
+    aims = [
+        Aim(fitted, float(low), mean.value, float(high))
+        for fitted, mean, (low, high) in zip(surfaces, means, ends, strict=True)
+    ]
+    found = most_desirable(aims, region)
+    told = zip(means, aims, found.predicted, found.each, strict=True)
+    rows = [
+        DesiredRow(m.diameter, m.named.name, m.named.unit, aim.low, m.value, aim.high, predicted, d)
+        for m, aim, predicted, d in told
+    ]
+    solution = coding.by_name(coding.to_natural(found.coded))
+    return Desired(solution, coding.by_name(found.coded), found.overall, Rows(rows))
+
+
+def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding) -> JointFitted:
     diameters = [mean.diameter for mean in means]
-    left_out = leave_one_out(misfit, region, diameters if len(set(diameters)) > 1 else None)
-    forces = [i for i, mean in enumerate(means) if mean.response == "force"]
+    several, own = len(set(diameters)) > 1, not means[0].naming.is_cutting
+    left_out = leave_one_out(misfit, region, diameters if several else None) if several or not own else []
+    forces = [i for i, mean in enumerate(means) if mean.leads]
     worst, where = best_worst_error(misfit.only(forces), region)
-    every = _rows(means, fit, left_out)
+    every, naming = _rows(means, fit, left_out), means[0].naming
     rows = Rows(every[i] for i in forces)
     measured = [row.diameter for row in rows], [row.measured for row in rows]
     return JointFitted(

@@ -140,6 +140,30 @@ class JointFitted:
 
 
 @dataclass(frozen=True)
+class DesiredRow:
+    """A response of the most desirable point: not wanted at all at `low` and `high`, most at `target`."""
+
+    diameter: float
+    response: str
+    unit: str
+    low: float
+    target: float
+    high: float
+    predicted: float
+    desirability: float
+
+
+@dataclass(frozen=True)
+class Desired:
+    """The point where the product of all desirabilities is greatest, by Derringer and Suich; `overall` is its root."""
+
+    solution: dict[str, float]
+    coded: dict[str, float]
+    overall: float
+    rows: Rows[DesiredRow]
+
+
+@dataclass(frozen=True)
 class _FactorRow:
     factor: str
     solution: float
@@ -175,6 +199,7 @@ class InvertResult(StageResult):
     belongs_to: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
+    desirability: Desired | None = absent()
     published: PublishedPoint | None = None
     notes: tuple[str, ...] = ()
 

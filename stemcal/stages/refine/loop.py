@@ -123,7 +123,7 @@ class Loop:
         values = np.array([runs[mean.diameter].response(mean.response) or np.nan for mean in self.means])
         told = [self._told(point, i, float(value)) for i, value in enumerate(values)]
         trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
-        errors = [t.error_percent for t in told if t.mean.response == "force" and t.error_percent is not None]
+        errors = [t.error_percent for t in told if t.mean.leads and t.error_percent is not None]
         self.iterations.append(
             Iteration(
                 len(self.iterations) + 1,

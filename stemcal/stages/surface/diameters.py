@@ -11,6 +11,7 @@ from stemcal.stages.result import reasons_given
 from stemcal.stages.surface.result import AtDiameter, FitSummary, SurfaceResult
 from stemcal.stages.surface.runs import DiameterRun, weighed
 from stemcal.stages.work import Work
+from stemcal.study.model import Study
 
 
 def run_diameters(work: Work, result: SurfaceResult, design: Design) -> list[AtDiameter]:
@@ -25,22 +26,21 @@ def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Des
     told_of = [DiameterRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
     runs = weighed(work.study, told_of)
     with reasons_given(requests, answers):
-        told = {name: _summary(result, runs, name, diameter) for name in work.study.invert.responses}
+        told = {name: _summary(work.study, result, runs, name, diameter) for name in work.study.invert.responses}
     further: dict[str, FitSummary] = {name: fit for name, fit in told.items() if name != "force"}
     return AtDiameter(diameter=diameter, runs=Rows(runs), fit=told["force"], responses=further or None)
 
 
-def _summary(result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float) -> FitSummary:
+def _summary(
+    study: Study, result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float
+) -> FitSummary:
     """Return what is kept of the fit to one response."""
-    naming = result.naming
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.response(response) is None]
     if silent:
+        place = f"{study.naming.place(diameter)}: ".removeprefix(": ")
+        name = study.naming.named(response).name
         raise RunsFailed(
-            f"{naming.each(diameter)}: the record of run {silent[0]} tells no {naming.named(response).name}: it was "
-            "made by another version or solver; take another study folder (--out), or leave the response out of "
-            "invert.responses"
+            f"{place}the record of run {silent[0]} tells no {name}: it was made by another version or "
+            "solver; take another study folder (--out), or leave the response out of invert.responses"
         )
-    fit = result.refitted(runs, response=response)
-    return FitSummary(
-        Rows(fit.coefficients), fit.r2, fit.adjusted_r2, fit.predicted_r2, fit.press, fit.cv_percent, fit.runs_failed
-    )
+    return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -68,6 +68,21 @@ class FitSummary:
     press: float | None
     cv_percent: float | None
     runs_failed: int
+    anova: Rows[AnovaRow] = absent(Rows())
+
+    @classmethod
+    def of(cls, fit: Surface, whole: bool) -> FitSummary:
+        """Return what is kept of a fit; the `whole` of it has the analysis of variance."""
+        return cls(
+            Rows(fit.coefficients),
+            fit.r2,
+            fit.adjusted_r2,
+            fit.predicted_r2,
+            fit.press,
+            fit.cv_percent,
+            fit.runs_failed,
+            Rows(fit.anova if whole else ()),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,6 +193,39 @@ class SurfaceResult(StageResult):
     def assess(self, study: Study, coded: Array) -> Assessment:
         """Return what the surface says of a coded point, and whether it lies inside ranges and design."""
         return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
+
+    def seen_by(self, response: str, diameter: float) -> SurfaceResult:
+        """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
+        runs = next(part.runs for part in self.diameters if part.diameter == diameter)
+        fit = self.refitted(runs, response=response)
+        told = [
+            replace(run, outcome=replace(other.outcome, force=other.outcome.response(response), responses=None))
+            for run, other in zip(self.design.runs, runs, strict=True)
+        ]
+        return replace(
+            self,
+            head=replace(self.head, naming=self.naming.led_by(response)),
+            design=replace(self.design, runs=Rows(told)),
+            coefficients=Rows(fit.coefficients),
+            anova=Rows(fit.anova),
+            r2=fit.r2,
+            adjusted_r2=fit.adjusted_r2,
+            predicted_r2=fit.predicted_r2,
+            adequate_precision=fit.adequate_precision,
+            press=fit.press,
+            cv_percent=fit.cv_percent,
+            lack_of_fit_testable=fit.lack_of_fit_testable,
+            runs_failed=fit.runs_failed,
+            runs_diagnostics=Rows(fit.runs_diagnostics),
+            canonical=None,
+            ridge=None,
+            box_cox=None,
+            second_opinion=None,
+            sobol=Rows(),
+            diameters=Rows(),
+            published=None,
+            notes=fit.notes,
+        )
 
     # ---- what others read
 

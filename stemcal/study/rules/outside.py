@@ -17,7 +17,7 @@ from stemcal.study.outside import (
     ResultReader,
 )
 from stemcal.study.spec.draft import Draft, Finding
-from stemcal.study.spec.placeholders import placeholders, template_bytes
+from stemcal.study.spec.placeholders import CHANCE, placeholders, template_bytes
 from stemcal.study.spec.strict_yaml import NodePath
 from stemcal.words import did_you_mean, listed
 
@@ -29,7 +29,8 @@ def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
     if not isinstance(draft.solver, CommandSolver):
         return
-    known = (*draft.names, *([] if draft.naming.condition is None else [draft.naming.condition.name]))
+    condition = draft.naming.condition
+    known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
     for index, path in enumerate(draft.solver.templates):
         yield from _unknown_in_file(("solver", "templates", index), path, known)
     for index, argument in enumerate(draft.solver.command):
@@ -65,6 +66,46 @@ def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
         if factor.name not in used:
             message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
             yield Finding(("factors", index, "name"), message, "write it where its value belongs")
+
+
+def chance_is_said(draft: Draft) -> Iterator[Finding]:
+    """A program that takes a seed, or is asked several times over, is not called deterministic."""
+    solver = draft.solver
+    if not isinstance(solver, CommandSolver):
+        return
+    if solver.deterministic and solver.replicates > 1:
+        message = f"a deterministic program gives {solver.replicates} times the same answer"
+        yield Finding(("solver", "replicates"), message, "write deterministic: false, or leave replicates out")
+    for index, path in enumerate(solver.templates):
+        yield from _seed_without_chance(("solver", "templates", index), _content(path), draft)
+    for index, argument in enumerate(solver.command):
+        yield from _seed_without_chance(("solver", "command", index), argument.encode(), draft)
+
+
+def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterator[Finding]:
+    if not isinstance(draft.solver, CommandSolver) or draft.solver.by_chance:
+        return
+    for name in dict.fromkeys(name for _, name in placeholders(content)):
+        if name in CHANCE and name not in draft.names:
+            message = f"{{{{{name}}}}} is for a program with chance in it"
+            yield Finding(node, message, "write deterministic: false under solver")
+
+
+def _content(path: Path) -> bytes:
+    """Return what a template holds; nothing where it cannot be read, which another rule tells."""
+    try:
+        return template_bytes(path)
+    except (OSError, UsageError):
+        return b""
+
+
+def mirrored_runs_stand_once(draft: Draft) -> Iterator[Finding]:
+    """The two stages of a definitive screening take every run once."""
+    solver, screen = draft.solver, draft.screen
+    mirrored = screen is not None and screen.design == "definitive-screening"
+    if isinstance(solver, CommandSolver) and mirrored and solver.replicates > 1:
+        message = "definitive-screening is judged in pairs of single runs"
+        yield Finding(("solver", "replicates"), message, "leave it out, or write screen.design: plackett-burman")
 
 
 def run_files_differ(draft: Draft) -> Iterator[Finding]:

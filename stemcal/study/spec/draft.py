@@ -8,6 +8,7 @@ from typing import NamedTuple
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study.model import (
     Blade,
+    ClimbOptions,
     Condition,
     Contact,
     EmbeddedSolver,
@@ -65,6 +66,7 @@ class Draft:
     published: Published | None = None
     refine: RefineOptions | None = None
     mesh: MeshOptions | None = None
+    climb: ClimbOptions | None = None
 
     @property
     def embedded(self) -> EmbeddedSolver | None:

@@ -191,9 +191,15 @@ MEANINGS: dict[str, dict[str, str]] = {
         **_PROGRAM,
         "kind": "Any program that reads text and leaves a number.",
         "templates": "Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in "
-        "mm.",
+        "mm; in a program with chance in it `{{seed}}` for a whole number, another one in every run, and "
+        "`{{replicate}}`.",
         "result": "Where the program leaves its number; of several responses a mapping of such readers by their names.",
         "results": "The same by the names of the responses.",
+        "deterministic": "Whether equal inputs give equal answers: if true, one run is repeated at the start to see "
+        "it; if false, every run is simulated anew, centre points too. Not said, it is taken for true and not tried.",
+        "replicates": "How often every run of a design is simulated, each time with a seed of its own; more than one "
+        "means that there is chance in the program.",
+        "seed": "Draws other seeds for all runs.",
     },
     "LsDynaSolver": {
         **_COMMAND,
@@ -267,7 +273,8 @@ MEANINGS: dict[str, dict[str, str]] = {
     },
     "ScreenOptions": {
         "design": "The design; `stemcal plan` tells what it can find.",
-        "runs": "Another number of runs than the smallest that fits.",
+        "runs": "Another number of runs than the usual one: of Plackett–Burman 12 for 5 to 11 factors.",
+        "centre_points": "Runs in the middle of all ranges: they tell whether the response is curved, and its scatter.",
         "fold_over": "Repeat every run with all signs turned: main effects clear of two-factor interactions.",
         "error": "What effects are tested against: columns without a factor, those pooled with small effects, repeated "
         "runs, or Lenth's pseudo standard error.",
@@ -275,6 +282,8 @@ MEANINGS: dict[str, dict[str, str]] = {
     },
     "ClimbOptions": {
         "steps": "Steps from the middle to the edge of the ranges.",
+        "step_sizes": "Steps of one's own, in the units of the factors by their names; `steps` is then the most of "
+        "them.",
         "shrink": "Share of each range over which the surface's design reaches, around the best step.",
     },
     "CodingEntry": {
@@ -287,8 +296,8 @@ MEANINGS: dict[str, dict[str, str]] = {
     },
     "RsmOptions": {
         "design": "The design; all but Box–Behnken (3 to 7 factors) take any number of factors.",
-        "factors": "The significant ones of the screening, or a list of names, which makes the screening unnecessary "
-        "for it.",
+        "factors": "The significant ones of the screening, `strongest 3` of it, or a list of names, which makes the "
+        "screening unnecessary for it.",
         "centre_points": "Runs at the centre. The embedded solver gives the same force each time: one teaches as much "
         "as six.",
         "alpha": "How far the axial points lie out, by a rule or in coded units.",
@@ -316,6 +325,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "posterior": "Sample what the forces leave possible (extra `bayes`).",
         "ranges_chosen": "Whether the factors' ranges were fixed before the measured forces were seen; after that no "
         "diameter that is left out is an independent check.",
+        "desirability": "Put the most desirable point (Derringer and Suich) beside the fit; by default where the study "
+        "declares several responses.",
         "discrepancy": "`scale` takes one scale with scatter for what the model misses over the fitted diameters, and "
         "gives prediction intervals of the measured forces.",
     },

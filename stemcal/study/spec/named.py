@@ -36,7 +36,19 @@ _RESERVED = (
     *("phases", "sd", "n", "unit", "response", "responses", "role", "measured", "simulated", "predicted", "corrected"),
     *("error_percent", "step", "iteration", "how", "place", "rows", "notes", "head", "target", "parameters", "fit"),
     *("identity", "request", "details", "provenance", "record_version", "naming", "pictured", "element_size", "again"),
-    *("interval", "inside", "runs", "further", "left_out_error_percent", "published", "solution", "certainty"),
+    *(
+        "replicate",
+        "replicates",
+        "seed",
+        "interval",
+        "inside",
+        "runs",
+        "further",
+        "left_out_error_percent",
+        "published",
+        "solution",
+        "certainty",
+    ),
 )
 _OF_TARGETS = ("calibrate_at", "values", "equivalent_within_percent")
 
@@ -111,7 +123,9 @@ class OwnCondition(Quantity):
     """A value of the condition: a stem's diameter, or what the spec declares in its place."""
 
     def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
-        """Return the value, of the diameter in mm."""
+        """Return the value, of the diameter in mm; from Python any number, since it may be of what is declared."""
+        if info.context is None and isinstance(given, int | float) and abs(given) <= MOST:
+            return float(given)
         naming = _naming(info)
         return super().read(given, info) if naming.condition == DIAMETER else _condition(given, naming)
 
@@ -202,9 +216,8 @@ def _entry(entry: Mapping[str, Any], naming: Naming) -> tuple[dict[str, Any], li
             return None
 
     target: dict[str, Any] = {"diameter": NOWHERE, "n": entry.get("n"), "further": {}}
-    known = ["sd", "n"]
+    known = [] if naming.condition is None else [naming.condition.name]
     if naming.condition is not None:
-        known.append(naming.condition.name)
         if naming.condition.name in entry:
             target["diameter"] = read(naming.condition.name, naming.condition)
         else:
@@ -212,7 +225,7 @@ def _entry(entry: Mapping[str, Any], naming: Naming) -> tuple[dict[str, Any], li
     for named in naming.responses:
         key = named.name
         scatter = "sd" if named is naming.response else f"{key}_sd"
-        known += [key, scatter]
+        known += [key, scatter, *(["n"] if named is naming.response else [])]
         value = read(key, named) if key in entry else None
         if value is not None and value <= 0.0:
             findings.append(((key,), f"{named.text(value)} must be above 0", "errors are told in per cent of it"))
@@ -263,12 +276,12 @@ def spelled(path: tuple[str | int, ...], naming: Naming, as_list: bool) -> tuple
     """
     if naming.is_cutting or path[:1] != ("targets",):
         return path
-    steps = ["values" if step == "forces" else step for step in path[1:]]
-    if as_list and steps[:1] == ["values"]:
-        steps = steps[1:]
-    condition = "" if naming.condition is None else naming.condition.name
-    names = {"force": naming.response.name, "diameter": condition}
-    return ("targets", *(names.get(str(step), step) if i > 0 else step for i, step in enumerate(steps)))
+    steps = list(path[1:])
+    if steps[:1] == ["forces"]:
+        condition = "" if naming.condition is None else naming.condition.name
+        names: dict[str | int, str] = {"forces": "values", "force": naming.response.name, "diameter": condition}
+        steps = [names.get(step, step) for step in steps]
+    return ("targets", *(steps[1:] if as_list and steps[:1] == ["values"] else steps))
 
 
 def inner_options(given: Any, naming: Naming) -> tuple[Any, list[Wrong]]:
