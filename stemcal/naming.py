@@ -168,7 +168,7 @@ class Naming:
         """Return a response by its name; the first is also called ``force``."""
         if name == FORCE.name:
             return self.response
-        return next(response for response in self.further if response.name == name)
+        return next(response for response in self.responses if response.name == name)
 
     def place(self, value: float) -> str:
         """Name the condition at which something is, as a sentence does; nothing where there is none.
@@ -222,6 +222,32 @@ class Naming:
     def is_force_on_stems(self) -> bool:
         """Whether the response is a force over the stem's diameter, which cutting forces grow with by a power law."""
         return (self.response, self.condition) == (FORCE, DIAMETER)
+
+    def places(self, listed: str) -> str:
+        """Return what follows to tell several values of the condition, already listed; nothing where there is none.
+
+        >>> CUTTING.places("7, 8 and 9"), Naming(condition=None).places("0")
+        (' at 7, 8 and 9 mm', '')
+        >>> Naming(condition=Named("w", "", "moisture", "w", "%")).places("12 and 16")
+        ' at moisture 12 and 16 %'
+        """
+        if self.condition is None:
+            return ""
+        noun = "" if self.condition == DIAMETER else f"{self.condition.noun} "
+        return f" at {noun}{listed}{self.condition.beside}"
+
+    def each(self, value: float) -> str:
+        """Name one comparison of several: by its condition, by the response where there is none.
+
+        >>> CUTTING.each(8.0), Naming(Named("a", "", "angle of repose", "a", "deg"), None).each(0.0)
+        ('8 mm', 'angle of repose')
+        """
+        return self.place(value) or self.response.noun
+
+    @property
+    def fitted_at(self) -> str:
+        """The key of a spec that chooses where the parameters are fitted together."""
+        return "invert.diameters" if self.condition == DIAMETER else "invert.conditions"
 
     @property
     def called(self) -> tuple[tuple[str, str | None], ...]:

@@ -642,8 +642,8 @@ class Study(StudyForm):
 
     def __repr__(self) -> str:
         return (
-            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.forces)} measured forces, "
-            f"solver {self.solver.kind}"
+            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.forces)} measured "
+            f"{self.naming.response.plural}, solver {self.solver.kind}"
         )
 
     __str__ = __repr__
