@@ -168,7 +168,7 @@ class Naming:
         """Return a response by its name; the first is also called ``force``."""
         if name == FORCE.name:
             return self.response
-        return next(response for response in self.further if response.name == name)
+        return next(response for response in self.responses if response.name == name)
 
     def place(self, value: float) -> str:
         """Name the condition at which something is, as a sentence does; nothing where there is none.
