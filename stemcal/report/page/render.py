@@ -202,7 +202,8 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
     sheets = borne([*sheets_of(result), *page_sheets(result)], verdict.holds)
     if isinstance(result, ScreenResult):
-        sheets[0] = judged(sheets[0], result)
+        each = result.of_each
+        sheets[: len(each)] = [judged(sheet, one) for sheet, one in zip(sheets, each, strict=False)]
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
         [relabelled(sheet, labels) for sheet in sheets], pictures, shown_notes(result, verdict.holds), labels

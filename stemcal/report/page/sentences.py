@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from stemcal.doe.validation.null_model import compared
 from stemcal.naming import Naming
@@ -100,17 +100,16 @@ def _calibration_outcome(stage: InvertResult) -> str:
 def _fitted_together(joint: JointFitted, naming: Naming) -> str:
     """Count what parameters were fitted to: the diameters, or the responses where there is no condition."""
     if naming.condition is not None:
-        return naming.counted(len(joint.rows))
-    return counted(len(joint.rows) + len(joint.further), "response")
+        return naming.counted(len({row.diameter for row in joint.rows}))
+    return counted(len(joint.rows), "response")
 
 
 def _missed(joint: JointFitted, naming: Naming) -> str:
     """Name what was measured of the responses, and by how much the surfaces miss each."""
-    missed = [f"{naming.response.plural} by at most {fixed(joint.max_abs_error_percent, 1)} %"]
-    for other in naming.others:
-        errors = [abs(row.error_percent) for row in joint.further if row.response == other.name]
-        missed += [f"{other.plural} by at most {fixed(max(errors), 1)} %"] if errors else []
-    return joined(missed)
+    errors: dict[str, list[float]] = {}
+    for row in joint.rows:
+        errors.setdefault(row.response, []).append(abs(row.error_percent))
+    return joined([f"{naming.named(name).plural} by at most {fixed(max(each), 1)} %" for name, each in errors.items()])
 
 
 def _climb_outcome(stage: ClimbResult) -> str:
@@ -134,11 +133,23 @@ def _validation_outcome(stage: ValidateResult) -> str:
     rows, naming = stage.rows, stage.naming
     worst, mean = fixed(stage.max_abs_error_percent, 1), fixed(stage.mean_abs_error_percent, 1)
     if naming.condition is None:
-        return f"Simulated and measured {naming.response.noun} differ by {worst} %."
+        return f"Simulated and measured {joined([*_apart(stage)])}."
+    what = "responses" if naming.others else naming.response.noun
     return (
-        f"Over {naming.counted(len(rows))}, simulated and measured {naming.response.noun} differ by at most "
+        f"Over {naming.counted(len(rows))}, simulated and measured {what} differ by at most "
         f"{worst} %, {mean} % on average."
     )
+
+
+def _apart(stage: ValidateResult) -> Iterator[str]:
+    """Say of each response by how much simulation and measurement differ."""
+    (row,) = stage.rows
+    yield f"{stage.naming.response.noun} differ by {_size(row.compared.error_percent)}"
+    yield from (f"{stage.naming.named(one.response).noun} by {_size(one.error_percent)}" for one in row.further)
+
+
+def _size(error_percent: float | None) -> str:
+    return f"{fixed(None if error_percent is None else abs(error_percent), 1)} %"
 
 
 def _screening_certainty(stage: ScreenResult) -> list[str]:

@@ -8,7 +8,7 @@ from stemcal.report.tables.findings import response_sheets
 from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head
 from stemcal.stages.audit.stage import AuditResult
 from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
+from stemcal.stages.invert.result import Certainty, Desired, InvertResult, JointFitted
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.validate import ValidateResult
@@ -19,6 +19,7 @@ def further_sheets(stage: StageResult) -> list[Sheet]:
     sheets = []
     if isinstance(stage, InvertResult):
         sheets += [_joint_sheet(stage.joint, stage.naming)] if stage.joint is not None else []
+        sheets += [_desired_sheet(stage.desirability, stage.naming)] if stage.desirability is not None else []
         sheets += [_interval_sheet(stage)] if len(stage.known) > 1 else []
     sheets += response_sheets(stage)
     if isinstance(stage, ValidateResult) and stage.discrepancy is not None:
@@ -79,27 +80,50 @@ def _corrected_sheet(stage: ValidateResult) -> Sheet:
 
 
 def _joint_sheet(joint: JointFitted, naming: Naming) -> Sheet:
-    response = naming.response
+    """Return what was measured beside the surfaces; the response and its unit in each row where there are several."""
+    response, several = naming.response, bool(naming.others)
     others = "responses" if naming.condition is None else naming.condition_plural
-    rows = [
-        (
-            *place_cell(naming, row.diameter),
-            short(row.measured),
-            significant(row.predicted),
-            fixed(row.error_percent),
-            fixed(row.left_out_error_percent),
+    rows = []
+    for row in joint.rows:
+        named = naming.named(row.response)
+        unit = named.beside if several else ""
+        rows.append(
+            (
+                *((named.noun,) if several else ()),
+                *place_cell(naming, row.diameter),
+                f"{short(row.measured)}{unit}",
+                f"{significant(row.predicted)}{unit}",
+                fixed(row.error_percent),
+                fixed(row.left_out_error_percent),
+            )
         )
-        for row in joint.rows
-    ]
     foot = (
         f"Largest error {fixed(joint.max_abs_error_percent)} %, left out "
         f"{fixed(joint.max_abs_left_out_error_percent)} %; no parameters in the region do better than "
         f"{fixed(joint.best_worst_error_percent)} %.",
         f"Left out: predicted from a fit to the other {others}.",
     )
-    columns = (*place_head(naming), response.headed("Measured"), response.headed("Surface"), "Error, %", "Left out, %")
-    title = f"All {others} fitted together" + (f": {response.noun}" if naming.others else "")
-    return Sheet(title, columns, tuple(rows), texts=len(place_head(naming)), foot=foot)
+    first = ("Response",) if several else ()
+    both = ("Measured", "Surface") if several else (response.headed("Measured"), response.headed("Surface"))
+    columns = (*first, *place_head(naming), *both, "Error, %", "Left out, %")
+    return Sheet(f"All {others} fitted together", columns, tuple(rows), texts=len(columns) - 4, foot=foot)
+
+
+def _desired_sheet(desired: Desired, naming: Naming) -> Sheet:
+    """Return the most desirable point: between which values each response is wanted, and what it is there."""
+    rows = []
+    for row in desired.rows:
+        named = naming.named(row.response)
+        values = (row.low, row.target, row.high, row.predicted)
+        told = (f"{significant(value)}{named.beside}" for value in values)
+        rows.append((named.noun, *place_cell(naming, row.diameter), *told, fixed(row.desirability, 3)))
+    where = ", ".join(f"{name} {significant(value)}" for name, value in desired.solution.items())
+    foot = (
+        f"Overall desirability {fixed(desired.overall, 3)} at {where}.",
+        "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest there.",
+    )
+    columns = ("Response", *place_head(naming), "From", "Measured", "To", "Surface", "Desir-\nability")
+    return Sheet("The most desirable point", columns, tuple(rows), texts=len(columns) - 5, foot=foot)
 
 
 def _interval_sheet(stage: InvertResult) -> Sheet:

@@ -22,7 +22,23 @@ from stemcal.words import joined
 def sheets_of(stage: StageResult) -> list[Sheet]:
     """Return the tables of a stage."""
     sheets = [make(stage) for make in _SHEETS[stage.name]]
-    return [*sheets, *further_sheets(stage)]
+    return [*sheets, *_of_others(stage), *further_sheets(stage)]
+
+
+def _of_others(stage: StageResult) -> list[Sheet]:
+    """Return the tables of the further responses that a study itself has named: effects, analyses of variance."""
+    if isinstance(stage, ScreenResult):
+        return [screening_sheet(one) for one in stage.of_each[1:]]
+    if not isinstance(stage, SurfaceResult):
+        return []
+    own = {response.name for response in stage.naming.others}
+    fitted = [(part.diameter, name) for part in stage.diameters for name in part.responses or {} if name in own]
+    seen = [(place, stage.seen_by(name, place)) for place, name in fitted]
+    made = [(place, one, make(one)) for place, one in seen for make in _SHEETS["rsm"]]
+    return [
+        replace(sheet, title=f"{sheet.title}: {one.naming.response.noun}{one.naming.at(place)}")
+        for place, one, sheet in made
+    ]
 
 
 def screening_sheet(stage: ScreenResult) -> Sheet:
