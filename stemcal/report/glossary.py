@@ -54,6 +54,10 @@ GLOSSARY: tuple[Entry, ...] = (
           "the level.", "Y. Benjamini, Y. Hochberg, J. R. Statist. Soc. B 57 (1995) 289", ("p_bh", "false discovery")),
     Entry("half-normal plot", "Sizes of effects over the quantiles a normal sample would have; chance lies on a line "
           "through the origin, real effects above it.", "C. Daniel, Technometrics 1 (1959) 311"),
+    Entry("curvature", "By how much the middle of the ranges differs from the mean of the corners: a plane has none.",
+          _MONT, ("centre points",)),
+    Entry("replicate", "One of several simulations of the same levels by a program with chance in it, with a seed of "
+          "its own.", _MONT, ("replicates", "seed")),
     Entry("Pareto chart", "Effects as bars, the largest first.", _MONT),
     # ---- response surface
     Entry("response surface", "A polynomial of second order in the coded factors, fitted to the runs of a design.", _MM,

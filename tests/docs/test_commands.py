@@ -74,6 +74,20 @@ def test_have_your_own_program_answer(clone: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS (liggghts) is not installed")
+def test_calibrate_a_heap_of_grains(clone: Path) -> None:
+    """The same seeds give the same heaps; another build of the program gives others, within their scatter."""
+    printed = give(commands(HOWTO / "heap.md"), clone)
+    assert "62 runs to compute" in printed["stemcal plan configs/repose-heap.yaml"]
+    folder = clone / "runs" / "repose-heap"
+    pure = next(
+        row for row in json.loads((folder / "rsm.json").read_text("utf-8"))["anova"] if row["source"] == "Pure error"
+    )
+    assert pure["df"] == 17 and 0.5 < (pure["sum_of_squares"] / pure["df"]) ** 0.5 < 3.0
+    assert (folder / "tables" / "tables.md").is_file() and list((folder / "figures").glob("contour-*.png"))
+
+
+@pytest.mark.slow
 def test_analyse_runs_that_you_have(clone: Path) -> None:
     printed = give(commands(HOWTO / "past-runs.md"), clone)
     assert "18.37" in printed["stemcal invert configs/paper-replay.yaml"]

@@ -58,6 +58,8 @@ factors:
   - {name: wall, low: 0.2, high: 0.6}
   - {name: restitution, low: 0.3, high: 0.7}
   - {name: modulus, unit: MPa, low: 1, high: 10}
+responses:
+  - {name: angle, label: Angle of repose, symbol: θ, unit: deg}
 solver:
   kind: command
   command: [%s, repose.py]
@@ -68,9 +70,7 @@ solver:
 screen: {design: PB, centre_points: 3}
 rsm: {design: BBD, factors: [friction, rolling, wall], centre_points: 3}
 targets:
-  calibrate_at: 1 mm
-  forces:
-    - {diameter: 1 mm, force: 32.6 N, sd: 0.8 N, n: 5}
+  - {angle: 32.6 deg, sd: 0.8 deg, n: 5}
 """
 TRUTH = {"friction": 0.35, "rolling": 0.09, "wall": 0.5, "restitution": 0.5, "modulus": 5.5}
 
@@ -103,7 +103,7 @@ def surface_over(study: Study, folder: Path) -> SurfaceResult:
 
 def test_called_and_run_give_the_same_angle(tmp_path):
     study = study_of(tmp_path)
-    request = Request("screen", 2, TRUTH, 1.0, replicate=1)
+    request = Request("screen", 2, TRUTH, 0.0, replicate=1)
     assert Called(study).solve(request).force == Command(study).placed(tmp_path / "work").solve(request).force
 
 
@@ -127,8 +127,8 @@ def test_intervals_hold_the_truth_in_93_of_100_studies(tmp_path):
     held, whole, scatter = [], [], []
     for number in range(100):
         heaps = true + LABORATORY * random.standard_normal(SPECIMENS)
-        target = {"diameter": "1 mm", "force": f"{heaps.mean():.6f} N", "sd": f"{heaps.std(ddof=1):.6f} N", "n": 5}
-        drawn = study.with_(solver={"seed": number}, targets={"calibrate_at": "1 mm", "forces": [target]})
+        target = {"angle": f"{heaps.mean():.6f} deg", "sd": f"{heaps.std(ddof=1):.6f} deg", "n": SPECIMENS}
+        drawn = study.with_(solver={"seed": number}, targets=[target])
         surface = surface_over(drawn, tmp_path / str(number))
         pure = next(row for row in surface.anova if row.source == "Pure error")
         scatter.append(pure.sum_of_squares / pure.df)

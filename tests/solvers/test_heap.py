@@ -1,0 +1,143 @@
+"""The shipped study of a granular heap: its script against known answers, and LIGGGHTS where it is installed."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from stemcal import workflow
+from stemcal.doe.calibration.profile import allowed_rise, holds
+from stemcal.doe.calibration.region import Region
+from stemcal.executors.local import LocalExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.solvers.programs.inputs import values_of
+from stemcal.solvers.protocol import Request
+from stemcal.stages.invert.certainty import misfit_over
+from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.results import fresh_results
+from stemcal.stages.surface.result import box_of
+from stemcal.study.spec import load_study
+from stemcal.study.spec.placeholders import fill
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+SPEC = CONFIGS / "repose-heap.yaml"
+HIDDEN = {
+    "grain_friction": 0.35,
+    "grain_rolling": 0.08,
+    "wall_friction": 0.5,
+    "wall_rolling": 0.08,
+    "restitution": 0.5,
+}
+needs_program = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS (liggghts) is not installed")
+
+
+@pytest.fixture(scope="module")
+def heap() -> ModuleType:
+    """Return the script beside the spec as a module."""
+    found = importlib.util.spec_from_file_location("heap", CONFIGS / "repose" / "heap.py")
+    assert found is not None and found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module
+
+
+def poured(folder: Path, seed: int, step: float = 1.2e-4, **levels: float) -> dict[str, float]:
+    """Make one heap."""
+    folder.mkdir(parents=True)
+    values = values_of(Request("screen", 0, {**HIDDEN, **levels}, 1.0))
+    (folder / "heap.in").write_bytes(fill((CONFIGS / "repose" / "heap.in").read_bytes(), values))
+    shutil.copy(CONFIGS / "repose" / "heap.py", folder)
+    subprocess.run([sys.executable, "heap.py", str(seed), str(step)], cwd=folder, check=True, capture_output=True)
+    found: dict[str, float] = json.loads((folder / "out.json").read_text("utf-8"))
+    return found
+
+
+@pytest.mark.parametrize("angle", [0.0, 17.0, 33.0])
+def test_the_angle_of_a_plane_of_grains_is_its_own(heap: ModuleType, angle: float) -> None:
+    """Grains of 1 mm, half a millimetre apart, with their tops on a plane."""
+    slope, radius, across, deep = math.tan(math.radians(angle)), 5e-4, 280, 80
+    grains = []
+    for i in range(across):
+        for j in range(deep):
+            x, y = (i + 0.5) * heap.WIDTH / across, (j + 0.5) * heap.DEPTH / deep
+            grains.append((x, y, (heap.WIDTH - x) * slope - radius, radius))
+    # between the grains the surface is 0.1 mm lower, and on a slope their sides are 0.1 mm higher
+    assert heap.angle_of(grains) == pytest.approx(angle, abs=0.2)
+
+
+def test_a_full_box_has_its_density(heap: ModuleType) -> None:
+    """Its mass over its volume up to the tops of the uppermost grains, which lie close at a height of 80 mm."""
+    radius, across, deep = 5e-4, 280, 80
+    grains = [
+        ((i + 0.5) * heap.WIDTH / across, (j + 0.5) * heap.DEPTH / deep, 0.08 - radius, radius)
+        for i in range(across)
+        for j in range(deep)
+    ]
+    mass = len(grains) * heap.DENSITY * 4.0 / 3.0 * math.pi * radius**3
+    assert heap.bulk_density(grains) == pytest.approx(mass / (heap.WIDTH * heap.DEPTH * 0.08), rel=0.002)
+
+
+def test_a_packing_is_loose_its_own_and_the_same_again(heap: ModuleType) -> None:
+    grains = heap.pack(7)
+    assert grains == heap.pack(7) != heap.pack(8)
+    for n, (x, y, z, r) in enumerate(grains[:200]):
+        for a, b, c, s in grains[:n]:
+            dy = (b - y + 0.5 * heap.DEPTH) % heap.DEPTH - 0.5 * heap.DEPTH
+            assert math.hypot(a - x, dy, c - z) > r + s
+        assert r <= x <= heap.WIDTH - r
+
+
+@needs_program
+def test_without_friction_nothing_stays_and_friction_makes_a_heap(tmp_path: Path) -> None:
+    smooth = poured(tmp_path / "smooth", 1, **{name: 0.0 for name in HIDDEN if name != "restitution"})
+    rough = poured(tmp_path / "rough", 1)
+    assert abs(smooth["angle"]) < 3.0 and smooth["grains"] < 20
+    assert rough["angle"] > 18.0 and rough["grains"] > 180
+    assert rough["energy"] < 1e-5
+    assert poured(tmp_path / "again", 1) == rough
+
+
+@needs_program
+@pytest.mark.slow
+def test_friction_and_rolling_friction_raise_the_angle(tmp_path: Path) -> None:
+    """Mean over three heaps each; they scatter by 1.5 deg, the effects are several times that."""
+    means = {}
+    for friction, rolling in ((0.15, 0.08), (0.6, 0.08), (0.35, 0.0), (0.35, 0.2)):
+        levels = {"grain_friction": friction, "grain_rolling": rolling}
+        name = f"{friction}-{rolling}"
+        angles = [poured(tmp_path / f"{name}-{seed}", seed, **levels)["angle"] for seed in (1, 2, 3)]
+        means[friction, rolling] = sum(angles) / 3
+    assert means[0.6, 0.08] > means[0.15, 0.08] + 3.0
+    assert means[0.35, 0.2] > means[0.35, 0.0] + 3.0
+
+
+@needs_program
+@pytest.mark.slow
+def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
+    """The measured heaps were made at `HIDDEN`: the profile likelihood holds each of the three that were varied.
+
+    Two responses and three factors: a curve of solutions. The truth lies on it within what the scatter allows.
+    """
+    study = load_study(SPEC)
+    store = StudyFolder(tmp_path / "out")
+    with LocalExecutor(2) as executor:
+        workflow.calibrate(study, store, executor)
+    results = fresh_results(study, store)
+    surface, inversion, screen = results.surface, results.inversion, results.screen
+    assert surface is not None and inversion is not None and screen is not None
+    assert len(list(store.runs.glob("*.json"))) == 30 + 30 + 2
+    assert screen.error is not None and screen.error.source == "replicates"
+    assert surface.lack_of_fit_testable
+    region = Region(*box_of(study, surface.scales), surface.radius)
+    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface))
+    point = surface.scales.to_coded([HIDDEN[name] for name in surface.names])
+    assert all(holds(misfit, region, point))
+    assert misfit.value(point) <= 2.0 * allowed_rise(misfit, 0.0)
