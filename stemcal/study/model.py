@@ -225,7 +225,7 @@ class Material(_Frozen):
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have a value."""
-        return {name: value for name in PARAMETERS if (value := getattr(self, name)) is not None}
+        return {name: value for name in PARAMETERS if (value := getattr(self, name, None)) is not None}
 
 
 class Hourglass(_Frozen):

@@ -140,7 +140,7 @@ def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple
             section.across, section.up, section.force, levels=[invert.target], colors=[ORANGE], linewidths=2.2
         )
         line.set_path_effects(_halo("white", 3.2))
-        places += [(x, y) for path in line.get_paths() for x, y in path.vertices]
+        places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
     axes.plot(*solution, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
     return places
 
