@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import ClassVar
 
-from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
 from stemcal.doe.validation.discrepancy import FEWEST, Corrected, Discrepancy, corrected, discrepancy
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
@@ -33,7 +32,7 @@ _COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "statu
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it."""
+    """Travel or work of a validation run beside what was measured of it; `mesh_interval` as of the force."""
 
     response: str
     unit: str
@@ -41,6 +40,7 @@ class FurtherRow:
     sd: float | None
     simulated: float
     error_percent: float | None
+    mesh_interval: Interval | None = absent()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +127,8 @@ def validate(work: Work) -> ValidateResult:
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = work.outcomes(requests, answers)
-    scatter = work.fresh(MeshResult).scatter if study.mesh is not None else None
+    meshes = work.fresh(MeshResult) if study.mesh is not None else None
+    scatter = None if meshes is None else meshes.scatter
     own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
     found = compare_diameters(
         [target.diameter for target in targets],
@@ -143,7 +144,7 @@ def validate(work: Work) -> ValidateResult:
     formula = _formula(found.rows)
     ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
     rows = [
-        replace(_row(*parts, scatter), corrected=_corrected(parts[1], ratios))
+        replace(_row(*parts, meshes), corrected=_corrected(parts[1], ratios))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
     missed = discrepancy(list(ratios.values()))
@@ -224,9 +225,17 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
     return read_fresh(study, solver, folder, InvertResult).parameters
 
 
-def _row(target: Target, compared: ValidationRow, outcome: Outcome, scatter: MeshScatter | None) -> ValidateRow:
+def _row(target: Target, compared: ValidationRow, outcome: Outcome, meshes: MeshResult | None) -> ValidateRow:
     further = [
-        FurtherRow(mean.response, UNITS[mean.response], mean.value, mean.sd, value, error_percent(mean.value, value))
+        FurtherRow(
+            mean.response,
+            UNITS[mean.response],
+            mean.value,
+            mean.sd,
+            value,
+            error_percent(mean.value, value),
+            _over_meshes(meshes, mean.response, value),
+        )
         for mean in measured_of(target, ["travel", "work"])
         if (value := outcome.response(mean.response)) is not None
     ]
@@ -237,9 +246,15 @@ def _row(target: Target, compared: ValidationRow, outcome: Outcome, scatter: Mes
         reason=outcome.reason,
         message=outcome.message,
         key=outcome.key,
-        mesh_interval=None if scatter is None or compared.simulated is None else scatter.interval(compared.simulated),
+        mesh_interval=_over_meshes(meshes, "force", compared.simulated),
         further=Rows(further),
     )
+
+
+def _over_meshes(meshes: MeshResult | None, response: str, simulated: float | None) -> Interval | None:
+    """Return what holds 95 % of a response with the mesh at another place; nothing where its scatter is not told."""
+    scatter = None if meshes is None else meshes.scatter_of(response)
+    return None if scatter is None or simulated is None else scatter.interval(simulated)
 
 
 def table_remarks(study: Study, solver: Solver) -> list[str]:

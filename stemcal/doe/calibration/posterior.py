@@ -118,10 +118,12 @@ def _mean_log_likelihood(misfit: Misfit, points: Array) -> Array:
 
     gap = misfit.measured - misfit.predict(points)
     own, shared = _drawn_variances(misfit)
-    w = shared / own
-    inner = 1.0 + (shared * w).sum(axis=1)
-    found = (gap**2) @ (1.0 / own).T - (gap @ w.T) ** 2 / inner
-    size = np.log(own).sum(axis=1) + np.log(inner)
+    found, size = (gap**2) @ (1.0 / own).T, np.log(own).sum(axis=1)
+    for mine in misfit.kinds:
+        w = mine * shared / own
+        inner = 1.0 + (shared * w).sum(axis=1)
+        found = found - (gap @ w.T) ** 2 / inner
+        size = size + np.log(inner)
     return np.asarray(logsumexp(-0.5 * (found + size), axis=1))
 
 
@@ -131,17 +133,16 @@ def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
     from scipy.stats.qmc import Sobol
 
     even = 1.0 - (Sobol(len(misfit.sources), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
-    told = next((s.variance for s in misfit.sources if s.name == "mesh"), np.zeros_like(misfit.variance))
+    of_mesh = [misfit.own_part(source) if source.shared else None for source in misfit.sources]
     drawn = [
-        (source.variance + (told / source.diameters if source.shared else 0.0))
+        (source.variance + (0.0 if own is None else misfit.sources[own].variance / source.diameters))
         * (source.df / chdtri(source.df, u)[:, None] if np.isfinite(source.df) else np.ones((len(u), 1)))
-        for source, u in zip(misfit.sources, even.T, strict=True)
+        for source, own, u in zip(misfit.sources, of_mesh, even.T, strict=True)
     ]
     own, shared = np.zeros_like(drawn[0]), np.zeros_like(drawn[0])
-    mesh = next((v for v, s in zip(drawn, misfit.sources, strict=True) if s.name == "mesh"), np.zeros_like(drawn[0]))
-    for variance, source in zip(drawn, misfit.sources, strict=True):
+    for variance, source, beside in zip(drawn, misfit.sources, of_mesh, strict=True):
         if source.shared:  # c² = (MS − s²)/D: what is drawn is MS
-            shared += np.maximum(variance - mesh / source.diameters, 0.0)
+            shared += np.maximum(variance - (0.0 if beside is None else drawn[beside] / source.diameters), 0.0)
         else:
             own += variance
     return np.maximum(own, np.finfo(float).tiny), np.sqrt(shared)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import fixed, short, significant
+from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.sheet import Sheet
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
@@ -23,6 +23,7 @@ Row = tuple[str, float, float, float, str, float | None]
 def response_sheets(stage: StageResult) -> list[Sheet]:
     """Return travel and work of a joint fit, or of a validation."""
     rows: list[Row] = []
+    foot: list[str] = []
     if isinstance(stage, InvertResult) and stage.joint is not None:
         rows = [(r.response, r.diameter, r.measured, r.predicted, r.unit, r.error_percent) for r in stage.joint.further]
     if isinstance(stage, ValidateResult):
@@ -31,17 +32,26 @@ def response_sheets(stage: StageResult) -> list[Sheet]:
             for row in stage.rows
             for r in row.further
         ]
-    return [responses_sheet(rows, "Predicted" if isinstance(stage, InvertResult) else "Simulated")] if rows else []
+        foot = [
+            f"With the mesh at another place the {r.response} at {row.compared.diameter:g} mm lies within "
+            f"{interval(r.mesh_interval)} {r.unit} (95 %)."
+            for row in stage.rows
+            for r in row.further
+            if r.mesh_interval is not None
+        ]
+    return (
+        [responses_sheet(rows, "Predicted" if isinstance(stage, InvertResult) else "Simulated", foot)] if rows else []
+    )
 
 
-def responses_sheet(rows: Sequence[Row], told: str) -> Sheet:
+def responses_sheet(rows: Sequence[Row], told: str, foot: Sequence[str] = ()) -> Sheet:
     """Return travel and work at each diameter: measured beside the surface's, or beside the simulated."""
     cells = [
         (response, short(diameter), f"{short(measured)} {unit}", f"{significant(found)} {unit}", fixed(error))
         for response, diameter, measured, found, unit, error in rows
     ]
     columns = ("Response", "Diameter, mm", "Measured", told, "Error, %")
-    foot = ("Travel and work of the blade from first touch to the maximum force.",)
+    foot = ("Travel and work of the blade from first touch to the maximum force.", *foot)
     return Sheet("Beside the force", columns, tuple(cells), foot=foot)
 
 
