@@ -18,21 +18,25 @@ from stemcal.doe.designs.catalogue import (
 )
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.fidelity import spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.effects import Effect
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import outcome_of
-from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import Study
+from stemcal.study.model import CoarseOptions, Study
 
 _LEVEL_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor."""
+    """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
+
+    With `coarse` elements the runs of the rows `fine` are made with the study's own too.
+    """
 
     stage: str
     kind: str
@@ -40,6 +44,9 @@ class Design:
     coded: Array
     levels: tuple[Mapping[str, float], ...]
     blocks: tuple[str, ...] | None = None
+    coarse: str | None = None
+    phases: int | None = None
+    fine: tuple[int, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -48,7 +55,14 @@ class Design:
 
     def requests(self, diameter: float) -> list[Request]:
         """Return a request per row."""
-        return [Request(self.stage, row, levels, diameter) for row, levels in enumerate(self.levels)]
+        return [
+            Request(self.stage, row, levels, diameter, phases=self.phases, element_size=self.coarse)
+            for row, levels in enumerate(self.levels)
+        ]
+
+    def fine_requests(self, diameter: float) -> list[Request]:
+        """Return a request per row that is run with the study's own elements beside coarse ones."""
+        return [Request(self.stage, row, self.levels[row], diameter) for row in self.fine]
 
 
 class Screened(Protocol):
@@ -102,8 +116,20 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
         options = replace(surface_options(study), within=half_spaces(study, coding))
         coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
         levels = _levels(study, coding, coded)
-        return Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
+        design = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
+        return design if study.rsm.coarse is None else _coarsened(design, study.rsm.coarse, solver)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
+
+
+def _coarsened(design: Design, options: CoarseOptions, solver: Solver) -> Design:
+    """Return the design with larger elements, over as many places of the mesh, and which of its runs are fine too."""
+    if not isinstance(solver, Meshed):
+        raise UsageError("rsm.coarse: the solver does not say how it would mesh otherwise; leave it out")
+    if options.fine_runs > len(np.unique(design.coded, axis=0)):
+        raise UsageError(f"rsm.coarse.fine_runs: the design has fewer than {options.fine_runs} different runs")
+    phases = solver.phases if solver.phases > 1 else None
+    fine = tuple(spread_runs(design.coded, options.fine_runs))
+    return replace(design, coarse=str(options.element_size), phases=phases, fine=fine)
 
 
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:

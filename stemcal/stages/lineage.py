@@ -30,6 +30,7 @@ _UNUSED_RSM: dict[str, object] = {
     "inestimable": "refuse",
     "sums_of_squares": "partial",
     "constraints": [],
+    "coarse": None,
 }
 _UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
 _UNUSED_REFINE = {"model": "quadratic", "batch": 4}

@@ -8,7 +8,7 @@ from math import sqrt
 from typing import ClassVar
 
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
-from stemcal.doe.validation.discrepancy import FEWEST, Corrected, Discrepancy, corrected, discrepancy
+from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
@@ -17,14 +17,16 @@ from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.invert.certainty import UNITS, measured_of
+from stemcal.stages.invert.certainty import UNITS, measured_of, misfit_over
+from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval, StageResult, read_fresh
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
-from stemcal.words import joined
+from stemcal.words import counted, joined
 
 _COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
             "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
@@ -142,12 +144,14 @@ def validate(work: Work) -> ValidateResult:
     )
     published = audit_validation(study)
     formula = _formula(found.rows)
-    ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
+    asked = study.invert.discrepancy
+    ratios = {} if asked == "none" else _ratios(found.rows)
+    seen = _directions_seen(work) if ratios else 1
     rows = [
-        replace(_row(*parts, meshes), corrected=_corrected(parts[1], ratios))
+        replace(_row(*parts, meshes), corrected=_corrected(parts[1], ratios, seen, asked == "process"))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
-    missed = discrepancy(list(ratios.values()))
+    missed = discrepancy(ratios, seen)
     beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
     return ValidateResult(
@@ -164,7 +168,7 @@ def validate(work: Work) -> ValidateResult:
         formula_max_abs_error_percent=formula,
         discrepancy=missed,
         published=published,
-        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, rows), *remarks),
+        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, seen, rows), *remarks),
     )
 
 
@@ -174,23 +178,39 @@ def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
     return {row.diameter: row.measured / (row.simulated or 1.0) for row in fitted}
 
 
-def _corrected(row: ValidationRow, ratios: Mapping[float, float]) -> Corrected | None:
+def _corrected(row: ValidationRow, ratios: Mapping[float, float], seen: int, smooth: bool) -> Corrected | None:
     """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
-    others = [ratio for diameter, ratio in ratios.items() if diameter != row.diameter]
-    return corrected(row.simulated, others) if row.simulated and len(ratios) >= FEWEST else None
+    others = {diameter: ratio for diameter, ratio in ratios.items() if diameter != row.diameter}
+    enough = row.simulated and len(ratios) >= needed(seen)
+    return corrected(row.simulated or 0.0, row.diameter, others, seen, smooth) if enough else None
 
 
-def _discrepancy_notes(study: Study, missed: Discrepancy | None, rows: Sequence[ValidateRow]) -> list[str]:
-    if study.invert.discrepancy != "scale":
+def _directions_seen(work: Work) -> int:
+    """Return how many directions of the parameters the fitted forces see, at least their level."""
+    study = work.study
+    if not study.joint_targets:
+        return 1
+    surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
+    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface))
+    forces = misfit.only([i for i, mean in enumerate(measured_means(study)) if mean.response == "force"])
+    return max(1, forces.directions_seen(surface.scales.point(solution.point.coded)))
+
+
+def _discrepancy_notes(study: Study, missed: Discrepancy | None, seen: int, rows: Sequence[ValidateRow]) -> list[str]:
+    if study.invert.discrepancy == "none":
         return []
     if missed is None:
-        return [f"One scale for what the model misses needs {FEWEST} fitted diameters with a force (invert.diameters)."]
+        because = f" where the parameters are seen in {counted(seen, 'direction')}" if seen > 1 else ""
+        return [
+            f"What the model misses needs {needed(seen)} fitted diameters with a force{because} (invert.diameters)."
+        ]
     told = [(row.compared.measured, row.corrected.interval) for row in rows if row.corrected is not None]
     held = sum(low <= measured <= high for measured, (low, high) in told)
+    smooth = ", smooth over the diameter" if study.invert.discrepancy == "process" else ""
     return [
         f"One scale for what the model misses: measured = {missed.scale:.3f}·simulated, sd {missed.sd_percent:.1f} % "
-        f"over {missed.diameters} fitted diameters. The 95 % interval predicted without the diameter itself holds the "
-        f"measured force at {held} of {len(told)}."
+        f"over {missed.diameters} fitted diameters{smooth}. The 95 % interval predicted without the diameter itself "
+        f"holds the measured force at {held} of {len(told)}."
     ]
 
 

@@ -42,6 +42,7 @@ Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
 _FINEST = 1e-4
 _CLOUD = 11
+_SEEN = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +162,14 @@ class Misfit:
         weighted = self._weighed(self.measured - self.predict(x)[0])
         slopes = np.asarray(self.beta @ term_gradient(x))
         return np.asarray(-2.0 * weighted @ slopes)
+
+    def directions_seen(self, x: Array) -> int:
+        """Return in how many directions of the factors the responses change by 1 % or more per coded unit.
+
+        Counted by the singular values of (∂ŷ/∂x)/ŷ.
+        """
+        slopes = (self.beta @ term_gradient(x)) / self.predict(x)[0][:, None]
+        return int(np.sum(np.linalg.svd(slopes, compute_uv=False) >= _SEEN))
 
     def objective(self, scale: float = 1.0) -> Objective:
         """Return D/scale as something to make small."""

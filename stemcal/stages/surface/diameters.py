@@ -23,14 +23,27 @@ def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Des
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
     told_of = [DiameterRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    runs = weighed(work.study, told_of)
+    runs, fine = weighed(work.study, told_of), fine_runs(work, design, diameter)
     with reasons_given(requests, answers):
-        told = {name: _summary(result, runs, name, diameter) for name in work.study.invert.responses}
+        told = {name: _summary(result, runs, name, diameter, fine) for name in work.study.invert.responses}
     further: dict[str, FitSummary] = {name: fit for name, fit in told.items() if name != "force"}
-    return AtDiameter(diameter=diameter, runs=Rows(runs), fit=told["force"], responses=further or None)
+    return AtDiameter(
+        diameter=diameter, runs=Rows(runs), fine_runs=Rows(fine), fit=told["force"], responses=further or None
+    )
 
 
-def _summary(result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float) -> FitSummary:
+def fine_runs(work: Work, design: Design, diameter: float) -> list[DiameterRun]:
+    """Return what came of the runs of a coarse design that are made with the study's own elements too."""
+    requests = design.fine_requests(diameter)
+    return [
+        DiameterRun(run=request.row + 1, outcome=outcome)
+        for request, outcome in zip(requests, work.outcomes(requests) if requests else [], strict=True)
+    ]
+
+
+def _summary(
+    result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float, fine: Sequence[DiameterRun]
+) -> FitSummary:
     """Return what is kept of the fit to one response."""
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.response(response) is None]
     if silent:
@@ -38,7 +51,7 @@ def _summary(result: SurfaceResult, runs: Sequence[DiameterRun], response: str, 
             f"{diameter:g} mm: the record of run {silent[0]} tells no {response}: it was made by another version or "
             "solver; take another study folder (--out), or leave the response out of invert.responses"
         )
-    fit = result.refitted(runs, response=response)
+    fit = result.refitted(runs, response=response, fine=fine)
     return FitSummary(
         Rows(fit.coefficients), fit.r2, fit.adjusted_r2, fit.predicted_r2, fit.press, fit.cv_percent, fit.runs_failed
     )

@@ -39,6 +39,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface.surface_design_takes_factors,
     surface.runs_are_used,
     surface.constraints_fit,
+    surface.coarse_runs_are_possible,
     surface.surface_weights_known,
     surface.coding_fits,
     targets.published_factors_exist,
