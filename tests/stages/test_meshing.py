@@ -119,6 +119,14 @@ def test_every_interval_is_wider_with_the_mesh(made: Made) -> None:
     assert held.certainty.sentences[0] in held.notes and without.certainty.sentences[0] not in held.notes
 
 
+def test_the_page_says_what_the_ranges_rest_on(made: Made) -> None:
+    study, folder, _ = made()
+    rests = "What the ranges rest on: the mesh stays in its place (a section `mesh` tells what that is worth)."
+    assert rests in render(study, folder)
+    study, folder, _ = made(MESH)
+    assert "What the ranges rest on" not in render(study, folder)
+
+
 def test_the_budget_tells_each_source(made: Made) -> None:
     mesh = made(MESH)[2].mesh
     assert mesh is not None
