@@ -17,6 +17,7 @@ FLOORS = {
     "stemcal.files": 1,
     "stemcal.outputs": 1,
     "stemcal.patience": 0,
+    "stemcal.naming": 0,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,

@@ -57,6 +57,10 @@ def augment(
     rewrite(spec, larger, changes)
     note(f"{spec.name}: " + "; ".join(f"{section}.{key}: {value}" for section, key, value in changes))
     with opened(spec, out, workers, executor, quiet) as work:
+        changed = {section for section, _, _ in changes}
         for name in added.stages:
+            before = stage_called(name).needs(work.study)
+            if before is not None and changed & set(stage_called(before).options) and before not in added.stages:
+                make(stage_called(before), work.study, work.folder, work.executor, work.watch)  # its runs are there
             result = make(stage_called(name), work.study, work.folder, work.executor, work.watch)
             show_stage(result, verdict_of(work.study, work.folder), work.folder, as_json, quiet)

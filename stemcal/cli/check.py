@@ -30,16 +30,20 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
         if as_json:
             say_json(_problems(error))
         raise
-    demanding = _demanding(study)
+    from stemcal.overview.beforehand import beforehand
+
+    demanding, remarks = _demanding(study), beforehand(study)
     for sentence in demanding:
         warn(sentence)
     if as_json:
-        say_json(_summary(study, demanding))
+        say_json(_summary(study, demanding, remarks))
     else:
         say(
             f"{spec}: right. Study {study.name}: {len(study.factors)} factors, "
             f"{len(study.targets.forces)} measured forces, solver {study.solver.kind}."
         )
+        for sentence in remarks:
+            say(sentence)
 
 
 def _problems(error: SpecError) -> Mapping[str, object]:
@@ -71,13 +75,14 @@ def _diameters(study: Study) -> list[float]:
     return [study.targets.calibrate_at, *(target.diameter for target in study.targets.forces)]
 
 
-def _summary(study: Study, demanding: list[str]) -> Mapping[str, object]:
+def _summary(study: Study, demanding: list[str], remarks: list[str]) -> Mapping[str, object]:
     return {
         "schema_version": 1,
         "stage": "check",
         "ok": True,
         "problems": [],
         "warnings": [*study.warnings, *demanding],
+        "remarks": remarks,
         "name": study.name,
         "factors": [factor.name for factor in study.factors],
         "diameters": [target.diameter for target in study.targets.forces],

@@ -54,6 +54,7 @@ class _Told:
     shape: dict[str, Any] | None = absent()
     film: dict[str, Any] | None = absent()
     warnings: tuple[str, ...] | None = absent()
+    responses: dict[str, float] | None = absent()
     block: str | None = absent()
     weight: float | None = absent()
 

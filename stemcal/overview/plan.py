@@ -19,6 +19,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
+from stemcal.stages.repeating import second_time
 from stemcal.stages.surface.stage import read_before
 from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
@@ -141,11 +142,12 @@ def _decided_later(study: Study) -> list[str]:
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
     """Return what each stage asks of the solver, as far as it is known now."""
     screening = screening_design(study, solver)
-    return [
+    stages = [
         Asked("screen", screening.requests(study.targets.calibrate_at), settled=True, design=screening),
         _surface(study, solver, folder),
         _validate(study, solver, folder),
     ]
+    return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in stages]
 
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -> PlannedStage:

@@ -48,6 +48,7 @@ class Entry:
     levels: dict[str, float]
     phases: int | None = absent()
     element_size: str | None = absent()
+    replicate: int | None = absent()
     started: str | None = None
     wall_seconds: float | None = None
     tries: int | None = None
@@ -59,7 +60,8 @@ class Entry:
         """What was asked."""
         own = self.phases is None and self.element_size is None
         pictured = own and any(stage.pictured for stage in STAGES if stage.name == self.stage)
-        return Request(self.stage, self.run - 1, self.levels, self.diameter, pictured, self.phases, self.element_size)
+        mesh = (self.phases, self.element_size)
+        return Request(self.stage, self.run - 1, self.levels, self.diameter, pictured, *mesh, self.replicate or 0)
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
-    levels, mesh = dict(request.levels), (request.phases, request.element_size)
+    levels, mesh = dict(request.levels), (request.phases, request.element_size, request.replicate or None)
     if record is None:
         status = "damaged" if problem else "left"
         return Entry(*asked_for, status, None, "", "", True, request.diameter, levels, *mesh)

@@ -3,23 +3,41 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import stdev
 from typing import Any
 
 from stemcal.files.typed import absent
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import is_censored
-from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 
 # Name in a result, and what solvers call it among the details of an answer.
-_TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd", "phase_forces": "phase_forces"}
+_TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd", "phase_forces": "phase_forces",
+         "responses": RESPONSES}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Replicates:
+    """The forces of a point's replicates that succeeded, N, and the keys of all of them."""
+
+    forces: tuple[float, ...]
+    keys: tuple[str, ...]
+
+    @property
+    def sd(self) -> float | None:
+        """Standard deviation of one run, N; None of fewer than two."""
+        return stdev(self.forces) if len(self.forces) > 1 else None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """The force (N) of a run, or why there is none; `key` names its record.
 
+    Where the study names its own responses `force` is the first of them, and `responses` has the others.
+
     `travel` (mm) and `work` (mJ) reach to the maximum force; `sd` is the scatter of the force over that many mesh
-    `phases`. None where the solver does not tell.
+    `phases`. None where the solver does not tell. Of a point simulated several times over the force is the mean of its
+    `replicates`.
     """
 
     force: float | None
@@ -28,11 +46,18 @@ class Outcome:
     phases: int | None = absent()
     sd: float | None = absent()
     phase_forces: tuple[float, ...] | None = absent()
+    responses: dict[str, float] | None = absent()
     status: str = "ok"
     censored: bool = False
     reason: str = ""
     message: str = ""
     key: str = ""
+    replicates: Replicates | None = absent()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The names of its records."""
+        return (self.key,) if self.replicates is None else self.replicates.keys
 
     @property
     def ok(self) -> bool:
@@ -40,8 +65,10 @@ class Outcome:
         return self.status == "ok"
 
     def response(self, name: str) -> float | None:
-        """Return ``force``, ``travel`` or ``work``."""
-        return {"force": self.force, "travel": self.travel, "work": self.work}[name]
+        """Return ``force``, ``travel`` or ``work``, or a further response of the study's own."""
+        if self.responses is not None and name in self.responses:
+            return self.responses[name]
+        return {"force": self.force, "travel": self.travel, "work": self.work}.get(name)
 
 
 def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:

@@ -9,7 +9,7 @@ from typing import Any
 
 from stemcal.errors import RunsFailed
 from stemcal.solvers.measures import measures
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.model import RunsOptions
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
@@ -31,7 +31,8 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
 
 def judged(answer: Answer, policy: RunsOptions) -> Answer:
     """Return the answer as the spec wants it counted; of long lists only what they come to leaves the record."""
-    details = {name: value for name, value in answer.details.items() if not isinstance(value, list | dict)}
+    kept = (RESPONSES,)
+    details = {n: value for n, value in answer.details.items() if n in kept or not isinstance(value, list | dict)}
     details |= measures(answer.details)
     if is_censored(answer) and policy.censored == "fail":
         message = f"{ending(answer)}: it is at least {answer.force:g} N"

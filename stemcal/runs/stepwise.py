@@ -9,6 +9,7 @@ from stemcal.executors.base import RunExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Watch, answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
+from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import Study
 
@@ -38,8 +39,10 @@ def simulating(
 
     def simulate(first: int, points: Sequence[Mapping[str, float]], diameters: Sequence[float]) -> list[Outcome]:
         rows = enumerate(points, first)
-        requests = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in diameters]
+        asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in diameters]
+        requests = repeated(asked, study.replicates)
         answers = answer_all(requests, solver, folder, executor, watch, policy)
-        return [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+        outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+        return merged(outcomes, study.replicates)
 
     return simulate

@@ -1,4 +1,4 @@
-"""Any program as a solver: templates in, a number out."""
+"""Any program as a solver: templates in, a number out, or one for each response."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stemcal.naming import FORCE
 from stemcal.solvers.processes import Ended
 from stemcal.solvers.programs.aside import LEAST_READING_S
 from stemcal.solvers.programs.frame import OneCommand
-from stemcal.solvers.programs.inputs import Inputs, values_of
+from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.readers import read_number_within
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.outside import CommandSolver
 
 __all__ = ["Command"]
@@ -31,16 +32,28 @@ class Command(OneCommand):
     def _inputs(self) -> Inputs:
         return Inputs.of(self.options.templates, self.options.files)
 
-    def _determining(self, _request: Request) -> dict[str, Any]:
-        return {"result": self.options.result.model_dump(mode="json")}
+    def _determining(self, request: Request) -> dict[str, Any]:
+        options = self.options
+        chance = {"drawn_from": options.seed} if options.by_chance else {}
+        drawn = {"replicate": request.replicate, "seed": self._seed(request)} if request.replicate else {}
+        if options.result is not None:
+            return {"result": options.result.model_dump(mode="json"), **chance, **drawn}
+        readers = {name: reader.model_dump(mode="json") for name, reader in options.results.items()}
+        return {"results": readers, **chance, **drawn}
 
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
-        self.inputs.write(folder, values_of(request))
+        self.inputs.write(folder, self._values(request))
         return {}
 
     def _values(self, request: Request) -> Mapping[str, str]:
-        return values_of(request)
+        return values_of(request, self._seed(request), self.study.naming)
+
+    def _seed(self, request: Request) -> int:
+        return seed_of(request, self.options.seed)
 
     def _read(self, folder: Path, ended: Ended) -> Answer:
         left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
-        return Answer("ok", force=read_number_within(left, self.options.result, folder))
+        readers, naming = self.options.readers, self.study.naming
+        found = {name: read_number_within(left, reader, folder) for name, reader in readers.items()}
+        first = found.pop(naming.response.name if naming.response.name in found else FORCE.name)
+        return Answer("ok", force=first, details={RESPONSES: found} if found else {})

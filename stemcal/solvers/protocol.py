@@ -1,4 +1,4 @@
-"""What the workflow asks of a solver: these levels, this diameter, which force?"""
+"""What the workflow asks of a solver: these levels, this diameter, which force? Or what a study has in their place."""
 
 from __future__ import annotations
 
@@ -21,13 +21,16 @@ class Request:
     levels : mapping
         Every factor's value in the units of the spec.
     diameter : float
-        Outer diameter of the stem, mm.
+        Outer diameter of the stem, mm; or the study's own condition, in its unit.
     pictured : bool
         Whether the answer is to tell what pictures of the run are made from, if the solver can.
     phases : int, optional
         Asked of a `Meshed` solver: the mean over so many places of its mesh, in place of its own.
     element_size : str, optional
         Asked of a `Meshed` solver: elements of this size, as in a spec, at the place where its mesh stands.
+    replicate : int
+        Which of the simulations of the same levels it is, from 1; 0 where there is one only. A numbered run is drawn
+        by chance: its answer belongs to its stage and row too.
     """
 
     stage: str
@@ -37,10 +40,11 @@ class Request:
     pictured: bool = False
     phases: int | None = None
     element_size: str | None = None
+    replicate: int = 0
 
     def told(self) -> dict[str, Any]:
-        """Return it as a record holds it: the mesh only where another one is asked for."""
-        other = {"phases": self.phases, "element_size": self.element_size}
+        """Return it as a record holds it: mesh and replicate only where another one is asked for."""
+        other = {"phases": self.phases, "element_size": self.element_size, "replicate": self.replicate or None}
         return {
             "stage": self.stage,
             "row": self.row,
@@ -51,9 +55,15 @@ class Request:
         }
 
 
+RESPONSES = "responses"  # among the details of an answer: further responses by name
+
+
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request: a force in N, or a status and the reason why there is none."""
+    """What came of a request: a force in N, or a status and the reason why there is none.
+
+    Where the study names its own responses `force` is the first of them, in its unit; details have the others.
+    """
 
     status: str
     force: float | None = None

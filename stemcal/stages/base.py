@@ -58,7 +58,7 @@ def _before_surface(study: Study) -> str | None:
     """A climb if there is one, else the screening; a surface of named factors needs neither."""
     if study.climb is not None:
         return "climb"
-    return "screen" if study.rsm.factors == "significant" else None
+    return "screen" if isinstance(study.rsm.factors, str) else None
 
 
 def _before_validation(study: Study) -> str:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.doe.designs.catalogue import surface_reach
-from stemcal.doe.screening.ascent import ascent_path, nearest_step, passed
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
 from stemcal.doe.screening.effects import Effect
 from stemcal.doe.validation.diameters import error_percent
 from stemcal.errors import RunsFailed
@@ -53,7 +54,17 @@ class ClimbResult(StageResult):
     significant: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
-    def tables(self) -> dict[str, Table]:
+    @property
+    def shares(self) -> dict[str, float]:
+        """What each factor contributes, per cent."""
+        return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
+
+    @property
+    def matter(self) -> tuple[str, ...]:
+        """The factors that matter."""
+        return self.significant
+
+    def _tables(self) -> dict[str, Table]:
         """Return the steps."""
         return {"climb": Table.of(("step", *self.names, "force", "error_percent", "status", "reason"), self.rows)}
 
@@ -80,7 +91,7 @@ def _climbed(
     study: Study, head: Head, names: list[str], chosen: list[str], screening: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
     options, target = study.climb or ClimbOptions(), study.calibration_target.force
-    rows = _walk(study, names, [screening.effect(name).effect for name in names], options.steps, simulate)
+    rows = _walk(study, names, [screening.effect(name).effect for name in names], options, simulate)
     forces = [row.outcome.force for row in rows]
     best, through = rows[nearest_step(forces, target)], passed(forces, target)
     return ClimbResult(
@@ -95,23 +106,35 @@ def _climbed(
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
         effects=screening.effects,
-        significant=screening.significant,
+        significant=screening.matter,
         notes=(*chosen, *_notes(rows, best, through)),
     )
 
 
-def _walk(study: Study, names: list[str], effects: Sequence[float], steps: int, simulate: SimulateAt) -> list[ClimbRow]:
+def _walk(
+    study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, simulate: SimulateAt
+) -> list[ClimbRow]:
     """Simulate the centre, then step along the slope until the force has passed the target."""
     target = study.calibration_target.force
     start = _row(study, 0, dict.fromkeys(names, 0.0), simulate)
     if start.outcome.force is None:
         raise RunsFailed(f"climb: the run at mid-levels failed ({start.outcome.reason}): {start.outcome.message}")
     rows = [start]
-    for step, point in enumerate(ascent_path(effects, steps, start.outcome.force < target)[1:], 1):
+    path = _path(study, names, effects, options, start.outcome.force < target)
+    for step, point in enumerate(path[1:], 1):
         rows.append(_row(study, step, dict(zip(names, map(float, point), strict=True)), simulate))
         if passed([row.outcome.force for row in rows], target):
             break
     return rows
+
+
+def _path(study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, rise: bool) -> Array:
+    """Return the coded points of the walk; with steps of one's own where the spec has them."""
+    own = options.step_sizes
+    if not any(name in own for name in names):
+        return ascent_path(effects, options.steps, rise)
+    sizes = [own[name] / study.factor(name).half_range if name in own else None for name in names]
+    return own_path(effects, sizes, options.steps, rise)
 
 
 def _row(study: Study, step: int, coded: dict[str, float], simulate: SimulateAt) -> ClimbRow:

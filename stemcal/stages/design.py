@@ -20,13 +20,13 @@ from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import spread_runs
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.screening.effects import Effect
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import outcome_of
 from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import CoarseOptions, Study
+from stemcal.study.model import CoarseOptions, RsmOptions, Study, factors_taken, strongest_asked
+from stemcal.words import joined
 
 _LEVEL_TOLERANCE = 1e-6
 
@@ -35,7 +35,8 @@ _LEVEL_TOLERANCE = 1e-6
 class Design:
     """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
 
-    With `coarse` elements the runs of the rows `fine` are made with the study's own too.
+    Of a program with chance in it they are the design `replicates` times over. With `coarse` elements the runs of the
+    rows `fine` are made with the study's own too.
     """
 
     stage: str
@@ -44,6 +45,7 @@ class Design:
     coded: Array
     levels: tuple[Mapping[str, float], ...]
     blocks: tuple[str, ...] | None = None
+    replicates: int = 0
     coarse: str | None = None
     phases: int | None = None
     fine: tuple[int, ...] = ()
@@ -56,7 +58,15 @@ class Design:
     def requests(self, diameter: float) -> list[Request]:
         """Return a request per row."""
         return [
-            Request(self.stage, row, levels, diameter, phases=self.phases, element_size=self.coarse)
+            Request(
+                self.stage,
+                row,
+                levels,
+                diameter,
+                phases=self.phases,
+                element_size=self.coarse,
+                replicate=self.replicate(row),
+            )
             for row, levels in enumerate(self.levels)
         ]
 
@@ -64,16 +74,26 @@ class Design:
         """Return a request per row that is run with the study's own elements beside coarse ones."""
         return [Request(self.stage, row, self.levels[row], diameter) for row in self.fine]
 
+    def replicate(self, row: int) -> int:
+        """Return which time over a row belongs to, from 1; 0 without chance."""
+        return 1 + row * self.replicates // len(self.levels) if self.replicates else 0
+
+    def repeated(self, times: int) -> Design:
+        """Return the design so many times over, each row to be simulated anew; itself for 0."""
+        blocks = None if self.blocks is None else self.blocks * (times or 1)
+        coded = np.tile(self.coded, (times or 1, 1))
+        return replace(self, coded=coded, levels=self.levels * (times or 1), blocks=blocks, replicates=times)
+
 
 class Screened(Protocol):
     """A screening, or a climb that hands on what it found."""
 
     @property
-    def effects(self) -> Sequence[Effect]:
-        """Effects in the order of the factors."""
+    def shares(self) -> Mapping[str, float]:
+        """What each factor contributes, per cent; of several responses to the one it moves most."""
 
     @property
-    def significant(self) -> Sequence[str]:
+    def matter(self) -> Sequence[str]:
         """Names of the factors that matter."""
 
 
@@ -86,6 +106,7 @@ def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answe
             coded=dict(zip(design.names, coded, strict=True)),
             block=answer.details.get("block") if design.blocks is None else design.blocks[request.row],
             weight=answer.details.get("weight"),
+            replicate=request.replicate or None,
             outcome=outcome_of(request, answer, solver),
         )
         for request, answer, coded in zip(requests, answers, design.coded.tolist(), strict=True)
@@ -100,9 +121,10 @@ def screening_design(study: Study, solver: Solver) -> Design:
     given = solver.given_design("screen")
     if given is None:
         chosen = study.screen
-        coded = screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        corners = screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
-        return Design("screen", kind, coding, coded, _levels(study, coding, coded))
+        return Design("screen", kind, coding, coded, _levels(study, coding, coded)).repeated(study.replicates)
     coded = _given_coded(coding, given)
     _require_two_levels(coding, coded, given)
     return Design("screen", "given", coding, coded.round(), _given_levels(study, given))
@@ -116,8 +138,10 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
         options = replace(surface_options(study), within=half_spaces(study, coding))
         coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
         levels = _levels(study, coding, coded)
-        design = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
-        return design if study.rsm.coarse is None else _coarsened(design, study.rsm.coarse, solver)
+        once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
+        if study.rsm.coarse is not None:
+            return _coarsened(once, study.rsm.coarse, solver)
+        return once.repeated(study.replicates)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
 
 
@@ -180,11 +204,11 @@ def half_spaces(study: Study, coding: Coding) -> tuple[HalfSpace, ...]:
 def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[str]]:
     """Return the factors of the surface, the strongest first, and notes on how they were chosen."""
     given = solver.given_design("rsm")
-    if study.rsm.factors != "significant":
+    if not isinstance(study.rsm.factors, str):
         return list(study.rsm.factors), []
     if screening is None:
-        raise UsageError("rsm.factors: significant needs a screening; run `stemcal screen SPEC` first")
-    chosen, notes = _strongest(screening)
+        raise UsageError(f"rsm.factors: {study.rsm.factors} needs a screening; run `stemcal screen SPEC` first")
+    chosen, notes = _strongest(screening, study.rsm)
     if given is None:
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
@@ -193,18 +217,29 @@ def surface_factors(study: Study, solver: Solver, screening: Screened | None) ->
     return columns, notes
 
 
-def _strongest(screening: Screened) -> tuple[list[str], list[str]]:
-    """Return the significant factors, or the two of largest contribution where fewer are significant."""
-    ranked = [e.factor for e in sorted(screening.effects, key=lambda e: -(e.contribution_percent or 0.0))]
-    chosen = [name for name in ranked if name in screening.significant]
-    if len(chosen) >= 2:
-        return chosen, []
-    found = chosen[0] if chosen else "no factor"
-    chosen = ranked[:2]
-    return chosen, [
-        f"The screening found {found} significant; the surface takes the two factors of largest "
-        f"contribution, {', '.join(chosen)}."
-    ]
+def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[str]]:
+    """Return the significant factors, or those of largest contribution where the spec or the design want so many."""
+    shares = screening.shares
+    ranked = sorted(shares, key=lambda name: -shares[name])
+    found = [name for name in ranked if name in screening.matter]
+    asked, (least, most) = strongest_asked(rsm.factors), factors_taken(rsm.design)
+    if asked:
+        chosen = ranked[:asked]
+        weak = [name for name in chosen if name not in found]
+        said = f"; {joined(weak)} {'is' if len(weak) == 1 else 'are'} not significant" if weak else ""
+        left = [name for name in found if name not in chosen]
+        said += f"; {joined(left)} would be significant too" if left else ""
+        return chosen, [f"As asked, the surface takes the {asked} strongest factors, {joined(chosen)}{said}."]
+    if least <= len(found) <= most:
+        return found, []
+    chosen, held = ranked[: min(max(len(found), least), most)], joined(found) or "no factor"
+    if len(found) < least:
+        number = {2: "two", 3: "three"}[least]
+        return chosen, [
+            f"The screening found {held} significant; the surface takes the {number} factors of largest "
+            f"contribution, {', '.join(chosen)}."
+        ]
+    return chosen, [f"The screening found {held} significant; {rsm.design} takes the {most} strongest of them."]
 
 
 def _levels(study: Study, coding: Coding, coded: Array) -> tuple[dict[str, float], ...]:
@@ -225,7 +260,9 @@ def _given_coded(coding: Coding, given: Sequence[Mapping[str, float]]) -> Array:
 
 
 def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
-    for row, values in enumerate(abs(abs(coded) - 1.0)):
+    """Raise `UsageError` if a row is neither at low and high levels nor a centre point."""
+    off = np.where(np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None], 0.0, abs(abs(coded) - 1.0))
+    for row, values in enumerate(off):
         for name, miss in zip(coding.names, values, strict=True):
             if miss > _LEVEL_TOLERANCE:
                 raise UsageError(

@@ -54,7 +54,7 @@ def keep(result: R, study: Study, folder: StudyFolder) -> R:
     if not any(outcome.reason in ACCIDENTS for outcome in outcomes):
         stages = [f"{name}.json" for name in _with_those_before(result.name, study)]
         tables = [f"{name}.csv" for name in result.tables()]
-        records = [f"runs/{key}.json" for key in dict.fromkeys(outcome.key for outcome in outcomes)]
+        records = [f"runs/{key}.json" for key in dict.fromkeys(key for outcome in outcomes for key in outcome.keys)]
         noted[result.name] = _note([*stages, *tables, *records], study, folder)
     with suppress(OSError, StemcalError):  # a note that cannot be written saves no time, and harms nothing
         write_output(folder.path / NOTE, json.dumps(noted))

@@ -32,9 +32,12 @@ _UNUSED_RSM: dict[str, object] = {
     "constraints": [],
     "coarse": None,
 }
-_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none"}
+_UNUSED_SCREEN = {"centre_points": 0}
+_UNUSED_CLIMB: dict[str, object] = {"step_sizes": {}}
+_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none",
+                  "desirability": None}  # fmt: skip
 _UNUSED_REFINE = {"model": "quadratic", "batch": 4}
-_UNUSED_TARGET = {"travel": None, "travel_sd": None, "work": None, "work_sd": None}
+_UNUSED_TARGET: dict[str, object] = {"travel": None, "travel_sd": None, "work": None, "work_sd": None, "further": {}}
 
 
 def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, str]:
@@ -42,8 +45,12 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     dump = _used_options(study)
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in stage_called(stage).options}
+    if not study.naming.is_cutting:
+        parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:
-        parts["diameters"] = [target.diameter for target in study.joint_targets]
+        parts["diameters" if study.naming.is_cutting else "conditions"] = [
+            target.diameter for target in study.joint_targets
+        ]
         parts |= {"responses": study.invert.responses} if study.invert.responses != ("force",) else {}
     if stage == "audit":
         parts["published"] = dump["published"]
@@ -51,6 +58,7 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
         parts["published"] = study.published.solution if study.published else None
     else:
         parts |= _solver_parts(study, solver, stage) | {"runs.censored": study.runs.censored}
+        parts |= {"solver.replicates": study.replicates} if study.replicates else {}
     if (before := stage_called(stage).needs(study)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {name: digest(part)[:_SHORT] for name, part in parts.items()}
@@ -61,6 +69,8 @@ def _used_options(study: Study) -> dict[str, object]:
     targets = dump["targets"]
     return {
         **dump,
+        "screen": _without(dump["screen"], _UNUSED_SCREEN),
+        "climb": dump["climb"] and _without(dump["climb"], _UNUSED_CLIMB),
         "rsm": _without(dump["rsm"], _UNUSED_RSM),
         "invert": _without(dump["invert"], _UNUSED_INVERT),
         "refine": dump["refine"] and _without(dump["refine"], _UNUSED_REFINE),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import CUTTING, Naming
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
 from stemcal.solvers.protocol import Answer, Request
@@ -33,7 +35,10 @@ Entries = tuple[str, Collection[str], Iterable[str]]
 
 @dataclass(frozen=True)
 class Head:
-    """How every stage file begins; `inputs` has a hash of each thing that the stage was made from."""
+    """How every stage file begins; `inputs` has a hash of each thing that the stage was made from.
+
+    `naming` tells what the responses and the condition are called, where these are not the shear test's.
+    """
 
     schema_version: int
     stage: str
@@ -41,6 +46,7 @@ class Head:
     title: str = ""
     stemcal_version: str = ""
     inputs: dict[str, str] | None = None
+    naming: Naming | None = absent()
 
 
 @dataclass(frozen=True)
@@ -64,12 +70,18 @@ class DesignRun:
     coded: dict[str, float]
     block: str | None = absent()
     weight: float | None = absent()
+    replicate: int | None = absent()
     outcome: Outcome = inline()
 
     @property
     def force(self) -> float | None:
-        """Maximum force, N."""
+        """Maximum force, N; or the first response of the study's own."""
         return self.outcome.force
+
+    def response(self, name: str) -> float:
+        """Return a response, NaN where the run failed."""
+        value = self.outcome.response(name)
+        return math.nan if value is None else value
 
 
 @dataclass(frozen=True)
@@ -86,7 +98,8 @@ class DesignRuns:
 
     def table(self) -> Table:
         """Return levels and force of every run, as a table solver reads them."""
-        marks = [name for name in ("block", "weight") if self.runs and getattr(self.runs[0], name) is not None]
+        known = ("block", "weight", "replicate")
+        marks = [name for name in known if self.runs and getattr(self.runs[0], name) is not None]
         return Table.of(["run", *self.varied, *marks, "force"], self.runs)
 
     def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
@@ -104,16 +117,21 @@ class StageResult:
     head: Head
     notes: tuple[str, ...]
 
+    @property
+    def naming(self) -> Naming:
+        """What the responses and the condition are called."""
+        return self.head.naming or CUTTING
+
     def to_json(self) -> dict[str, Any]:
         """Return the contents of the stage's file."""
-        content: dict[str, Any] = plain(to_json(self))
+        content: dict[str, Any] = plain(to_json(self, self.naming.called))
         return content
 
     @classmethod
     def from_json(cls, content: object) -> Self:
         """Return the result that a stage's file holds; raise `UsageError` if it holds something else."""
         try:
-            result = from_json(cls, content)
+            result = from_json(cls, content, naming_in(content).called)
             result._require_entries()
         except ValueError as error:
             raise UsageError(f"{cls.name}.json: {error}; run `stemcal {cls.name} SPEC` again") from None
@@ -126,15 +144,20 @@ class StageResult:
                 if name not in mapping:
                     raise ValueError(f"{place}.{name} is missing")
         for label, outcome in self.runs():
-            if outcome.key and not is_key(outcome.key):
-                raise ValueError(f"the key of {label} is no key of a record: {outcome.key!r:.60}")
+            for key in outcome.keys:
+                if key and not is_key(key):
+                    raise ValueError(f"the key of {label} is no key of a record: {key!r:.60}")
 
     def entries(self) -> Iterator[Entries]:
         """Yield the path of a mapping by factor, the mapping, and the factors that must be in it."""
         yield from ()
 
     def tables(self) -> dict[str, Table]:
-        """Return the tables that the stage leaves as CSV, by file name."""
+        """Return the tables that the stage leaves as CSV, by file name, under the study's own names."""
+        return {name: table.called(self.naming.called) for name, table in self._tables().items()}
+
+    def _tables(self) -> dict[str, Table]:
+        """Return the tables with columns called as the fields are."""
         raise NotImplementedError
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
@@ -160,7 +183,14 @@ def head_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> He
     """Return how a stage's file begins; tells what has changed since it was written before."""
     inputs = inputs_of(study, solver, folder, stage)
     tell_changes(folder, stage, inputs)
-    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs)
+    naming = None if study.naming.is_cutting else study.naming
+    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, naming)
+
+
+def naming_in(content: object) -> Naming:
+    """Return the naming that a stage's file tells; raise `ValueError` if it tells something else."""
+    told = content.get("naming") if isinstance(content, dict) else None
+    return CUTTING if told is None else from_json(Naming, told)
 
 
 def leave(folder: StudyFolder, result: R) -> R:

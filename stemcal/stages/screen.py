@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import ClassVar
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
+from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.definitive import TwoStages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
@@ -15,7 +16,7 @@ from stemcal.runs.answer import forces
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
 from stemcal.stages.audit.cells import Audited, audit_screening, sentences
-from stemcal.stages.design import runs_of, screening_design
+from stemcal.stages.design import Design, runs_of, screening_design
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult, reasons_given
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
@@ -60,9 +61,49 @@ class Limit:
     line: str
 
 
+@dataclass(frozen=True, kw_only=True)
+class FurtherScreening:
+    """Which factors move a further response: the same runs, its own effects and tests."""
+
+    effects: Rows[Effect]
+    error: TestedAgainst | None
+    half_normal: Rows[HalfNormalPoint]
+    pareto: Pareto | None
+    two_stages: TwoStages | None = absent()
+    residual: Residual
+    total_sum_of_squares: float
+    significant: tuple[str, ...]
+    lenth: LenthMargins | None
+    runs_used: int
+    runs_failed: int
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, found: Screening) -> FurtherScreening:
+        """Return what is kept of an analysis."""
+        error, lenth = found.error, found.lenth
+        return cls(
+            effects=Rows(found.effects),
+            error=TestedAgainst(error.source, error.sum_of_squares, error.df, error.mean_square),
+            half_normal=Rows(found.half_normal()),
+            pareto=found.pareto(),
+            two_stages=found.two_stages,
+            residual=Residual(found.residual_sum_of_squares, found.residual_df),
+            total_sum_of_squares=found.total_sum_of_squares,
+            significant=found.significant,
+            lenth=LenthMargins(lenth.pse, lenth.me, lenth.sme),
+            runs_used=found.runs_used,
+            runs_failed=found.runs_failed,
+            notes=found.notes,
+        )
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult):
-    """Which factors move the force: effects in the order of the factors, with every test of them."""
+    """Which factors move the force: effects in the order of the factors, with every test of them.
+
+    `responses` has the same of further responses; `seen_by` shows each as a result of its own.
+    """
 
     name: ClassVar[str] = "screen"
 
@@ -73,6 +114,7 @@ class ScreenResult(StageResult):
     half_normal: Rows[HalfNormalPoint] = Rows()
     pareto: Pareto | None = None
     two_stages: TwoStages | None = absent()
+    curvature: Curvature | None = absent()
     aliases: AliasMatrix | None = None
     residual: Residual
     total_sum_of_squares: float
@@ -81,8 +123,35 @@ class ScreenResult(StageResult):
     alpha: float = 0.05
     runs_used: int
     runs_failed: int
+    responses: dict[str, FurtherScreening] | None = absent()
     published: Audited | None = None
     notes: tuple[str, ...] = ()
+
+    @property
+    def of_each(self) -> list[ScreenResult]:
+        """The screening of every response, the first one's first."""
+        return [self, *(self.seen_by(name) for name in self.responses or {})]
+
+    def seen_by(self, response: str) -> ScreenResult:
+        """Return the screening of a further response as if it were the only one."""
+        further = (self.responses or {})[response]
+        told = {field.name: getattr(further, field.name) for field in fields(further)}
+        head = replace(self.head, naming=self.naming.led_by(response))
+        return replace(self, head=head, **told, responses=None, aliases=None, published=None)
+
+    @property
+    def matter(self) -> tuple[str, ...]:
+        """The factors that move any response, in the order of the factors."""
+        moved = {name for one in self.of_each for name in one.significant}
+        return tuple(effect.factor for effect in self.effects if effect.factor in moved)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """The largest contribution of each factor to any response, per cent."""
+        return {
+            effect.factor: max(one.effect(effect.factor).contribution_percent or 0.0 for one in self.of_each)
+            for effect in self.effects
+        }
 
     def effect(self, factor: str) -> Effect:
         """Return the effect of a factor."""
@@ -105,7 +174,7 @@ class ScreenResult(StageResult):
             found.append((limit, f"t test, p = {self.alpha:g}", "-."))
         return [Limit(value, label, line) for value, label, line in found if value is not None]
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""
         return {"screen": Table.of(_COLUMNS, self.effects), "screen_runs": self.design.table()}
 
@@ -131,20 +200,35 @@ def screen(work: Work) -> ScreenResult:
     head, design = work.head("screen"), screening_design(study, work.solver)
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
+    runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
-        found = analyse_screening(
-            design.coded,
-            forces(answers),
-            design.names,
-            [factor.symbol for factor in study.factors],
-            study.screen.alpha,
-            study.screen.error,
-            {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
-        )
+        found = _analysed(study, design, forces(answers))
+        further = {
+            name: FurtherScreening.of(_analysed(study, design, [run.response(name) for run in runs.runs]))
+            for name in study.own_further
+        }
     published = audit_screening(study, found.effects)
     notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
-    runs = runs_of(design, requests, answers, work.solver)
-    return _result(head, runs, found, published, (*found.notes, *notes))
+    result = _result(head, runs, found, published, (*found.notes, *notes))
+    return replace(result, responses=further) if further else result
+
+
+def _analysed(study: Study, design: Design, values: Sequence[float]) -> Screening:
+    return analyse_screening(
+        design.coded,
+        values,
+        design.names,
+        [factor.symbol for factor in study.factors],
+        study.screen.alpha,
+        error_asked(study),
+        {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
+    )
+
+
+def error_asked(study: Study) -> str:
+    """Return what effects are tested against: as the spec says, else the scatter of repeated runs where all are."""
+    said = "error" in study.screen.model_fields_set
+    return study.screen.error if said or study.replicates < 2 else "replicates"
 
 
 def _result(
@@ -159,6 +243,7 @@ def _result(
         half_normal=Rows(found.half_normal()),
         pareto=found.pareto(),
         two_stages=found.two_stages,
+        curvature=found.curvature,
         aliases=found.aliases(),
         residual=Residual(found.residual_sum_of_squares, found.residual_df),
         total_sum_of_squares=found.total_sum_of_squares,

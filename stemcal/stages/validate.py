@@ -7,17 +7,21 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import ClassVar
 
+import numpy as np
+
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
 from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
+from stemcal.doe.validation.equivalence import Sample, compare_means
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
+from stemcal.runs.replicates import merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.invert.certainty import UNITS, measured_of, misfit_over
+from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
@@ -43,6 +47,31 @@ class FurtherRow:
     simulated: float
     error_percent: float | None
     mesh_interval: Interval | None = absent()
+    n: int | None = absent()
+    measured_low: float | None = absent()
+    measured_high: float | None = absent()
+    p_different: float | None = absent()
+    p_equivalent: float | None = absent()
+    judged: bool = absent(False)
+
+    @classmethod
+    def of(cls, mean: Measured, simulated: float, margin_percent: float) -> FurtherRow:
+        """Compare a mean with what was simulated; those a study declares itself are tested as the first is."""
+        named, error = mean.named, error_percent(mean.value, simulated)
+        row = cls(named.name, named.unit, mean.value, mean.sd, simulated, error, judged=mean.leads)
+        if not mean.leads or mean.sd is None or mean.n is None:
+            return row
+        found = compare_means(
+            Sample(mean.value, mean.sd, mean.n), Sample(simulated), margin_percent / 100.0 * mean.value
+        )
+        return replace(
+            row,
+            n=mean.n,
+            measured_low=found.low,
+            measured_high=found.high,
+            p_different=found.p,
+            p_equivalent=found.p_equivalent,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,9 +88,16 @@ class ValidateRow:
     reason: str = ""
     message: str = ""
     key: str = ""
+    replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
     corrected: Corrected | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
+
+    @property
+    def errors_percent(self) -> list[float]:
+        """The errors by which the study is judged: of the force, and of responses that were tested as it is."""
+        tested = [row.error_percent for row in self.further if row.judged]
+        return [error for error in (self.compared.error_percent, *tested) if error is not None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -97,7 +133,7 @@ class ValidateResult(StageResult):
             self.compared, self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
         )
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the comparison."""
         return {"validate": Table.of(_COLUMNS, self.rows)}
 
@@ -111,6 +147,7 @@ class ValidateResult(StageResult):
                 reason=row.reason,
                 message=row.message,
                 key=row.key,
+                replicates=row.replicates,
             )
             yield f"{row.compared.diameter:.6g} mm", told
 
@@ -128,10 +165,12 @@ def validate(work: Work) -> ValidateResult:
     head = work.head("validate")
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
-    outcomes = work.outcomes(requests, answers)
+    outcomes = merged(work.outcomes(requests, answers), study.replicates)
     meshes = work.fresh(MeshResult) if study.mesh is not None else None
     scatter = None if meshes is None else meshes.scatter
     own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
+    by_chance = pooled(outcomes)
+    spread = None if own is None else (sqrt(own.variance), own.df)
     found = compare_diameters(
         [target.diameter for target in targets],
         [target.force for target in targets],
@@ -139,7 +178,7 @@ def validate(work: Work) -> ValidateResult:
         [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
-        None if own is None else (sqrt(own.variance), own.df),
+        spread if by_chance is None else (by_chance.share, by_chance.df),
         study.invert.ranges_chosen == "before",
     )
     published = audit_validation(study)
@@ -148,9 +187,10 @@ def validate(work: Work) -> ValidateResult:
     ratios = {} if asked == "none" else _ratios(found.rows)
     seen = _directions_seen(work) if ratios else 1
     rows = [
-        replace(_row(*parts, meshes), corrected=_corrected(parts[1], ratios, seen, asked == "process"))
+        replace(_row(study, *parts, meshes), corrected=_corrected(parts[1], ratios, seen, asked == "process"))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
+    errors = [abs(error) for row in rows for error in row.errors_percent]
     missed = discrepancy(ratios, seen)
     beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
@@ -158,8 +198,8 @@ def validate(work: Work) -> ValidateResult:
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        max_abs_error_percent=found.max_abs_error_percent,
-        mean_abs_error_percent=found.mean_abs_error_percent,
+        max_abs_error_percent=max(errors, default=None),
+        mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
         best_scaled_max_error_percent=found.best_scaled_max_error_percent,
         error_slope_percent_per_mm=found.error_slope_percent_per_mm,
@@ -192,8 +232,9 @@ def _directions_seen(work: Work) -> int:
         return 1
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
     misfit = misfit_over(measured_means(study), joint_surfaces(study, surface))
-    forces = misfit.only([i for i, mean in enumerate(measured_means(study)) if mean.response == "force"])
-    return max(1, forces.directions_seen(surface.scales.point(solution.point.coded)))
+    forces = [i for i, mean in enumerate(measured_means(study)) if mean.response == "force"]
+    point = surface.scales.point(solution.point.coded)
+    return max(1, misfit.only(forces).directions_seen(point)) if forces else 1
 
 
 def _discrepancy_notes(study: Study, missed: Discrepancy | None, seen: int, rows: Sequence[ValidateRow]) -> list[str]:
@@ -233,9 +274,10 @@ def _formula(rows: Sequence[ValidationRow]) -> float | None:
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
-    """Return a request per measured diameter at these levels."""
+    """Return a request per measured diameter at these levels, or as many as the program is asked for."""
     targets = enumerate(study.targets.forces)
-    return [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+    requests = [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+    return repeated(requests, study.replicates)
 
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
@@ -245,18 +287,13 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
     return read_fresh(study, solver, folder, InvertResult).parameters
 
 
-def _row(target: Target, compared: ValidationRow, outcome: Outcome, meshes: MeshResult | None) -> ValidateRow:
+def _row(
+    study: Study, target: Target, compared: ValidationRow, outcome: Outcome, meshes: MeshResult | None
+) -> ValidateRow:
+    margin = study.targets.equivalent_within_percent
     further = [
-        FurtherRow(
-            mean.response,
-            UNITS[mean.response],
-            mean.value,
-            mean.sd,
-            value,
-            error_percent(mean.value, value),
-            _over_meshes(meshes, mean.response, value),
-        )
-        for mean in measured_of(target, ["travel", "work"])
+        replace(FurtherRow.of(mean, value, margin), mesh_interval=_over_meshes(meshes, mean.response, value))
+        for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.response(mean.response)) is not None
     ]
     return ValidateRow(
@@ -266,6 +303,7 @@ def _row(target: Target, compared: ValidationRow, outcome: Outcome, meshes: Mesh
         reason=outcome.reason,
         message=outcome.message,
         key=outcome.key,
+        replicates=outcome.replicates,
         mesh_interval=_over_meshes(meshes, "force", compared.simulated),
         further=Rows(further),
     )

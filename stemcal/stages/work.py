@@ -15,6 +15,7 @@ from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.stepwise import SimulateAt, simulating
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.repeating import require_same, second_time
 from stemcal.stages.result import Head, R, StageResult, head_of, leave, read_fresh
 from stemcal.study.model import Study
 
@@ -41,7 +42,15 @@ class Work:
         return read_fresh(self.study, self.solver, self.folder, kind)
 
     def answers(self, requests: Sequence[Request]) -> list[Answer]:
-        """Answer every request, from the records or by computing."""
+        """Answer every request, from the records or by computing.
+
+        Raises
+        ------
+        UsageError
+            If the program is called deterministic and answers the first of them differently the second time.
+        """
+        if again := second_time(self.study, requests):
+            require_same(again, answer_all(again, self.solver, self.folder, self.executor, ignore, self.study.runs))
         return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
 
     def outcomes(self, requests: Sequence[Request], answers: Sequence[Answer] | None = None) -> list[Outcome]:

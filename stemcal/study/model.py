@@ -6,17 +6,31 @@ Only `Factor` keeps the unit its author chose: designs, tables and results show 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, StringConstraints, WithJsonSchema
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    StringConstraints,
+    ValidationInfo,
+    WithJsonSchema,
+)
 from pydantic.dataclasses import dataclass
+from pydantic.json_schema import SkipJsonSchema
 
+from stemcal.naming import CUTTING, Naming
 from stemcal.study import units
 from stemcal.study.outside import CommandSolver, LsDynaSolver, OpenRadiossSolver
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec.fields import (
+    ColumnName,
     FactorName,
     Label,
     Number,
@@ -29,11 +43,13 @@ from stemcal.study.spec.fields import (
     complain,
 )
 from stemcal.study.spec.lengths import Length, StemLength, StemLengthOrZero
+from stemcal.study.spec.named import OwnCondition, OwnResponse, internal_names, naming_of
 
 __all__ = [
     "Blade",
     "ClimbOptions",
     "CodingEntry",
+    "Condition",
     "Contact",
     "EmbeddedSolver",
     "Factor",
@@ -59,10 +75,18 @@ __all__ = [
 MOST_FACTORS = 100
 
 Size = Annotated[float, Quantity("length", above=0)]
+AtSize = Annotated[float, OwnCondition("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
 Time = Annotated[float, Quantity("time", above=0)]
-Force = Annotated[float, Quantity("force", above=0)]
+Force = Annotated[float, OwnResponse("force", above=0)]
 Work = Annotated[float, Quantity("energy", above=0)]
+
+
+def _not_from_yaml(given: Any, info: ValidationInfo) -> Any:
+    """Refuse what a spec writes in another way."""
+    if info.context is not None and info.context.get("naming", CUTTING).is_cutting:
+        raise complain("unknown key 'further'", "name each response under responses, and give its mean by that name")
+    return given
 
 
 class _Frozen(BaseModel):
@@ -71,18 +95,21 @@ class _Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+UnitText = Annotated[
+    str,
+    BeforeValidator(lambda given: "1" if given == 1 and not isinstance(given, bool) else given),
+    StringConstraints(strict=True, min_length=1, max_length=24),
+    Readable,
+]
+
+
 class Factor(_Frozen):
     """One parameter to calibrate, with the range to search; `low` and `high` are in `unit`."""
 
     name: FactorName
     symbol: Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12), Readable]
     label: Label
-    unit: Annotated[
-        str,
-        BeforeValidator(lambda given: "1" if given == 1 and not isinstance(given, bool) else given),
-        StringConstraints(strict=True, min_length=1, max_length=24),
-        Readable,
-    ] = "1"
+    unit: UnitText = "1"
     low: Number
     high: Number
     expected_sign: Literal["+", "-"] | None = None
@@ -101,6 +128,24 @@ class Factor(_Frozen):
     def internal(self, value: float) -> float:
         """Convert a value in `unit` to internal units."""
         return units.convert(value, self.unit)
+
+
+class Response(_Frozen):
+    """What a run gives and the laboratory measures, where it is not the maximum force; values are in `unit`."""
+
+    name: ColumnName
+    symbol: Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12), Readable] = "Y"
+    label: Label | None = None
+    unit: UnitText = "1"
+
+
+class Condition(_Frozen):
+    """At what the responses are measured, where it is not the stem's diameter; values are in `unit`."""
+
+    name: ColumnName
+    symbol: Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12), Readable] = "x"
+    label: Label | None = None
+    unit: UnitText = "1"
 
 
 class Specimen(_Frozen):
@@ -230,39 +275,87 @@ class TableSolver:
     validate: SpecFile | None = None
 
 
+class Mean(_Frozen):
+    """The measured mean of a further response, with its standard deviation, in its own unit."""
+
+    value: float
+    sd: float | None = None
+
+
 class Target(_Frozen):
     """The measured maximum force at one stem diameter, with its standard deviation over n specimens.
 
-    `travel` is how far the blade has come from first touch to that maximum, `work` what it has done by then.
+    `travel` is how far the blade has come from first touch to that maximum, `work` what it has done by then. Where the
+    study names its own responses, `force` is the first of them, `diameter` the condition, and `further` has the others.
     """
 
-    diameter: Size
+    diameter: AtSize
     force: Force
-    sd: Annotated[float, Quantity("force", at_least=0)] | None = None
+    sd: Annotated[float, OwnResponse("force", at_least=0)] | None = None
     n: Annotated[Whole, Field(ge=1)] | None = None
     travel: Size | None = None
     travel_sd: SizeOrZero | None = None
     work: Work | None = None
     work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
+    further: SkipJsonSchema[Annotated[dict[str, Mean], BeforeValidator(_not_from_yaml)]] = {}
+
+    def mean_of(self, response: str) -> tuple[float | None, float | None]:
+        """Return mean and standard deviation of a response."""
+        if response in self.further:
+            return self.further[response].value, self.further[response].sd
+        known = {
+            "force": (self.force, self.sd),
+            "travel": (self.travel, self.travel_sd),
+            "work": (self.work, self.work_sd),
+        }
+        return known.get(response, (None, None))
 
 
 class Targets(_Frozen):
     """What the laboratory measured, and the diameter at which the parameters are calibrated."""
 
-    calibrate_at: Size
+    calibrate_at: AtSize
     forces: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)]
     equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
+
+
+_FIELD_NAMES = {
+    "PB": "plackett-burman",
+    "CCD": "central-composite",
+    "BBD": "box-behnken",
+    "DSD": "definitive-screening",
+}
+
+
+def _in_full(given: Any) -> Any:
+    """Return the name of a design for what the field calls it."""
+    return _FIELD_NAMES.get(given.upper(), given) if isinstance(given, str) else given
+
+
+ScreeningDesign = Literal[
+    "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening"
+]
+SurfaceDesign = Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol", "i-optimal"]
+
+
+def _names_of(designs: Any) -> dict[str, Any]:
+    """Return the JSON schema of a design's name: in full, or what the field calls it."""
+    known = get_args(designs)
+    return {"enum": [*known, *(short for short, name in _FIELD_NAMES.items() if name in known)], "type": "string"}
 
 
 class ScreenOptions(_Frozen):
     """The screening design, what its effects are tested against, and the significance level that keeps a factor.
 
     `runs` overrides the usual size of the design; `fold_over` repeats every run with all signs turned.
+    `centre_points` are added in the middle of all ranges: they tell whether the response is curved there, and how a
+    program with chance in it scatters. PB stands for plackett-burman.
     """
 
-    design: Literal[
-        "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening"
-    ] = "plackett-burman"
+    design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (
+        "plackett-burman"
+    )
+    centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
     fold_over: Annotated[bool, Field(strict=True)] = False
     error: Literal["residual", "pooled", "replicates", "lenth"] = "residual"
@@ -276,10 +369,31 @@ class CodingEntry(_Frozen):
     half_step: Annotated[Number, Field(gt=0)]
 
 
-def _significant_or_names(given: Any) -> Any:
+_STRONGEST = r"strongest ([1-9][0-9]?)"
+
+
+def _chosen_or_names(given: Any) -> Any:
     if isinstance(given, list | tuple) or given == "significant":
         return given
-    raise complain("should be 'significant' or a list of factor names", "write factors: significant")
+    if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
+        return " ".join(given.split())
+    message = "should be 'significant', 'strongest 3' or a list of factor names"
+    raise complain(message, "write factors: significant")
+
+
+def strongest_asked(factors: str | tuple[str, ...]) -> int:
+    """Return how many of the strongest factors `rsm.factors` asks for; 0 where it says something else.
+
+    >>> strongest_asked("strongest 3"), strongest_asked("significant")
+    (3, 0)
+    """
+    found = re.fullmatch(_STRONGEST, factors) if isinstance(factors, str) else None
+    return int(found[1]) if found else 0
+
+
+def factors_taken(design: str) -> tuple[int, int]:
+    """Return how few and how many factors a design for the surface takes."""
+    return (3, 7) if design == "box-behnken" else (2, MOST_FACTORS)
 
 
 AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
@@ -330,6 +444,9 @@ class CoarseOptions(_Frozen):
 class RsmOptions(_Frozen):
     """The design behind the response surface, and the terms that are fitted.
 
+    `factors` are those the screening finds significant, its ``strongest 3``, or those named. CCD stands for
+    central-composite, BBD for box-behnken.
+
     `core` chooses the corners of a composite with five factors or more, `runs` and `seed` belong to the
     space-filling designs. `extra_runs` are added where they teach most (D-optimal; a list adds one batch after the
     other), `axial` adds axial points at that coded distance. `blocks` splits a composite into two orthogonal blocks,
@@ -338,14 +455,22 @@ class RsmOptions(_Frozen):
     elements and corrects the surface by a few runs with the study's own.
     """
 
-    design: Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol", "i-optimal"] = (
+    design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = (
         "central-composite"
     )
 
     factors: Annotated[
-        Literal["significant"] | tuple[str, ...],
-        BeforeValidator(_significant_or_names),
-        WithJsonSchema({"anyOf": [{"const": "significant"}, {"type": "array", "items": {"type": "string"}}]}),
+        str | tuple[str, ...],
+        BeforeValidator(_chosen_or_names),
+        WithJsonSchema(
+            {
+                "anyOf": [
+                    {"const": "significant"},
+                    {"type": "string", "pattern": f"^{_STRONGEST}$"},
+                    {"type": "array", "items": {"type": "string"}},
+                ]
+            }
+        ),
     ] = "significant"
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
     alpha: Annotated[
@@ -369,22 +494,10 @@ class RsmOptions(_Frozen):
     coding: dict[str, CodingEntry] = {}
 
 
-ResponseName = Literal["force", "travel", "work"]
-
-
-def _all_or_responses(given: Any) -> Any:
-    known = get_args(ResponseName)
-    if given == "all":
-        return known
-    if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
-        raise complain("should be 'all' or a list of responses", f"choose among {', '.join(known)}")
-    return given
-
-
 Responses = Annotated[
-    tuple[ResponseName, ...],
-    BeforeValidator(_all_or_responses),
-    WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"enum": list(get_args(ResponseName))}}]}),
+    tuple[str, ...],
+    BeforeValidator(internal_names),
+    WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
 
 
@@ -394,25 +507,30 @@ class InvertOptions(_Frozen):
     `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
     `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
     factors' ranges were fixed before the measured forces were seen; after that no diameter left out is a check.
-    `discrepancy` takes one scale with scatter, or one that changes smoothly (a Gaussian process), for what the model
-    misses over the fitted diameters, and gives prediction intervals of the measured forces.
+    `desirability` puts the most desirable point of several responses beside the fit, by default where the study
+    declares them. `discrepancy` takes one scale with scatter, or one that changes smoothly (a Gaussian process), for
+    what the model misses over the fitted diameters, and gives prediction intervals of the measured forces.
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
-    diameters: Literal["all"] | Annotated[tuple[Size, ...], Field(min_length=1)] | None = None
+    diameters: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = None
     responses: Responses = ("force",)
     posterior: Annotated[bool, Field(strict=True)] = False
     ranges_chosen: Literal["before", "after"] = "before"
     discrepancy: Literal["none", "scale", "process"] = "none"
+    desirability: Annotated[bool, Field(strict=True)] | None = None
 
 
 class ClimbOptions(_Frozen):
     """The walk towards the target between screening and surface: `steps` from the middle to the edge of the ranges.
 
     The surface's design is centred on the best step and reaches over the share `shrink` of each range.
+    `step_sizes` are steps of one's own in the units of the factors: such a walk has as many as stay in the ranges, at
+    most `steps`; active factors without a size go along in proportion to their slopes.
     """
 
     steps: Annotated[Whole, Field(ge=1, le=50)] = 5
+    step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
     shrink: Annotated[Number, Field(gt=0, le=1)] = 0.5
 
 
@@ -483,6 +601,8 @@ class StudyForm(_Frozen):
     name: StudyName
     title: Title = ""
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
+    responses: Annotated[tuple[Response, ...], Field(max_length=20)] = ()
+    conditions: Annotated[tuple[Condition, ...], Field(max_length=1)] | None = None
     specimen: Specimen = Specimen()
     blade: Blade = Blade()
     supports: Supports = Supports()
@@ -540,6 +660,16 @@ class Study(StudyForm):
 
     __str__ = __repr__
 
+    @cached_property
+    def naming(self) -> Naming:
+        """What the responses and the condition are called."""
+        return naming_of(self.responses, self.conditions)
+
+    @property
+    def own_further(self) -> tuple[str, ...]:
+        """The names of the responses that the study declares beside its first."""
+        return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the factors, in the order of the spec."""
@@ -587,6 +717,11 @@ class Study(StudyForm):
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
         return isinstance(self.solver, EmbeddedSolver) and self.solver.rate_law == "none"
+
+    @property
+    def replicates(self) -> int:
+        """How often the solver is asked for the same levels; 0 where it answers the same every time."""
+        return self.solver.replicates if isinstance(self.solver, CommandSolver) and self.solver.by_chance else 0
 
     @property
     def calibration_target(self) -> Target:

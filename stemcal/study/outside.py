@@ -162,15 +162,34 @@ class CommandSolver(ProgramOptions, Commanded):
     """Any program that reads text files and leaves its result in one.
 
     In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
-    the spec and ``{{diameter}}`` for the stem's outer diameter in mm; nothing else is replaced. `command` is
+    the spec and ``{{diameter}}`` for the stem's outer diameter in mm; nothing else is replaced but, in a program
+    with chance in it, ``{{seed}}`` (a whole number, another one in every run) and ``{{replicate}}``. `command` is
     a list of arguments and never passes through a shell. Each run has a folder of its own, in which templates and
     `files` lie under their own names. The number it leaves is the response: tables call it force, in N, and
     ``targets.forces`` holds the value it is calibrated to.
+
+    `deterministic` says whether equal inputs give equal answers: if true, one run is repeated at the start to see it;
+    if false, or with more than one of `replicates`, every run of a design is simulated anew with a seed of its own,
+    and so often. `seed` draws other seeds.
     """
 
     kind: Literal["command"] = "command"
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    result: ResultReader
+    result: ResultReader | None = None
+    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
+    deterministic: Annotated[bool, Field(strict=True)] | None = None
+    replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
+    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
+
+    @property
+    def readers(self) -> dict[str, ResultReader]:
+        """How each response is read; the one of a single reader is called ``force``, as inside the study."""
+        return dict(self.results) if self.result is None else {"force": self.result}
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether equal inputs may give different answers."""
+        return self.replicates > 1 or self.deterministic is False
 
 
 class DeckHourglass(_Frozen):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+import sys
 from pathlib import Path
 
 from commanding import REPLAY, SMOKE, command
@@ -29,3 +31,20 @@ def test_what_cannot_be_augmented_is_said(tmp_path: Path) -> None:
     assert result.exit_code == 2 and "a table answers only what it holds" in result.stderr
     result = command("augment", SMOKE, "--axial", 1, "--out", tmp_path / "none")
     assert result.exit_code == 2 and "is not there" in result.stderr
+
+
+def test_a_climb_before_the_surface_is_brought_up_to_date(tmp_path: Path) -> None:
+    """The climb reads the section that the added runs are written into; its own runs are there."""
+    shutil.copytree(Path(__file__).parents[1] / "cases" / "repose", tmp_path, dirs_exist_ok=True)
+    spec = tmp_path / "angle.yaml"
+    text = spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},")
+    text = text.replace("rsm: {", "climb: {steps: 3}\nrsm: {")
+    spec.write_text(text, "utf-8")
+    out = tmp_path / "out"
+    for stage in ("screen", "climb", "rsm"):
+        assert command(stage, spec, "--out", out, "-q").exit_code in (0, 3)
+    steps = json.loads((out / "climb.json").read_text("utf-8"))["rows"]
+    result = command("augment", spec, "--extra-runs", 2, "--out", out, "-q")
+    assert result.exit_code in (0, 3), result.stderr
+    assert json.loads((out / "climb.json").read_text("utf-8"))["rows"] == steps
+    assert len(json.loads((out / "rsm.json").read_text("utf-8"))["design"]["runs"]) == 16

@@ -65,7 +65,7 @@ def sound(seed: int, noise: float = 1.5) -> Paper:
     fit = fit_surface(coding.to_coded(runs), forces, ACTIVE)
     target = float(np.round(fit.predict([0.4, 0.2])[0], 1))
     measured = [round(target * (d / 8) ** 2.2, 1) for d in DIAMETERS]
-    simulated = [round(m * (1 + 0.015 * random.standard_normal()), 1) for m in measured]
+    simulated = [round(m * (1 + noise / target * random.standard_normal()), 1) for m in measured]
     errors = [100 * (m - s) / m for m, s in zip(measured, simulated, strict=True)]
     return Paper(
         screen=[[*NAMES, "force"], *[[*row, f] for row, f in zip(levels.tolist(), y.tolist(), strict=True)]],

@@ -42,8 +42,12 @@ class JointFit:
 
 
 def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
-    """Find the parameters that fit all observations best, inside the region."""
+    """Find the parameters that fit all observations best, inside the region.
+
+    With fewer observations than factors a whole set does: then the one nearest to the centre.
+    """
     x = best_fit(misfit, region)
+    x = nearest_alike(misfit, region, x) if misfit.df < 0 else x
     least = misfit.value(x)
     return JointFit(
         coded=x,
@@ -53,6 +57,32 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
         df=misfit.df,
         p_value=chance_of(misfit, least) if misfit.scale_known and misfit.df > 0 else None,
     )
+
+
+def nearest_alike(misfit: Misfit, region: Region, x: Array) -> Array:
+    """Return the point nearest to the centre at which the surfaces predict what they do at `x`."""
+    from scipy.optimize import minimize
+
+    wanted, radius = misfit.predict(x)[0], region.radius
+    same = {
+        "type": "eq",
+        "fun": lambda z: (misfit.predict(z)[0] - wanted) / misfit.measured,
+        "jac": lambda z: misfit.beta @ term_gradient(z) / misfit.measured[:, None],
+    }
+    inside = {"type": "ineq", "fun": lambda z: (radius or 0.0) ** 2 - z @ z, "jac": lambda z: -2.0 * z}
+    found = minimize(
+        lambda z: float(z @ z),
+        x,
+        jac=lambda z: 2.0 * z,
+        method="SLSQP",
+        bounds=list(zip(*region.bounds(), strict=True)),
+        constraints=[same, *([inside] if radius is not None else [])],
+        options={"maxiter": 300, "ftol": 1e-14},
+    )
+    z = np.asarray(found.x, dtype=float)
+    fits = found.success and region.contains(z[None, :], 1e-7)[0]
+    alike = fits and float(np.abs(misfit.predict(z)[0] / wanted - 1.0).max()) < 1e-6
+    return z if alike and z @ z < x @ x else x
 
 
 def chance_of(misfit: Misfit, least: float) -> float:

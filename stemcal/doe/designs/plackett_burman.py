@@ -16,6 +16,7 @@ from stemcal.errors import UsageError
 # Up to 100 runs these orders come from doubling alone: their main effects are aliased fully with two-factor
 # interactions, and the next order costs four runs more. 4 and 8 alias fully too, but 12 is half as much again.
 _DOUBLED = (16, 56, 64, 88, 96)
+_USUAL, _FEW = 12, 5
 
 
 def cyclic_design(k: int, runs: int | None = None) -> Array:
@@ -37,7 +38,8 @@ def cyclic_design(k: int, runs: int | None = None) -> Array:
 
 
 def _smallest(k: int) -> int:
-    n = 4 * (k // 4 + 1)
+    """Return the usual size: of five factors on 12 runs, in which no main effect is all of an interaction."""
+    n = 4 * (k // 4 + 1) if k < _FEW else max(_USUAL, 4 * (k // 4 + 1))
     while n in _DOUBLED or _saturated(n) is None:
         n += 4
     return n

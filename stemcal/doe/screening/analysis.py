@@ -20,6 +20,7 @@ from stemcal.doe.regression.least_squares import (
     stars,
     t_quantile,
 )
+from stemcal.doe.screening.curvature import Curvature, centre_runs, curvature_of, with_centre
 from stemcal.doe.screening.definitive import TwoStages, two_stages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
@@ -33,7 +34,10 @@ _MOST_ALIASES = 20  # an alias matrix of more factors is too large to be read
 
 @dataclass(frozen=True, eq=False)
 class Screening:
-    """Effects in the order of the factors, the error they are tested against, and what to beware of."""
+    """Effects in the order of the factors, the error they are tested against, and what to beware of.
+
+    `design` is without centre points, which tell of curvature and scatter only.
+    """
 
     effects: tuple[Effect, ...]
     residual_sum_of_squares: float
@@ -48,6 +52,7 @@ class Screening:
     error: ErrorTerm
     design: Array
     two_stages: TwoStages | None = None
+    curvature: Curvature | None = None
 
     def ranked(self) -> list[Effect]:
         """Sort the effects by contribution, the largest first."""
@@ -115,7 +120,9 @@ def analyse_screening(
     RunsFailed
         If the runs left cannot estimate every effect and its error.
     """
-    design, y = _checked(coded, response, names)
+    whole, responses = _checked(coded, response, names)
+    middle = centre_runs(whole)
+    design, y, centre = whole[~middle], responses[~middle], responses[middle & np.isfinite(responses)]
     present = np.isfinite(y)
     n_failed = int(np.sum(~present))
     matrix = np.column_stack([np.ones(int(present.sum())), design[present]])
@@ -129,7 +136,8 @@ def analyse_screening(
     changes = _changes(fit)
     size = lenth(changes, alpha)
     stages = two_stages(design[present], y[present], names, alpha)
-    error_term = choose_error(error, design[present], fit, changes, size)
+    error_term = with_centre(choose_error(error, design[present], fit, changes, size), centre)
+    curvature = curvature_of(y[present], centre, error_term, alpha)
     effects = _effects(fit, error_term, changes, names, symbols or names, size)
     signs = expected or {}
     judged = tuple(replace(e, verdict=verdict(e, size, error_term, alpha, signs.get(e.factor))) for e in effects)
@@ -141,15 +149,17 @@ def analyse_screening(
         lenth=size,
         alpha=alpha,
         significant=_significant(effects, size, alpha) if stages is None else stages.first.active,
-        runs_used=int(present.sum()),
-        runs_failed=n_failed,
+        runs_used=int(present.sum()) + len(centre),
+        runs_failed=int(np.sum(~np.isfinite(responses))),
         notes=(
             *([] if stages is None else [stages.sentence]),
+            *([] if curvature is None else [curvature.sentence]),
             *screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha),
         ),
         error=error_term,
         design=design[present],
         two_stages=stages,
+        curvature=curvature,
     )
 
 

@@ -37,6 +37,32 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     return np.linspace(0.0, 1.0, steps + 1)[:, None] * direction
 
 
+def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise: bool) -> Array:
+    """Return (m + 1, k) coded points from the centre in steps of one's own, m ≤ `steps` of which stay in the ranges.
+
+    Parameters
+    ----------
+    sizes : sequence of k
+        Coded length of a step; None for factors that go along: as far as their slope stands to that of the steepest
+        factor with a size (D. C. Montgomery, Design and Analysis of Experiments, section 11.2).
+
+    >>> own_path([40.0, -20.0], [0.4, None], 5, rise=True).tolist()
+    [[0.0, -0.0], [0.4, -0.2], [0.8, -0.4]]
+    """
+    slopes = np.asarray(effects, dtype=float)
+    own = np.array([np.nan if size is None else size for size in sizes])
+    led = np.flatnonzero(np.isfinite(own) & (slopes != 0.0))
+    if not len(led):
+        raise UsageError("climb.step_sizes: none of these factors has an effect to walk along; name an active one")
+    base = led[np.argmax(np.abs(slopes[led]))]
+    along = np.abs(slopes) * own[base] / abs(slopes[base])
+    step = np.where(np.isfinite(own), own, along) * np.sign(slopes) * (1.0 if rise else -1.0)
+    inside = int(np.floor(1.0 / np.abs(step).max() + 1e-9))
+    if inside < 1:
+        raise UsageError("climb.step_sizes: the first step leaves the ranges; take smaller ones")
+    return np.asarray(np.arange(min(steps, inside) + 1)[:, None] * step)
+
+
 def passed(forces: Sequence[float | None], target: float) -> bool:
     """Tell whether the forces so far lie on both sides of the target.
 

@@ -16,13 +16,17 @@ from stemcal.errors import UsageError
 
 @dataclass(frozen=True)
 class ErrorTerm:
-    """A sum of squares that effects are tested against; `mean_square` is None where there is none to test against."""
+    """A sum of squares that effects are tested against; `mean_square` is None where there is none to test against.
+
+    `centre_df` of its degrees of freedom come from repeated centre runs.
+    """
 
     source: str
     sum_of_squares: float
     df: int
     pooled: tuple[int, ...] = ()
     exact: bool = False
+    centre_df: int = 0
 
     @property
     def mean_square(self) -> float | None:

@@ -112,7 +112,7 @@ def _error_notes(fit: LeastSquares, error: ErrorTerm, names: Sequence[str], n_fa
         )
     elif fit.exact:
         notes.append("The residual is exactly zero, so no F can be formed; Lenth's method decides alone.")
-    elif fit.df <= _WEAK_DF:
+    elif fit.df <= _WEAK_DF and not error.centre_df:
         notes.append(
             f"The error has only {fit.df} residual df (the unused columns), so the F tests are weak: read p "
             "beside Lenth's method and the adjusted p-values. Without repeated runs these columns hold no scatter: "
@@ -133,7 +133,7 @@ def _chosen_error_note(error: ErrorTerm, names: Sequence[str]) -> str:
         )
     if error.mean_square is None:
         return "The error was to come from repeated runs, but no run is repeated, or all repeats agree exactly."
-    return f"As chosen, the error is the scatter of repeated runs ({error.df} df)."
+    return f"The error is the scatter of repeated runs ({error.df} df)."
 
 
 def verdict(effect: Effect, size: Lenth, error: ErrorTerm, alpha: float, expected: str | None) -> str:
@@ -156,7 +156,7 @@ def verdict(effect: Effect, size: Lenth, error: ErrorTerm, alpha: float, expecte
 
 def _noise(error: ErrorTerm) -> str:
     """Name what an effect is told apart from: only repeated runs that differ show scatter."""
-    if error.source == "replicates" and error.mean_square is not None:
+    if (error.source == "replicates" or error.centre_df) and error.mean_square is not None:
         return "the scatter of repeated runs"
     return "what aliased interactions can feign"
 

@@ -45,7 +45,7 @@ class Body(NamedTuple):
     loads: Array
     mass: Array
     inverse_mass: Array
-    free: Array
+    free: NDArray[np.bool_]  # (N, 3) components that nothing holds
     driven: Array
     runs: NDArray[np.int32]  # (B, 8, runs of a block) first node of each run of corners
     targets: NDArray[np.int32]  # the same for the rows of f that take the forces

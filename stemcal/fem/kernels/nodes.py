@@ -36,16 +36,18 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
         for n in range(c * CHUNK, min((c + 1) * CHUNK, x.shape[0])):
             speed2, product, pushed, loaded = 0.0, 0.0, 0.0, 0.0
             for i in range(3):
-                old, force = v[n, i], f[n, i] + push[n, i]
+                old, pressed = v[n, i], push[n, i]
+                force = f[n, i] + pressed
                 new = (old + kick * force * inverse_mass[n]) * free[n, i] + driven[n, i]
-                pushed += push[n, i] * (old + new)
+                pushed += pressed * (old + new)
                 loaded += loads[n, i] * (old + new) * free[n, i] - 2.0 * (force - loads[n, i]) * driven[n, i]
                 v[n, i] = new
                 x[n, i] += drift * new
                 speed2 += new * new
                 product += old * new
                 f[n, i] = loads[n, i]
-                push[n, i] = 0.0
+                if pressed != 0.0:  # most nodes touch nothing, and zeros that nobody writes take no memory
+                    push[n, i] = 0.0
             work += pushed
             external += loaded
             fastest = max(fastest, speed2)

@@ -88,7 +88,7 @@ class SpreadEdge(NamedTuple):
 
 @kernel
 def take_hold(
-    edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Array, inverse_mass: Array, tip: float
+    edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Any, inverse_mass: Array, tip: float
 ) -> None:
     """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force."""
     find_surface(edge, faces, crowns, count, x, tip)
@@ -205,7 +205,7 @@ def place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
 
 
 @kernel
-def work_out_compliance(edge: Floats, free: Array, inverse_mass: Array) -> None:
+def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
     """Set the rate by which a force of one row speeds up the mean height of another, and each row's own in slip."""
     answer = edge.velocity
     for j in range(edge.sizes.shape[0]):

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec.placeholders import DIAMETER, fill, number, template_bytes
+from stemcal.study.spec.placeholders import REPLICATE, SEED, fill, number, template_bytes
 
-__all__ = ["Inputs", "file_hash", "values_of"]
+__all__ = ["Inputs", "file_hash", "seed_of", "values_of"]
+
+_MOST_SEED = 900_000_000  # the largest that LAMMPS takes
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,21 @@ def file_hash(path: Path) -> str:
         raise UsageError(f"{path}: {error.strerror}; name a file that is there") from None
 
 
-def values_of(request: Request) -> dict[str, str]:
-    """Return what each placeholder stands for: the shortest text of each number."""
-    return {DIAMETER: number(request.diameter), **{name: number(value) for name, value in request.levels.items()}}
+def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
+    """Return what each placeholder stands for: the shortest text of each number; a factor's own name goes first."""
+    drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
+    levels = {name: number(value) for name, value in request.levels.items()}
+    at = {} if naming.condition is None else {naming.condition.name: number(request.diameter)}
+    return {**drawn, **at, **levels}
+
+
+def seed_of(request: Request, drawn_from: int) -> int:
+    """Return the seed of a run, 1 to 900 000 000: another one for each stage, row, replicate, diameter and levels.
+
+    >>> run = Request("screen", 0, {"friction": 0.3}, 1.0, replicate=1)
+    >>> seed_of(run, 0), seed_of(run, 1)
+    (409313303, 513693770)
+    """
+    run = (request.stage, request.row, request.replicate, number(request.diameter), values_of(request))
+    found = hashlib.sha256(json.dumps([drawn_from, *run], sort_keys=True).encode()).digest()
+    return 1 + int.from_bytes(found[:8], "big") % _MOST_SEED

@@ -49,7 +49,7 @@ class AuditResult(StageResult):
     findings: Rows[Finding]
     notes: tuple[str, ...] = ()
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the findings."""
         return {
             "audit": Table.of(

@@ -13,35 +13,46 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
+from stemcal.naming import CUTTING, FORCE, Named, Naming
 from stemcal.stages.invert.result import Certainty, PosteriorSummary, ProfileCurve
 from stemcal.stages.result import Interval
 from stemcal.study.model import Study, Target
 
-UNITS = {"force": "N", "travel": "mm", "work": "mJ"}
 SAMPLES_KEPT = 500
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured mean at one diameter: of the ``force``, or of ``travel`` or ``work`` to the maximum force."""
+    """A measured mean at one condition: of the ``force``, or of a further response such as ``travel`` or ``work``."""
 
     diameter: float
     response: str
     value: float
     sd: float | None = None
     n: int | None = None
+    naming: Naming = CUTTING
+
+    @property
+    def named(self) -> Named:
+        """What the response is called."""
+        return self.naming.named(self.response)
+
+    @property
+    def leads(self) -> bool:
+        """Whether a fit is judged by it: the force, and every response that a study declares itself."""
+        return self.response == FORCE.name or not self.naming.is_cutting
 
     @property
     def label(self) -> str:
         """Name it as sentences do."""
-        return f"{self.diameter:g} mm" if self.response == "force" else f"{self.response} at {self.diameter:g} mm"
+        place = self.naming.place(self.diameter)
+        return place if self.response == "force" and place else f"{self.named.noun}{self.naming.at(self.diameter)}"
 
 
-def measured_of(target: Target, responses: Sequence[str]) -> list[Measured]:
-    """Return what was measured of these responses at one diameter."""
-    sd = {"force": target.sd, "travel": target.travel_sd, "work": target.work_sd}
-    given = {name: getattr(target, name) for name in responses}
-    return [Measured(target.diameter, name, value, sd[name], target.n) for name, value in given.items() if value]
+def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTING) -> list[Measured]:
+    """Return what was measured of these responses at one condition."""
+    given = {name: target.mean_of(name) for name in responses}
+    return [Measured(target.diameter, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
 
 
 def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface]) -> Misfit:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
@@ -15,8 +16,9 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import compared, null_model
 from stemcal.files.rows import Rows
-from stemcal.stages.invert.certainty import UNITS, Measured, certainty_of, measured_of, misfit_over
-from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, Point
+from stemcal.naming import DIAMETER, FORCE
+from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
+from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
@@ -24,7 +26,9 @@ from stemcal.study.model import Study
 
 def measured_means(study: Study) -> list[Measured]:
     """Return what the joint fit is made to: every response measured at its diameters."""
-    return [mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses)]
+    return [
+        mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses, study.naming)
+    ]
 
 
 def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
@@ -49,11 +53,12 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     fit = fit_jointly(misfit, region)
     point = Point.of(surface.assess(study, fit.coded), coding)
     known = certainty_of(study, coding, misfit, region, "the joint fit")
-    force = measured_of(target, ["force"])
+    force = measured_of(target, ["force"], study.naming)
     there = force[0] in means  # a joint fit may leave the force at the calibration diameter out
     single = misfit.alone(means.index(force[0]), fit.misfit) if there else misfit_over(force, [surface.fitted])
     forces_only = len(study.invert.responses) == 1
-    source = f"{'' if forces_only else 'the force at '}{force[0].label} alone"
+    whole = f"the {study.naming.response.noun}{study.naming.at(target.diameter)}"
+    source = f"{force[0].label if forces_only else whole} alone"
     alone = certainty_of(study, coding, single, region, source)
     joint = _fitted(means, misfit, region, fit, coding)
     return InvertResult(
@@ -71,16 +76,41 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         parameters={**study.midlevels(), **point.solution},
         joint=joint,
         certainty_alone=alone,
+        desirability=_desired(study, means, misfit, region, coding),
         notes=(*_notes(joint, misfit, fit, study.invert.ranges_chosen), *known.sentences, *alone.sentences),
     )
 
 
+def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, coding: Coding) -> Desired | None:
+    """Return the most desirable point of several responses, if it is wanted beside the fit."""
+    wanted = study.invert.desirability
+    if not (bool(study.own_further) if wanted is None else wanted):
+        return None
+    values = [observation.surface.response for observation in misfit.observations]
+    ends = [(min(v.min(), m.value), max(v.max(), m.value)) for v, m in zip(values, means, strict=True)]
+    surfaces = [observation.surface for observation in misfit.observations]
+    aims = [
+        Aim(fitted, float(low), mean.value, float(high))
+        for fitted, mean, (low, high) in zip(surfaces, means, ends, strict=True)
+    ]
+    found = most_desirable(aims, region)
+    told = zip(means, aims, found.predicted, found.each, strict=True)
+    rows = [
+        DesiredRow(m.diameter, m.named.name, m.named.unit, aim.low, m.value, aim.high, predicted, d)
+        for m, aim, predicted, d in told
+    ]
+    solution = coding.by_name(coding.to_natural(found.coded))
+    return Desired(solution, coding.by_name(found.coded), found.overall, Rows(rows))
+
+
 def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding) -> JointFitted:
     diameters = [mean.diameter for mean in means]
-    left_out = leave_one_out(misfit, region, diameters if len(set(diameters)) > 1 else None)
-    forces = [i for i, mean in enumerate(means) if mean.response == "force"]
+    several, own = len(set(diameters)) > 1, not means[0].naming.is_cutting
+    left_out = leave_one_out(misfit, region, diameters if several else None) if several or not own else []
+    forces = [i for i, mean in enumerate(means) if mean.leads]
     worst, where = best_worst_error(misfit.only(forces), region)
-    every = _rows(means, fit, left_out)
+    every, naming = _rows(means, fit, left_out), means[0].naming
+    grows = naming.response == FORCE and naming.condition == DIAMETER
     rows = Rows(every[i] for i in forces)
     return JointFitted(
         rows=rows,
@@ -93,7 +123,7 @@ def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: Join
         max_abs_left_out_error_percent=max((abs(left_out[i]) for i in forces), default=None) if left_out else None,
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
-        null=null_model([row.diameter for row in rows], [row.measured for row in rows]),
+        null=null_model([row.diameter for row in rows], [row.measured for row in rows]) if grows else None,
     )
 
 
@@ -102,8 +132,8 @@ def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -
     return [
         JointRow(
             mean.diameter,
-            mean.response,
-            UNITS[mean.response],
+            mean.named.name,
+            mean.named.unit,
             mean.value,
             mean.sd,
             mean.n,

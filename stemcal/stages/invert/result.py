@@ -140,6 +140,30 @@ class JointFitted:
 
 
 @dataclass(frozen=True)
+class DesiredRow:
+    """A response of the most desirable point: not wanted at all at `low` and `high`, most at `target`."""
+
+    diameter: float
+    response: str
+    unit: str
+    low: float
+    target: float
+    high: float
+    predicted: float
+    desirability: float
+
+
+@dataclass(frozen=True)
+class Desired:
+    """The point where the product of all desirabilities is greatest, by Derringer and Suich; `overall` is its root."""
+
+    solution: dict[str, float]
+    coded: dict[str, float]
+    overall: float
+    rows: Rows[DesiredRow]
+
+
+@dataclass(frozen=True)
 class _FactorRow:
     factor: str
     solution: float
@@ -175,6 +199,7 @@ class InvertResult(StageResult):
     belongs_to: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
+    desirability: Desired | None = absent()
     published: PublishedPoint | None = None
     notes: tuple[str, ...] = ()
 
@@ -191,7 +216,7 @@ class InvertResult(StageResult):
                 content[name] = content.pop(name)
         return content
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the solution with the range of each factor."""
         point = self.point
         rows = [_FactorRow(n, value, point.coded[n], *self.ranges[n]) for n, value in point.solution.items()]

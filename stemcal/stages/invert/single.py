@@ -18,9 +18,11 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     coding, target = surface.scales, study.calibration_target
     low, high = box_of(study, coding)
     found = solve_target(surface.fitted, target.force, low, high, surface.radius, study.invert.rule)
-    misfit = misfit_over(measured_of(target, ["force"]), [surface.fitted])
+    misfit = misfit_over(measured_of(target, ["force"], study.naming), [surface.fitted])
     region = Region(low, high, surface.radius)
-    known = certainty_of(study, coding, misfit, region, f"{target.diameter:g} mm alone")
+    known = certainty_of(
+        study, coding, misfit, region, f"{measured_of(target, ['force'], study.naming)[0].label} alone"
+    )
     point = Point.of(found.point, coding)
     natural = coding.to_natural(np.array(found.ranges).T).T
     ranges: dict[str, Interval] = {

@@ -52,7 +52,7 @@ class Carried:
         """
         coding, target = surface.scales, study.calibration_target
         region = Region(*box_of(study, coding), surface.radius)
-        force = measured_of(target, ["force"])
+        force = measured_of(target, ["force"], study.naming)
         jointly = bool(study.joint_targets)
         means = measured_means(study) if jointly else force
         plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted])

@@ -106,7 +106,7 @@ class MeshResult(StageResult):
         """Return the sources of error at one diameter."""
         return [row for row in self.budget if row.diameter == diameter]
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the force on every mesh, and the error budget."""
         budget = Table.of(("diameter", "source", "sd", "share_percent", "df", "shared"), self.budget)
         return {"mesh": Table.of(_COLUMNS, self.rows), "mesh_budget": budget}

@@ -22,7 +22,7 @@ from stemcal.doe.validation.diameters import error_percent
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
-from stemcal.stages.invert.certainty import UNITS, Measured, measured_of, misfit_over
+from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ToldRow
@@ -59,8 +59,8 @@ class Told:
         mean = self.mean
         return ToldRow(
             mean.diameter,
-            mean.response,
-            UNITS[mean.response],
+            mean.named.name,
+            mean.named.unit,
             mean.value,
             self.predicted,
             self.interval,
@@ -79,7 +79,9 @@ class Loop:
         self.coding = surface.scales
         self.region = Region(*box_of(study, self.coding), surface.radius)
         self.alone = not study.joint_targets
-        self.means = measured_of(study.calibration_target, ["force"]) if self.alone else measured_means(study)
+        self.means = (
+            measured_of(study.calibration_target, ["force"], study.naming) if self.alone else measured_means(study)
+        )
         self.diameters = list(dict.fromkeys(mean.diameter for mean in self.means))
         self.trials: list[JointTrial] = []
         self.surfaces = self._surfaces()
@@ -121,7 +123,7 @@ class Loop:
         values = np.array([runs[mean.diameter].response(mean.response) or np.nan for mean in self.means])
         told = [self._told(point, i, float(value)) for i, value in enumerate(values)]
         trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
-        errors = [t.error_percent for t in told if t.mean.response == "force" and t.error_percent is not None]
+        errors = [t.error_percent for t in told if t.mean.leads and t.error_percent is not None]
         self.iterations.append(
             Iteration(
                 len(self.iterations) + 1,

@@ -139,7 +139,7 @@ class RefineResult(StageResult):
     surfaces: Rows[LearntOf] = absent(Rows())
     notes: tuple[str, ...] = ()
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return every run."""
         at = ("diameter",) if self.at_diameters else ()
         columns = ("iteration", "how", *at, *self.solution, "predicted", "force", "error_percent", "status", "reason")

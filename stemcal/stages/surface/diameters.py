@@ -11,6 +11,7 @@ from stemcal.stages.result import reasons_given
 from stemcal.stages.surface.result import AtDiameter, FitSummary, SurfaceResult
 from stemcal.stages.surface.runs import DiameterRun, weighed
 from stemcal.stages.work import Work
+from stemcal.study.model import Study
 
 
 def run_diameters(work: Work, result: SurfaceResult, design: Design) -> list[AtDiameter]:
@@ -25,7 +26,7 @@ def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Des
     told_of = [DiameterRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
     runs, fine = weighed(work.study, told_of), fine_runs(work, design, diameter)
     with reasons_given(requests, answers):
-        told = {name: _summary(result, runs, name, diameter, fine) for name in work.study.invert.responses}
+        told = {name: _summary(work.study, result, runs, name, diameter, fine) for name in work.study.invert.responses}
     further: dict[str, FitSummary] = {name: fit for name, fit in told.items() if name != "force"}
     return AtDiameter(
         diameter=diameter, runs=Rows(runs), fine_runs=Rows(fine), fit=told["force"], responses=further or None
@@ -42,16 +43,19 @@ def fine_runs(work: Work, design: Design, diameter: float) -> list[DiameterRun]:
 
 
 def _summary(
-    result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float, fine: Sequence[DiameterRun]
+    study: Study,
+    result: SurfaceResult,
+    runs: Sequence[DiameterRun],
+    response: str,
+    diameter: float,
+    fine: Sequence[DiameterRun],
 ) -> FitSummary:
     """Return what is kept of the fit to one response."""
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.response(response) is None]
     if silent:
+        place = f"{study.naming.place(diameter)}: ".removeprefix(": ")
         raise RunsFailed(
-            f"{diameter:g} mm: the record of run {silent[0]} tells no {response}: it was made by another version or "
+            f"{place}the record of run {silent[0]} tells no {response}: it was made by another version or "
             "solver; take another study folder (--out), or leave the response out of invert.responses"
         )
-    fit = result.refitted(runs, response=response, fine=fine)
-    return FitSummary(
-        Rows(fit.coefficients), fit.r2, fit.adjusted_r2, fit.predicted_r2, fit.press, fit.cv_percent, fit.runs_failed
-    )
+    return FitSummary.of(result.refitted(runs, response=response, fine=fine), whole=not study.naming.is_cutting)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -69,6 +69,21 @@ class FitSummary:
     press: float | None
     cv_percent: float | None
     runs_failed: int
+    anova: Rows[AnovaRow] = absent(Rows())
+
+    @classmethod
+    def of(cls, fit: Surface, whole: bool) -> FitSummary:
+        """Return what is kept of a fit; the `whole` of it has the analysis of variance."""
+        return cls(
+            Rows(fit.coefficients),
+            fit.r2,
+            fit.adjusted_r2,
+            fit.predicted_r2,
+            fit.press,
+            fit.cv_percent,
+            fit.runs_failed,
+            Rows(fit.anova if whole else ()),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,6 +253,39 @@ class SurfaceResult(StageResult):
         """Return what the surface says of a coded point, and whether it lies inside ranges and design."""
         return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
 
+    def seen_by(self, response: str, diameter: float) -> SurfaceResult:
+        """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
+        part = next(part for part in self.diameters if part.diameter == diameter)
+        runs, fit = part.runs, self.refitted(part.runs, response=response, fine=part.fine_runs)
+        told = [
+            replace(run, outcome=replace(other.outcome, force=other.outcome.response(response), responses=None))
+            for run, other in zip(self.design.runs, runs, strict=True)
+        ]
+        return replace(
+            self,
+            head=replace(self.head, naming=self.naming.led_by(response)),
+            design=replace(self.design, runs=Rows(told)),
+            coefficients=Rows(fit.coefficients),
+            anova=Rows(fit.anova),
+            r2=fit.r2,
+            adjusted_r2=fit.adjusted_r2,
+            predicted_r2=fit.predicted_r2,
+            adequate_precision=fit.adequate_precision,
+            press=fit.press,
+            cv_percent=fit.cv_percent,
+            lack_of_fit_testable=fit.lack_of_fit_testable,
+            runs_failed=fit.runs_failed,
+            runs_diagnostics=Rows(fit.runs_diagnostics),
+            canonical=None,
+            ridge=None,
+            box_cox=None,
+            second_opinion=None,
+            sobol=Rows(),
+            diameters=Rows(),
+            published=None,
+            notes=fit.notes,
+        )
+
     # ---- what others read
 
     def coefficient(self, term: str) -> Coefficient | None:
@@ -256,7 +304,7 @@ class SurfaceResult(StageResult):
         """Return the symbol of every factor, its name where it has none."""
         return {entry.factor: entry.symbol or entry.factor for entry in self.factors}
 
-    def tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, Table]:
         """Return the analysis of variance with the coefficients beside it, and the runs."""
         terms = {row.term: to_json(row) for row in self.coefficients}
         rows = [{"source": "1", **terms["1"]}, *({**to_json(row), **terms.get(row.source, {})} for row in self.anova)]

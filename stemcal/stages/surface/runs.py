@@ -65,10 +65,11 @@ def _within(outcomes: Sequence[Outcome], further: int) -> Within:
     )
 
 
-def error_remark(design: DesignRuns) -> str | None:
+def error_remark(design: DesignRuns, by_chance: bool = False) -> str | None:
     """Say what repeated runs, or mesh phases within the runs, tell; None if there are neither.
 
-    A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal.
+    A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
+    program with chance in it.
     """
     if phases := max((run.outcome.phases or 1 for run in design.runs), default=1) - 1:
         return f"Every force is the mean over {phases + 1} places of the mesh; their scatter is the pure error."
@@ -80,8 +81,27 @@ def error_remark(design: DesignRuns) -> str | None:
     if not repeated:
         return None
     widest = max(repeated, key=lambda forces: max(forces) - min(forces))
-    if max(widest) - min(widest) <= 1e-9 * max(map(abs, widest)):
+    same = max(widest) - min(widest) <= 1e-9 * max(map(abs, widest))
+    if by_chance:
+        return _chance_remark(repeated, same)
+    if same:
         return "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
+    return _unequal_remark(widest)
+
+
+def _chance_remark(repeated: Sequence[Sequence[float]], same: bool) -> str:
+    """Say how widely a program with chance in it scatters."""
+    df = sum(len(forces) - 1 for forces in repeated)
+    if same:
+        return (
+            "Runs with different seeds agree exactly: the program has no chance in it (write deterministic: true), or "
+            "does not take {{seed}}."
+        )
+    square = sum(float(np.sum((np.array(forces) - np.mean(forces)) ** 2)) for forces in repeated) / df
+    return f"Every run has a seed of its own; runs at the same levels scatter with sd {square**0.5:.3g} ({df} df)."
+
+
+def _unequal_remark(widest: Sequence[float]) -> str:
     return (
         f"{len(widest)} runs at the same levels gave {min(widest):g} to {max(widest):g} N. A deterministic "
         "solver gives one force for one set of levels, so these runs differed in something not recorded."

@@ -49,7 +49,8 @@ def fit_response_surface(work: Work) -> SurfaceResult:
     result, described = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
     result = replace(result, coarse=coarse)
     result = replace(result, diameters=Rows(run_diameters(work, result, design)))
-    remarks = [result.pure_error_note] if result.pure_error_note and fit.lack_of_fit_testable else []
+    told = fit.lack_of_fit_testable or study.replicates > 0
+    remarks = [result.pure_error_note] if result.pure_error_note and told else []
     reduced = [] if reduction is None else [reduction.describe()]
     notes = [*chosen, *reduced, *_told(coarse), *fit.notes, *described, *censored_remarks(answers), *remarks]
     return replace(result, notes=(*notes, *sentences(result.published)))
@@ -126,7 +127,7 @@ def _result(
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
-        pure_error_note=error_remark(runs),
+        pure_error_note=error_remark(runs, study.replicates > 0),
         published=audit_surface(study, fit.anova, fit.coefficients),
     ), described
 

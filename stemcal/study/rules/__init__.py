@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import factors, geometry, outside, surface, targets
+from stemcal.study.rules import climbing, factors, geometry, outside, surface, targets
 from stemcal.study.spec.draft import Draft, Finding
 
 __all__ = ["broken_rules"]
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.names_differ,
+    targets.names_are_free,
     factors.ranges_rise,
     factors.factors_are_known,
     factors.factors_are_physical,
@@ -36,7 +37,9 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     geometry.one_mesh_scatter,
     geometry.other_meshes_are_possible,
     surface.surface_factors_exist,
+    surface.strongest_are_enough,
     surface.surface_design_takes_factors,
+    climbing.steps_stay_inside,
     surface.runs_are_used,
     surface.constraints_fit,
     surface.coarse_runs_are_possible,
@@ -50,7 +53,11 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     outside.table_answers_something,
     outside.placeholders_are_known,
     outside.placeholders_are_used,
+    outside.chance_is_said,
+    outside.mirrored_runs_stand_once,
     outside.run_files_differ,
+    outside.every_response_is_read,
+    outside.own_names_belong_to_programs,
     outside.reduction_has_what_it_needs,
     outside.command_names_deck,
     outside.openradioss_hardens_isotropically,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from statistics import median
 
+from stemcal.naming import DIAMETER, FORCE
 from stemcal.study import units
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.outside import DeckSolver
@@ -83,8 +84,10 @@ def _mesh(study: Study) -> Iterator[Finding]:
 def _targets(study: Study) -> Iterator[Finding]:
     for index, target in enumerate(study.targets.forces):
         path = ("targets", "forces", index)
-        yield from _doubt((*path, "diameter"), target.diameter, 1, 100, "mm")
-        yield from _doubt((*path, "force"), target.force, 1, 1e5, "N")
+        if study.naming.condition == DIAMETER:
+            yield from _doubt((*path, "diameter"), target.diameter, 1, 100, "mm")
+        if study.naming.response == FORCE:
+            yield from _doubt((*path, "force"), target.force, 1, 1e5, "N")
         for name in ("sd", "travel_sd", "work_sd"):
             if getattr(target, name) == 0.0:
                 message = "a scatter of none gives this mean nearly all the weight of a joint fit"
@@ -142,7 +145,7 @@ def _factors(study: Study) -> Iterator[Finding]:
 
 def _agreement(study: Study) -> Iterator[Finding]:
     at, stem = study.targets.calibrate_at, study.specimen.outer_diameter
-    if not math.isclose(at, stem, rel_tol=1e-9):
+    if study.naming.condition == DIAMETER and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
         yield Finding(("specimen", "outer_diameter"), message, "every stage takes its diameter from targets")
 

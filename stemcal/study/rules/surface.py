@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stemcal.study.model import RsmOptions
+from stemcal.study.model import RsmOptions, factors_taken, strongest_asked
 from stemcal.study.parameters import PARAMETERS
 from stemcal.study.spec.draft import Draft, Finding
 from stemcal.words import did_you_mean
@@ -30,6 +30,17 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
     if len(chosen) > MOST_CCD_FACTORS:
         message = f"{len(chosen)} factors make {2 ** min(len(chosen), 60)} corner runs"
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
+
+
+def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
+    """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
+    if draft.rsm is None or not (asked := strongest_asked(draft.rsm.factors)):
+        return
+    least, most = factors_taken(draft.rsm.design)
+    most = min(most, MOST_CCD_FACTORS, len(draft.names))
+    if not least <= asked <= most:
+        message = f"{draft.rsm.design} takes {least} to {most} of these {len(draft.names)} factors, not {asked}"
+        yield Finding(("rsm", "factors"), message, f"write strongest {least}")
 
 
 def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from stemcal.study.model import Target
+from stemcal.naming import Naming
+from stemcal.study.model import Condition, Response, Target
 from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.spec.named import declared_once
 from stemcal.words import did_you_mean
 
 _CLOSE = 1e-9
@@ -21,14 +23,31 @@ CLAIMS = (
 )
 
 
+def names_are_free(draft: Draft) -> Iterator[Finding]:
+    """Responses and conditions have names that stand for nothing else."""
+    if draft.naming.is_cutting:
+        return
+    clashes = dict(declared_once(draft.naming, draft.names))
+    declared: list[tuple[str, Response | Condition]] = [("responses", response) for response in draft.responses or ()]
+    declared += [("conditions", condition) for condition in draft.conditions or ()]
+    counts = {section: 0 for section, _ in declared}
+    for section, one in declared:
+        index, counts[section] = counts[section], counts[section] + 1
+        if one.name in clashes:
+            message = f"{one.name!r} is the name of {clashes[one.name]} already"
+            yield Finding((section, index, "name"), message, "choose another name")
+
+
 def diameters_differ(draft: Draft) -> Iterator[Finding]:
     """Each diameter has one target."""
     seen: dict[float, int] = {}
     for index, target in enumerate(draft.targets.forces if draft.targets else ()):
         first = seen.setdefault(round(target.diameter, 9), index)
         if first != index:
-            message = f"diameter {target.diameter:g} mm has two forces"
-            remedy = "keep one; give the mean force with sd and n"
+            named = draft.naming
+            place = f"diameter {named.place(target.diameter)}" if named.is_cutting else named.place(target.diameter)
+            message = f"{place or 'the study'} has two {named.response.plural}"
+            remedy = f"keep one; give the mean {named.response.noun} with sd and n"
             yield Finding(("targets", "forces", index, "diameter"), message, remedy)
 
 
@@ -39,9 +58,10 @@ def calibration_has_target(draft: Draft) -> Iterator[Finding]:
     diameters = [target.diameter for target in draft.targets.forces]
     at = draft.targets.calibrate_at
     if not any(math.isclose(at, diameter, rel_tol=_CLOSE) for diameter in diameters):
-        measured = ", ".join(f"{diameter:g}" for diameter in diameters[:20])
-        message = f"no force is given for {at:g} mm, only for {measured} mm"
-        yield Finding(("targets", "calibrate_at"), message, "add its force or calibrate at another diameter")
+        named = draft.naming
+        message = f"no {named.response.noun} is given for {named.place(at)}, only for {_listing(diameters, draft)}"
+        remedy = f"add its {named.response.noun} or calibrate at another {named.condition_noun}"
+        yield Finding(("targets", "calibrate_at"), message, remedy)
 
 
 def joint_diameters_measured(draft: Draft) -> Iterator[Finding]:
@@ -49,16 +69,23 @@ def joint_diameters_measured(draft: Draft) -> Iterator[Finding]:
     if draft.invert is None or draft.invert.diameters is None or draft.targets is None:
         return
     if draft.solver and draft.solver.kind == "table":
-        message = "the tables hold forces of one diameter only"
+        message = f"the tables hold {draft.naming.response.plural} of one {draft.naming.condition_noun} only"
         yield Finding(("invert", "diameters"), message, "remove it, or use the embedded solver")
     if draft.invert.diameters == "all":
         return
     measured = [target.diameter for target in draft.targets.forces]
     for index, diameter in enumerate(draft.invert.diameters):
         if not any(math.isclose(diameter, other, rel_tol=_CLOSE) for other in measured):
-            listing = ", ".join(f"{other:g}" for other in measured[:20])
-            message = f"no force is given for {diameter:g} mm, only for {listing} mm"
-            yield Finding(("invert", "diameters", index), message, "add its force to targets, or remove it here")
+            named = draft.naming
+            message = f"no {named.response.noun} is given for {named.place(diameter)}, only for "
+            remedy = f"add its {named.response.noun} to targets, or remove it here"
+            yield Finding(("invert", "diameters", index), message + _listing(measured, draft), remedy)
+
+
+def _listing(values: Sequence[float], draft: Draft) -> str:
+    """List conditions with their unit."""
+    beside = "" if draft.naming.condition is None else draft.naming.condition.beside
+    return ", ".join(f"{value:g}" for value in values[:20]) + beside
 
 
 def process_fits_one_force(draft: Draft) -> Iterator[Finding]:
@@ -75,24 +102,28 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
     """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
     if draft.invert is None or draft.targets is None or draft.invert.responses == ("force",):
         return
-    path, names = ("invert", "responses"), draft.invert.responses
-    if draft.solver and draft.solver.kind != "embedded":
+    path, names, named = ("invert", "responses"), draft.invert.responses, draft.naming
+    if named.is_cutting and draft.solver and draft.solver.kind != "embedded":
         yield Finding(path, f"solver {draft.solver.kind} answers with a force only", "remove it")
     if "force" not in names or len(set(names)) < len(names):
-        message = f"{', '.join(names)}: the force belongs there, and each once"
-        yield Finding(path, message, "write [force, travel, work]")
+        listed = ", ".join(named.named(name).name for name in names)
+        message = f"{listed}: the {named.response.noun} belongs there, and each once"
+        yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for name in names:
-        yield from _weighed(draft.targets.forces, name)
+        yield from _weighed(draft.targets.forces, name, draft.naming)
 
 
-def _weighed(targets: tuple[Target, ...], name: str) -> Iterator[Finding]:
+def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
     """Demand a value and a standard deviation of a response at one diameter at least."""
-    sd = "sd" if name == "force" else f"{name}_sd"
-    given = [target for target in targets if getattr(target, name) is not None]
+    name = naming.named(response).name
+    sd = "sd" if response == "force" else f"{name}_sd"
+    given = [sd for mean, sd in (target.mean_of(response) for target in targets) if mean is not None]
+    where = "targets.forces" if naming.is_cutting else "targets"
     if not given:
-        yield Finding(("invert", "responses"), f"no {name} is given in targets.forces", "add it, or remove it here")
-    elif all(getattr(target, sd) is None for target in given):
-        message = f"{name} has no {sd} at any diameter: there is nothing to weigh it by"
+        yield Finding(("invert", "responses"), f"no {name} is given in {where}", "add it, or remove it here")
+    elif all(scatter is None for scatter in given):
+        at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
+        message = f"{name} has no {sd}{at_any}: there is nothing to weigh it by"
         yield Finding(("invert", "responses"), message, f"add {sd} to a target")
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study.model import (
     Blade,
+    ClimbOptions,
+    Condition,
     Contact,
     EmbeddedSolver,
     Factor,
@@ -15,6 +18,7 @@ from stemcal.study.model import (
     MeshOptions,
     Published,
     RefineOptions,
+    Response,
     RsmOptions,
     ScreenOptions,
     Specimen,
@@ -46,6 +50,9 @@ class Draft:
 
     factors: dict[int, Factor] = field(default_factory=dict)
     names: tuple[str, ...] = ()
+    naming: Naming = CUTTING
+    responses: tuple[Response, ...] | None = None
+    conditions: tuple[Condition, ...] | None = None
     specimen: Specimen | None = None
     blade: Blade | None = None
     supports: Supports | None = None
@@ -59,6 +66,7 @@ class Draft:
     published: Published | None = None
     refine: RefineOptions | None = None
     mesh: MeshOptions | None = None
+    climb: ClimbOptions | None = None
 
     @property
     def embedded(self) -> EmbeddedSolver | None:
@@ -80,7 +88,7 @@ class Draft:
         found: dict[NodePath, float] = {}
         if self.specimen is not None:
             found["specimen", "outer_diameter"] = self.specimen.outer_diameter
-        if self.targets is not None:
+        if self.targets is not None and self.naming.condition == DIAMETER:
             for index, target in enumerate(self.targets.forces):
                 found["targets", "forces", index, "diameter"] = target.diameter
         return found

@@ -20,6 +20,7 @@ from stemcal.files.showing import unprintable
 from stemcal.study import units
 
 __all__ = [
+    "ColumnName",
     "FactorName",
     "Label",
     "Number",
@@ -153,21 +154,28 @@ Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=8
 _RESERVED_COLUMNS = {"run", "row", "force", "diameter", "status", "key", "reason"}
 
 
-def _factor_name(name: str) -> str:
+def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and _, such as yield_stress"
         raise complain(f"{name[:60]!r} is not a name that can head a column", remedy)
     if len(name) > 40:
         raise complain(f"the name has {len(name)} characters", "use at most 40")
+    return name
+
+
+def _factor_name(name: str) -> str:
+    _column_name(name)
     if name.lower() in _RESERVED_COLUMNS:
         raise complain(f"{name!r} is the name of a result column", "choose another name")
     return name
 
 
+_COLUMN = WithJsonSchema({"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$", "maxLength": 40})
 FactorName = Annotated[
-    str,
-    BeforeValidator(lambda name: _factor_name(name) if isinstance(name, str) else name),
-    WithJsonSchema({"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$", "maxLength": 40}),
+    str, BeforeValidator(lambda name: _factor_name(name) if isinstance(name, str) else name), _COLUMN
+]
+ColumnName = Annotated[
+    str, BeforeValidator(lambda name: _column_name(name) if isinstance(name, str) else name), _COLUMN
 ]
 
 _DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt") for i in range(10)}

@@ -9,6 +9,10 @@ TOP = {
     "name": "Name of the study, and of its folder below `runs`.",
     "title": "Title of the report and of its tables; the name by default.",
     "factors": "What is calibrated, in the order of their symbols X1, X2 and so on.",
+    "responses": "What a run gives and the laboratory measures, where it is not the maximum force: a program may give "
+    "several.",
+    "conditions": "At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without "
+    "`conditions` a study with `responses` has none.",
     "specimen": "The piece of stem.",
     "blade": "The rigid blade.",
     "supports": "The two rigid supports.",
@@ -88,6 +92,19 @@ MEANINGS: dict[str, dict[str, str]] = {
         "high": "Upper end of the range that is searched.",
         "expected_sign": "What mechanics says of its effect on the force: a screening that finds the other sign says "
         "so.",
+    },
+    "Response": {
+        "name": "Name in tables and files; targets and `solver.result` give values under it.",
+        "symbol": "Short sign in equations and along axes.",
+        "label": "What page, figures and sentences write; made from the name by default.",
+        "unit": "Unit of its values everywhere. Targets may be written in another unit of the same kind; a unit that "
+        "stemcal does not know is shown as it is.",
+    },
+    "Condition": {
+        "name": "Name in tables and files; targets give it under this name, templates as `{{name}}`.",
+        "symbol": "Short sign in equations and along axes.",
+        "label": "What page, figures and sentences write; made from the name by default.",
+        "unit": "Unit of its values.",
     },
     "Specimen": {
         "outer_diameter": "Outer diameter where no other is asked for; targets have their own.",
@@ -174,8 +191,15 @@ MEANINGS: dict[str, dict[str, str]] = {
         **_PROGRAM,
         "kind": "Any program that reads text and leaves a number.",
         "templates": "Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in "
-        "mm.",
-        "result": "Where the program leaves its number.",
+        "mm; in a program with chance in it `{{seed}}` for a whole number, another one in every run, and "
+        "`{{replicate}}`.",
+        "result": "Where the program leaves its number; of several responses a mapping of such readers by their names.",
+        "results": "The same by the names of the responses.",
+        "deterministic": "Whether equal inputs give equal answers: if true, one run is repeated at the start to see "
+        "it; if false, every run is simulated anew, centre points too. Not said, it is taken for true and not tried.",
+        "replicates": "How often every run of a design is simulated, each time with a seed of its own; more than one "
+        "means that there is chance in the program.",
+        "seed": "Draws other seeds for all runs.",
     },
     "LsDynaSolver": {
         **_COMMAND,
@@ -249,7 +273,8 @@ MEANINGS: dict[str, dict[str, str]] = {
     },
     "ScreenOptions": {
         "design": "The design; `stemcal plan` tells what it can find.",
-        "runs": "Another number of runs than the smallest that fits.",
+        "runs": "Another number of runs than the usual one: of Plackett–Burman 12 for 5 to 11 factors.",
+        "centre_points": "Runs in the middle of all ranges: they tell whether the response is curved, and its scatter.",
         "fold_over": "Repeat every run with all signs turned: main effects clear of two-factor interactions.",
         "error": "What effects are tested against: columns without a factor, those pooled with small effects, repeated "
         "runs, or Lenth's pseudo standard error.",
@@ -257,6 +282,8 @@ MEANINGS: dict[str, dict[str, str]] = {
     },
     "ClimbOptions": {
         "steps": "Steps from the middle to the edge of the ranges.",
+        "step_sizes": "Steps of one's own, in the units of the factors by their names; `steps` is then the most of "
+        "them.",
         "shrink": "Share of each range over which the surface's design reaches, around the best step.",
     },
     "CodingEntry": {
@@ -269,8 +296,8 @@ MEANINGS: dict[str, dict[str, str]] = {
     },
     "RsmOptions": {
         "design": "The design; all but Box–Behnken (3 to 7 factors) take any number of factors.",
-        "factors": "The significant ones of the screening, or a list of names, which makes the screening unnecessary "
-        "for it.",
+        "factors": "The significant ones of the screening, `strongest 3` of it, or a list of names, which makes the "
+        "screening unnecessary for it.",
         "centre_points": "Runs at the centre. The embedded solver gives the same force each time: one teaches as much "
         "as six.",
         "alpha": "How far the axial points lie out, by a rule or in coded units.",
@@ -306,6 +333,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "posterior": "Sample what the forces leave possible (extra `bayes`).",
         "ranges_chosen": "Whether the factors' ranges were fixed before the measured forces were seen; after that no "
         "diameter that is left out is an independent check.",
+        "desirability": "Put the most desirable point (Derringer and Suich) beside the fit; by default where the study "
+        "declares several responses.",
         "discrepancy": "What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that "
         "changes smoothly with the diameter. Gives prediction intervals of the measured forces.",
     },
@@ -347,6 +376,8 @@ MEANINGS: dict[str, dict[str, str]] = {
 # Where in a spec the keys of a class stand.
 PLACES = {
     "Factor": "factors[]",
+    "Response": "responses[]",
+    "Condition": "conditions[]",
     "Specimen": "specimen",
     "Blade": "blade",
     "Supports": "supports",

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 
-__all__ = ["DIAMETER", "MAX_BYTES", "fill", "number", "placeholders", "template_bytes"]
+__all__ = ["CHANCE", "DIAMETER", "MAX_BYTES", "REPLICATE", "SEED", "fill", "number", "placeholders", "template_bytes"]
 
 DIAMETER = "diameter"
+SEED, REPLICATE = CHANCE = ("seed", "replicate")
 MAX_BYTES = 50_000_000
 
 _PLACEHOLDER = re.compile(rb"\{\{([^{}\r\n]{0,200})\}\}")

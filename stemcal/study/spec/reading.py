@@ -15,11 +15,13 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import SpecError, SpecProblem
+from stemcal.naming import Naming
 from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, Study, StudyForm
 from stemcal.study.rules import broken_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.spec.draft import Draft, Finding
 from stemcal.study.spec.messages import finding_of
+from stemcal.study.spec.named import naming_of, respelled, spelled
 from stemcal.study.spec.partly import partly
 from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
@@ -62,7 +64,9 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
     if not document.complete:
         raise SpecError(problems)
     sections, findings = _sections(document.data, path.absolute().parent)
+    _fit_all_responses(sections, document.data)
     findings += broken_rules(_draft(document.data, sections))
+    findings = [_as_spelled(finding, document.data, sections) for finding in findings]
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
@@ -111,15 +115,28 @@ def _sections(data: Any, folder: Path) -> tuple[dict[str, Any], list[Finding]]:
         return {}, [Finding((), message, "start from `stemcal init`")]
     findings = list(_unknown_sections(data))
     sections: dict[str, Any] = {}
+    context: dict[str, Any] = {"spec": folder}
     for name, field in StudyForm.model_fields.items():
         if name in data:
-            validate = _validate_factors if name == "factors" else _validate
-            validate(name, data[name], folder, sections, findings)
+            _VALIDATE.get(name, _validate)(name, data[name], context, sections, findings)
         elif field.is_required():
             findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
         else:
             sections[name] = field.get_default()
+        if name == "conditions":  # what follows is written under the names declared by now
+            context["naming"] = naming_of(sections.get("responses", ()), sections.get("conditions"))
     return sections, findings
+
+
+def _fit_all_responses(sections: dict[str, Any], data: Any) -> None:
+    """Let a study of several responses of its own fit all that are measured, unless the spec chooses."""
+    targets, invert = sections.get("targets"), sections.get("invert")
+    chosen = isinstance(data, dict) and isinstance(data.get("invert"), dict) and "responses" in data["invert"]
+    if not sections.get("responses") or targets is None or invert is None or chosen:
+        return
+    measured = dict.fromkeys(name for target in targets.forces for name in target.further)
+    if measured:
+        sections["invert"] = invert.model_copy(update={"responses": ("force", *measured)})
 
 
 def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
@@ -133,33 +150,71 @@ def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
             yield Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
-def _validate(name: str, given: Any, folder: Path, sections: dict[str, Any], findings: list[Finding]) -> None:
+def _validate(
+    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
+) -> None:
     if given is None:
         findings.append(Finding((name,), "is empty", "fill it in or remove it"))
         return
     try:
-        sections[name] = _adapter(name).validate_python(given, context={"spec": folder})
+        sections[name] = _adapter(name).validate_python(given, context=context)
     except ValidationError as error:
         findings += _findings(error, (name,))
-        if (rest := partly(_kind_of(name), given, {"spec": folder})) is not None:
+        if (rest := partly(_kind_of(name), given, context)) is not None:
             sections[name] = rest
 
 
-def _validate_factors(name: str, given: Any, folder: Path, sections: dict[str, Any], findings: list[Finding]) -> None:
+def _validate_targets(
+    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
+) -> None:
+    naming: Naming = context["naming"]
+    if naming.is_cutting or given is None:
+        _validate(name, given, context, sections, findings)
+        return
+    respelt, wrong = respelled(given, naming)
+    findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
+    if respelt is not None and not wrong:
+        try:
+            sections[name] = _adapter(name).validate_python(respelt, context=context)
+        except ValidationError as error:
+            findings += _findings(error, (name,))
+
+
+def _validate_solver(
+    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
+) -> None:
+    """A program's ``result`` may be a mapping of readers by response."""
+    result = given.get("result") if isinstance(given, dict) else None
+    if (
+        isinstance(result, dict)
+        and result
+        and "kind" not in result
+        and all(isinstance(r, dict) for r in result.values())
+    ):
+        given = {**{key: value for key, value in given.items() if key != "result"}, "results": result}
+    _validate(name, given, context, sections, findings)
+
+
+def _validate_factors(
+    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
+) -> None:
     if isinstance(given, list) and len(given) > MOST_FACTORS:
         remedy = "screen those that may matter, and give the others under material"
         findings.append(Finding((name,), f"there are {len(given)} factors, at most {MOST_FACTORS} can be", remedy))
         return
     if not isinstance(given, list) or not given:
-        _validate(name, given, folder, sections, findings)
+        _validate(name, given, context, sections, findings)
         return
     good: dict[int, Factor] = {}
     for index, entry in enumerate(given):
         try:
-            good[index] = _factor_adapter().validate_python(_with_defaults(entry, index), context={"spec": folder})
+            good[index] = _factor_adapter().validate_python(_with_defaults(entry, index), context=context)
         except ValidationError as error:
             findings += _findings(error, (name, index))
     sections[name] = good
+
+
+_VALIDATE = {"factors": _validate_factors, "targets": _validate_targets, "solver": _validate_solver}
 
 
 def _with_defaults(entry: Any, index: int) -> Any:
@@ -198,6 +253,8 @@ def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
 
 def _without_kind(path: NodePath) -> NodePath:
     """Return a path below a solver without the kind of its result, which pydantic puts in and YAML has not."""
+    if path[:1] == ("results",) and len(path) > 2 and path[2] in RESULT_KINDS:
+        return (*path[:2], *path[3:])
     return (path[0], *path[2:]) if len(path) > 1 and path[0] == "result" and path[1] in RESULT_KINDS else path
 
 
@@ -206,7 +263,16 @@ def _draft(data: Any, sections: dict[str, Any]) -> Draft:
     entries = entries if isinstance(entries, list) else []
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
     known = {key: value for key, value in sections.items() if key in Draft.__dataclass_fields__}
-    return Draft(**{**known, "names": names})
+    naming = naming_of(sections.get("responses", ()), sections.get("conditions"))
+    return Draft(**{**known, "names": names, "naming": naming})
+
+
+def _as_spelled(finding: Finding, data: Any, sections: dict[str, Any]) -> Finding:
+    """Return a finding with the path that the spec writes, under its own names."""
+    naming = naming_of(sections.get("responses", ()), sections.get("conditions"))
+    as_list = isinstance(data, dict) and isinstance(data.get("targets"), list)
+    path = spelled(finding.path, naming, as_list)
+    return finding._replace(path=("solver", "result", *path[2:]) if path[:2] == ("solver", "results") else path)
 
 
 def _without_echo(path: Path, document: Document, findings: list[Finding], spoiled: set[int]) -> Iterator[SpecProblem]:

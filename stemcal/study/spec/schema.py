@@ -21,6 +21,28 @@ def json_schema() -> dict[str, Any]:
 
     Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
     """
+    schema = _form()
+    own = {"type": "object", "description": "A measured mean under the names of the study's own responses."}
+    of_own = {"values": {"type": "array", "items": own}, "calibrate_at": {"type": ["number", "string"]},
+              "equivalent_within_percent": {"type": "number"}}  # fmt: skip
+    targets = schema["properties"]["targets"]
+    schema["properties"]["targets"] = {
+        "description": targets.pop("description"),
+        "anyOf": [
+            targets,
+            {"type": "array", "items": own},
+            {"type": "object", "properties": of_own, "required": ["values"], "additionalProperties": False},
+        ],
+    }
+    command = schema["$defs"]["CommandSolver"]["properties"]
+    command["result"]["anyOf"] += [
+        {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}
+    ]
+    return schema
+
+
+def _form() -> dict[str, Any]:
+    """Return the schema of what stands inside the study, where the shear test's own words are the only ones."""
     schema = StudyForm.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "stemcal study"
@@ -54,7 +76,7 @@ def section_with(key: str) -> str | None:
 
 @functools.cache
 def _schema() -> dict[str, Any]:
-    return json_schema()
+    return _form()
 
 
 def _below(node: dict[str, Any], step: str | int) -> dict[str, Any]:

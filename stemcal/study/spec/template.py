@@ -221,18 +221,21 @@ targets:
 # Stage 1, which factors matter? design: plackett-burman | plackett-burman-pydoe | fractional-factorial |
 # full-factorial | definitive-screening. runs: another size than the usual one, such as 20; of a definitive screening
 # more runs give columns without a factor, which its error is taken from.
+# centre_points: runs in the middle of all ranges, which tell whether the force is curved there.
 # fold_over: true repeats every run with all signs turned, which frees main effects of interactions.
 # error: what effects are tested against: residual (columns without a factor) | pooled | replicates | lenth.
 # alpha: a factor with p below it goes on to stage 2.
 screen:
   design: plackett-burman
   # runs: 20
+  centre_points: 0
   fold_over: false
   error: residual
   alpha: 0.05
 
-# Stage 2, the response surface over the factors that matter (or a list of names). design: central-composite |
-# box-behnken (3 to 7 factors) | full-factorial (three levels) | latin-hypercube | sobol (with runs and seed).
+# Stage 2, the response surface over the factors that matter (or strongest 3, or a list of names). design:
+# central-composite | box-behnken (3 to 7 factors) | full-factorial (three levels) | latin-hypercube | sobol (with
+# runs and seed).
 # alpha: how far the axial points lie out: rotatable | face | spherical | orthogonal | practical | a number, in
 # half steps. core: full | fractional (fewer corners, from five factors on).
 # extra_runs: further runs where they teach most (a list: batch after batch). axial: 1 adds axial points at that
@@ -276,6 +279,7 @@ refine:
 # centred on the best step and reaches over the share `shrink` of each range.
 # climb:
 #   steps: 5
+#   step_sizes: {yield_stress: 2}   # steps of your own, in the unit of the factor
 #   shrink: 0.5
 
 # Runs may fail. tries: how often a run is begun if its process dies or the solver breaks off.

@@ -165,7 +165,7 @@ def test_a_saturated_design_has_lenth_alone():
 
 
 def test_an_exact_response_gives_no_f():
-    design = plackett_burman(5, "plackett-burman")
+    design = plackett_burman(5, "plackett-burman", runs=8)
     result = analyse_screening(design, 10.0 + 3.0 * design[:, 0] + 1.0 * design[:, 1], list("abcde"))
     assert all(effect.f is None for effect in result.effects)
     assert any("exactly zero" in note for note in result.notes)
@@ -176,7 +176,7 @@ def test_an_exact_response_gives_no_f():
 
 
 def test_a_flat_response_has_no_effects():
-    result = analyse_screening(plackett_burman(5), np.full(8, 0.1), list("abcde"))
+    result = analyse_screening(plackett_burman(5, runs=8), np.full(8, 0.1), list("abcde"))
     assert [effect.contribution_percent for effect in result.effects] == [0.0] * 5
     assert result.significant == ()
     assert any("same response" in note for note in result.notes)

@@ -1,0 +1,193 @@
+"""What a study calls what it calibrates to: its responses and the condition they are measured at.
+
+The shear test's own words are the default: the maximum force in N, over the stem's diameter in mm. Inside the program
+the first response is called ``force`` and the condition ``diameter`` whatever they are; tables, sentences, figures and
+files take their words from here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+__all__ = ["CUTTING", "DIAMETER", "FORCE", "TRAVEL", "WORK", "Named", "Naming"]
+
+_WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/cm³", "t/mm3": "t/mm³", "N/mm2": "N/mm²"}
+_PREPOSITIONS = (" of ", " to ", " in ", " at ", " per ")
+
+
+@dataclass(frozen=True)
+class Named:
+    """A response or a condition: its key in files, its label in headings, its noun in sentences, symbol and unit."""
+
+    name: str
+    label: str
+    noun: str
+    symbol: str
+    unit: str
+
+    @property
+    def long(self) -> str:
+        """The label as it stands inside a sentence or along an axis.
+
+        >>> FORCE.long, Named("e", "COR", "COR", "e", "1").long
+        ('maximum force', 'COR')
+        """
+        return _small(self.label)
+
+    @property
+    def plural(self) -> str:
+        """Several of it in a sentence.
+
+        >>> FORCE.plural, Named("a", "Angle of repose", "angle of repose", "θ", "deg").plural
+        ('forces', 'angles of repose')
+        >>> Named("rho", "Bulk density", "bulk density", "ρ", "kg/m3").plural
+        'bulk densities'
+        """
+        at = min((self.noun.find(word) for word in _PREPOSITIONS if word in self.noun), default=len(self.noun))
+        head, rest = self.noun[:at], self.noun[at:]
+        several = f"{head[:-1]}ies" if head.endswith("y") and head[-2:-1] not in "aeiou" else f"{head}s"
+        return several + rest
+
+    @property
+    def written(self) -> str:
+        """The unit as people write it, nothing for a plain number.
+
+        >>> FORCE.written, Named("rho", "", "", "", "kg/m3").written, Named("e", "", "", "", "1").written
+        ('N', 'kg/m³', '')
+        """
+        return _WRITTEN.get(self.unit, self.unit)
+
+    @property
+    def beside(self) -> str:
+        """The unit as it follows a number, with the space it needs.
+
+        >>> FORCE.beside, Named("a", "", "", "", "deg").beside
+        (' N', '°')
+        """
+        return self.written if self.written in ("", "°") else f" {self.written}"
+
+    @property
+    def squared(self) -> str:
+        """The square of the unit.
+
+        >>> FORCE.squared, Named("rho", "", "", "", "kg/m3").squared
+        ('N²', '(kg/m³)²')
+        """
+        return f"({self.written})²" if "/" in self.written else self.written and f"{self.written}²"
+
+    def headed(self, word: str = "", between: str = ", ") -> str:
+        """Return a heading with the unit behind it; the label where no other word is given.
+
+        >>> FORCE.headed("Measured"), FORCE.headed(), FORCE.headed("Std.\\nerror", ",\\n")
+        ('Measured, N', 'Maximum force, N', 'Std.\\nerror,\\nN')
+        """
+        return f"{word or self.label}{between}{self.written}" if self.written else word or self.label
+
+    def axis(self, word: str = "") -> str:
+        """Return what stands along an axis.
+
+        >>> FORCE.axis(), FORCE.axis("predicted by the surface")
+        ('maximum force, N', 'predicted by the surface, N')
+        """
+        return self.headed(word or self.long)
+
+    def text(self, value: float, form: str = "g") -> str:
+        """Return a value with its unit.
+
+        >>> FORCE.text(100.1), Named("a", "", "", "", "deg").text(32.6)
+        ('100.1 N', '32.6°')
+        """
+        return f"{value:{form}}{self.beside}"
+
+
+FORCE = Named("force", "Maximum force", "force", "F", "N")
+TRAVEL = Named("travel", "Travel to the maximum force", "travel", "u", "mm")
+WORK = Named("work", "Work to the maximum force", "work", "W", "mJ")
+DIAMETER = Named("diameter", "Stem diameter", "diameter", "D", "mm")
+
+
+@dataclass(frozen=True)
+class Naming:
+    """The first response, the condition if there is one, and the other responses."""
+
+    response: Named = FORCE
+    condition: Named | None = DIAMETER
+    further: tuple[Named, ...] = (TRAVEL, WORK)
+
+    @property
+    def is_cutting(self) -> bool:
+        """Whether these are the shear test's own words."""
+        return self == CUTTING
+
+    @property
+    def responses(self) -> tuple[Named, ...]:
+        """All of them, the first one first."""
+        return (self.response, *self.further)
+
+    def named(self, name: str) -> Named:
+        """Return a response by its name; the first is also called ``force``."""
+        if name == FORCE.name:
+            return self.response
+        return next(response for response in self.further if response.name == name)
+
+    def place(self, value: float) -> str:
+        """Name the condition at which something is, as a sentence does; nothing where there is none.
+
+        >>> CUTTING.place(8.0)
+        '8 mm'
+        >>> Naming(condition=Named("moisture", "Moisture", "moisture", "w", "%")).place(12.0)
+        'moisture 12 %'
+        """
+        if self.condition is None:
+            return ""
+        text = self.condition.text(value)
+        return text if self.condition == DIAMETER else f"{self.condition.noun} {text}"
+
+    def at(self, value: float) -> str:
+        """Return what follows a noun to tell the condition.
+
+        >>> CUTTING.at(8.0), Naming(condition=None).at(0.0)
+        (' at 8 mm', '')
+        """
+        return f" at {self.place(value)}" if self.condition is not None else ""
+
+    def led_by(self, name: str) -> Naming:
+        """Return it with another of the responses as the first.
+
+        >>> CUTTING.led_by("work").response.unit
+        'mJ'
+        """
+        first = self.named(name)
+        return replace(self, response=first, further=tuple(one for one in self.responses if one != first))
+
+    @property
+    def condition_noun(self) -> str:
+        """The noun of the condition, a general one where there is none."""
+        return "condition" if self.condition is None else self.condition.noun
+
+    @property
+    def condition_plural(self) -> str:
+        """Several of the condition."""
+        return replace(DIAMETER, noun=self.condition_noun).plural
+
+    @property
+    def called(self) -> tuple[tuple[str, str | None], ...]:
+        """Fields of results by what files call them where the shear test's own words do not fit; None: left out."""
+        if self.is_cutting:
+            return ()
+        response, condition = self.response.name, None if self.condition is None else self.condition.name
+        return (
+            ("force", response),
+            ("phase_forces", f"phase_{response}"),
+            ("diameter", condition),
+            ("diameters", "conditions"),
+            ("error_slope_percent_per_mm", "error_slope_percent_per_unit"),
+        )
+
+
+CUTTING = Naming()
+
+
+def _small(label: str) -> str:
+    """Return a label with a small first letter, unless it begins with an abbreviation."""
+    return label if label[1:2].isupper() else label[:1].lower() + label[1:]

@@ -1,0 +1,131 @@
+"""What the field's chain asks of designs: the strongest factors, short names, own steps, twelve runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stemcal.doe.designs.aliases import alias_matrix
+from stemcal.doe.designs.catalogue import plackett_burman
+from stemcal.doe.screening.ascent import own_path
+from stemcal.errors import SpecError, UsageError
+from stemcal.overview.beforehand import beforehand
+from stemcal.solvers import make_solver
+from stemcal.stages.design import surface_factors
+from stemcal.study.model import Study
+from stemcal.study.spec import load_study
+
+SPEC = """\
+name: chain
+factors: [%s]
+solver:
+  kind: command
+  command: [python, p.py, %s]
+  result: {kind: json, file: out.json, path: y}
+targets:
+  calibrate_at: 8 mm
+  forces: [{diameter: 8 mm, force: 32 N}]
+%s
+"""
+
+
+def study_of(folder: Path, more: str, names: str = "abcde", says: str = "deterministic: false") -> Study:
+    factors = ", ".join(f"{{name: {name}, low: 0, high: 1}}" for name in names)
+    spec = folder / "chain.yaml"
+    text = SPEC % (factors, ", ".join(f'"{{{{{name}}}}}"' for name in names), more)
+    spec.write_text(text.replace("kind: command\n", f"kind: command\n  {says}\n"), encoding="utf-8")
+    return load_study(spec)
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A screening of the factors a, b, c, d and e, the strongest first."""
+
+    matter: tuple[str, ...]
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Contributions that fall by the alphabet."""
+        return dict(zip("abcde", (40.0, 30.0, 20.0, 7.0, 3.0), strict=True))
+
+
+def chosen(study: Study, *significant: str) -> tuple[list[str], str]:
+    names, notes = surface_factors(study, make_solver(study), Screened(significant))
+    return names, " ".join(notes)
+
+
+def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
+    study = study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")
+    names, said = chosen(study, "a")
+    assert names == ["a", "b", "c"]
+    assert "b and c are not significant" in said
+    assert "d would be significant too" in chosen(study, "a", "b", "c", "d")[1]
+
+
+@pytest.mark.parametrize(
+    ("design", "significant", "taken"),
+    [("BBD", "a", "abc"), ("BBD", "abcd", "abcd"), ("CCD", "a", "ab"), ("CCD", "", "ab")],
+)
+def test_a_design_gets_as_many_factors_as_it_wants(tmp_path, design, significant, taken):
+    study = study_of(tmp_path, f"rsm: {{design: {design}}}")
+    names, said = chosen(study, *significant)
+    assert names == list(taken)
+    assert bool(said) == (len(significant) < len(taken))
+
+
+@pytest.mark.parametrize("asked", ["strongest 2", "strongest 6", "strongest 0", "the strongest", "strongest three"])
+def test_a_number_that_the_design_cannot_take_is_refused(tmp_path, asked):
+    with pytest.raises(SpecError, match=r"rsm\.factors"):
+        study_of(tmp_path, f"rsm: {{design: box-behnken, factors: {asked}}}")
+
+
+def test_short_names_mean_the_designs(tmp_path):
+    study = study_of(tmp_path, "screen: {design: PB}\nrsm: {design: ccd}")
+    assert (study.screen.design, study.rsm.design) == ("plackett-burman", "central-composite")
+    assert study_of(tmp_path, "rsm: {design: BBD}").rsm.design == "box-behnken"
+
+
+@pytest.mark.parametrize(("k", "runs"), [(3, 4), (4, 8), (5, 12), (7, 12), (11, 12), (12, 20)])
+def test_five_to_eleven_factors_get_twelve_runs(k, runs):
+    assert len(plackett_burman(k)) == runs
+
+
+def test_what_eight_runs_lose_is_said_before_any(tmp_path):
+    """Weight 1 of an interaction in a main effect, against 1/3 in twelve runs."""
+    assert np.abs(alias_matrix(plackett_burman(5, runs=8))).max() == pytest.approx(1.0)
+    assert np.abs(alias_matrix(plackett_burman(5))).max() == pytest.approx(1 / 3)
+    (said,) = beforehand(study_of(tmp_path, "screen: {runs: 8}"))
+    assert "wholly, and 2 residual df are left" in said and "6 df are left" in said
+    assert beforehand(study_of(tmp_path, "")) == []
+
+
+def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
+    (said,) = beforehand(study_of(tmp_path, "rsm: {design: BBD}"))
+    assert "wants 3 to 7 factors" in said and "takes the 3 of largest contribution" in said
+    assert "end after the screening" in beforehand(study_of(tmp_path, "rsm: {design: BBD}", "ab"))[0]
+    assert beforehand(study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")) == []
+
+
+def test_a_program_that_nobody_called_deterministic_is_pointed_out(tmp_path):
+    (said,) = beforehand(study_of(tmp_path, "", says="time_limit: 9 s"))
+    assert said.startswith("solver.deterministic is not said")
+
+
+def test_own_steps_walk_as_far_as_the_ranges():
+    """a leads by 0.3 of its half range; b has its own step; c, without one, has half a's slope and so 0.15."""
+    path = own_path([8.0, -4.0, 4.0], [0.3, 0.2, None], 10, rise=True)
+    assert path[1] == pytest.approx([0.3, -0.2, 0.15])
+    assert len(path) == 1 + 3 and path[-1] == pytest.approx([0.9, -0.6, 0.45])
+    assert own_path([8.0, -4.0], [0.3, None], 2, rise=False)[-1] == pytest.approx([-0.6, 0.3])
+
+
+def test_steps_out_of_the_ranges_are_refused(tmp_path):
+    with pytest.raises(UsageError, match="first step leaves the ranges"):
+        own_path([1.0, 8.0], [0.5, None], 5, rise=True)
+    with pytest.raises(SpecError, match=r"a step of 0\.6 from the middle, 0\.5, leaves 0 to 1; take at most 0\.5"):
+        study_of(tmp_path, "climb: {step_sizes: {a: 0.6}}")
+    with pytest.raises(SpecError, match="'z' is not a factor"):
+        study_of(tmp_path, "climb: {step_sizes: {z: 0.1}}")

@@ -1,0 +1,130 @@
+"""A study that names its own responses: each screened, fitted, inverted and validated, files under its own words."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from stemcal.doe.regression.terms import term_columns
+from stemcal.executors.local import LocalExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.stages.results import Results, fresh_results
+from stemcal.study.model import Study
+from stemcal.study.spec import load_study
+from stemcal.workflow import calibrate
+
+CASES = Path(__file__).parent / "cases" / "repose"
+NOT_ITS_OWN = re.compile(r"\b(force|diameter|stem|blade|travel)s?\b", re.IGNORECASE)
+
+
+def studied(folder: Path, name: str) -> tuple[Study, StudyFolder]:
+    """Run a study of the made-up heap in a folder of its own."""
+    shutil.copytree(CASES, folder, dirs_exist_ok=True)
+    spec = folder / name
+    spec.write_text(spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},"), "utf-8")
+    study = load_study(spec)
+    store = StudyFolder(folder / "runs" / study.name)
+    calibrate(study, store, LocalExecutor(2))
+    return study, store
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, StudyFolder, Results]:
+    study, store = studied(tmp_path_factory.mktemp("two"), "two.yaml")
+    return study, store, fresh_results(study, store)
+
+
+def test_units_are_those_declared(two: tuple[Study, StudyFolder, Results]) -> None:
+    (target,) = two[0].targets.forces
+    assert (target.force, target.sd, target.n) == (32.6, 0.8, 5)
+    assert target.further["bulk"].value == pytest.approx(741.0) and target.further["bulk"].sd == pytest.approx(6.0)
+
+
+def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
+    """An effect is the mean at high less the mean at low of that response."""
+    screen = two[2].screen
+    assert screen is not None and screen.responses is not None
+    for one, name in zip(screen.of_each, ("force", "bulk"), strict=True):
+        for effect in one.effects:
+            values = {
+                sign: np.mean([run.response(name) for run in screen.design.runs if run.coded[effect.factor] == sign])
+                for sign in (-1.0, 1.0)
+            }
+            assert effect.effect == pytest.approx(values[1.0] - values[-1.0], rel=1e-9)
+    assert [one.naming.response.name for one in screen.of_each] == ["angle", "bulk"]
+
+
+def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder, Results]) -> None:
+    screen, surface = two[2].screen, two[2].surface
+    assert screen is not None and surface is not None and screen.responses is not None
+    assert "grain_density" in screen.responses["bulk"].significant and "rolling" in screen.significant
+    assert set(surface.names) >= {"static", "rolling", "grain_density"}
+    assert screen.shares["grain_density"] == screen.seen_by("bulk").effect("grain_density").contribution_percent
+
+
+def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
+    surface = two[2].surface
+    assert surface is not None
+    (at,) = surface.diameters
+    coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
+    bulk = np.array([run.outcome.response("bulk") for run in at.runs], dtype=float)
+    beta, *_ = np.linalg.lstsq(term_columns(coded), bulk, rcond=None)
+    fit = (at.responses or {})["bulk"]
+    assert [row.value for row in fit.coefficients] == pytest.approx(beta.tolist(), rel=1e-8, abs=1e-8 * abs(beta[0]))
+    residual = bulk - term_columns(coded) @ beta
+    row = next(row for row in fit.anova if row.source == "Residual")
+    assert row.sum_of_squares == pytest.approx(float(residual @ residual), rel=1e-6)
+    seen = surface.seen_by("bulk", at.diameter)
+    assert seen.naming.response.unit == "kg/m3" and seen.r2 == pytest.approx(fit.r2)
+
+
+def test_inverted_together_and_desirable(two: tuple[Study, StudyFolder, Results]) -> None:
+    """The made-up program without its chance gives both targets at the solution, within what its chance allows."""
+    inversion = two[2].inversion
+    assert inversion is not None and inversion.joint is not None and inversion.desirability is not None
+    assert [row.response for row in inversion.joint.rows] == ["angle", "bulk"]
+    for point in (inversion.parameters, {**inversion.parameters, **inversion.desirability.solution}):
+        static, rolling = point["static"], point["rolling"]
+        angle = 12.0 + 28.0 * static + 90.0 * rolling - 60.0 * static * rolling - 0.6 + 0.2
+        bulk = 0.62 * point["grain_density"] * (1.0 - 0.12 * static - 0.2 * rolling)
+        assert angle == pytest.approx(32.6, abs=1.0) and bulk == pytest.approx(741.0, abs=6.0)
+    assert inversion.desirability.overall == pytest.approx(1.0, abs=1e-4)
+
+
+def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> None:
+    """One simulated value against n specimens: Welch's test is the one-sample test."""
+    validation = two[2].validation
+    assert validation is not None
+    (row,) = validation.rows
+    (bulk,) = row.further
+    t = (bulk.measured - bulk.simulated) / (6.0 / 5**0.5)
+    assert bulk.p_different == pytest.approx(2.0 * stats.t.sf(abs(t), 4))
+    assert validation.max_abs_error_percent == pytest.approx(
+        max(abs(row.compared.error_percent or 0.0), abs(bulk.error_percent or 0.0))
+    )
+
+
+def keys_in(content: object) -> set[str]:
+    """Return every key of a tree."""
+    if isinstance(content, dict):
+        return set(content) | set().union(*map(keys_in, content.values()))
+    return set().union(*map(keys_in, content)) if isinstance(content, list) else set()
+
+
+@pytest.mark.parametrize("name", ["angle.yaml", "two.yaml"])
+def test_files_have_its_own_words(name: str, tmp_path: Path) -> None:
+    _, store = studied(tmp_path, name)
+    for path in sorted(store.path.glob("*.json")):
+        foreign = [key for key in keys_in(json.loads(path.read_text("utf-8"))) if NOT_ITS_OWN.search(key)]
+        assert not foreign, path.name
+    headings = {path.name: next(csv.reader(path.open(encoding="utf-8"))) for path in store.path.glob("*.csv")}
+    assert "angle" in headings["screen_runs.csv"]
+    assert not [cell for row in headings.values() for cell in row if NOT_ITS_OWN.search(cell)]
