@@ -182,7 +182,12 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
     design = surface_design(study, solver, names)
     diameters = [study.targets.calibrate_at, *(target.diameter for target in study.joint_targets)]
-    requests = [request for diameter in dict.fromkeys(diameters) for request in design.requests(diameter)]
+    requests = [
+        request
+        for requested in (design.requests, design.fine_requests)
+        for diameter in dict.fromkeys(diameters)
+        for request in requested(diameter)
+    ]
     remark = f"The screening decides which factors the surface has; {len(names)} are assumed for the plan."
     return Asked("rsm", requests, known is not None, "" if known else remark, design)
 

@@ -27,14 +27,15 @@ def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
 
 
 def measures(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``travel`` (mm), ``work`` (mJ), ``phases`` and their forces of a run's details, as far as these tell.
+    """Return ``travel`` (mm), ``work`` (mJ), ``phases`` and what each gave of a run's details, as far as these tell.
 
     Over several mesh phases they are means; otherwise the recorded curve is read.
     """
     if phases := details.get("phase_peaks"):
-        told = {"travel": details.get("phase_travels"), "work": details.get("phase_works")}
-        means = {name: float(np.mean(values)) for name, values in told.items() if values}
-        return {"phases": len(phases), "phase_forces": list(phases), **means}
+        told = {name: list(details[f"phase_{name}s"]) for name in ("travel", "work") if details.get(f"phase_{name}s")}
+        means = {name: float(np.mean(values)) for name, values in told.items()}
+        each = {f"phase_{name}s": values for name, values in told.items()}
+        return {"phases": len(phases), "phase_forces": list(phases), **means, **each}
     if (end := details.get("peak_travel")) is None:
         return {}
     curve = details.get("curve")

@@ -18,13 +18,14 @@ from stemcal.doe.designs.catalogue import (
 )
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.fidelity import spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.runs.outcome import outcome_of
-from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import RsmOptions, Study, factors_taken, strongest_asked
+from stemcal.study.model import CoarseOptions, RsmOptions, Study, factors_taken, strongest_asked
 from stemcal.words import joined
 
 _LEVEL_TOLERANCE = 1e-6
@@ -34,7 +35,8 @@ _LEVEL_TOLERANCE = 1e-6
 class Design:
     """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
 
-    Of a program with chance in it they are the design `replicates` times over.
+    Of a program with chance in it they are the design `replicates` times over. With `coarse` elements the runs of the
+    rows `fine` are made with the study's own too.
     """
 
     stage: str
@@ -44,6 +46,9 @@ class Design:
     levels: tuple[Mapping[str, float], ...]
     blocks: tuple[str, ...] | None = None
     replicates: int = 0
+    coarse: str | None = None
+    phases: int | None = None
+    fine: tuple[int, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -53,9 +58,21 @@ class Design:
     def requests(self, diameter: float) -> list[Request]:
         """Return a request per row."""
         return [
-            Request(self.stage, row, levels, diameter, replicate=self.replicate(row))
+            Request(
+                self.stage,
+                row,
+                levels,
+                diameter,
+                phases=self.phases,
+                element_size=self.coarse,
+                replicate=self.replicate(row),
+            )
             for row, levels in enumerate(self.levels)
         ]
+
+    def fine_requests(self, diameter: float) -> list[Request]:
+        """Return a request per row that is run with the study's own elements beside coarse ones."""
+        return [Request(self.stage, row, self.levels[row], diameter) for row in self.fine]
 
     def replicate(self, row: int) -> int:
         """Return which time over a row belongs to, from 1; 0 without chance."""
@@ -122,8 +139,21 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
         coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
         levels = _levels(study, coding, coded)
         once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
+        if study.rsm.coarse is not None:
+            return _coarsened(once, study.rsm.coarse, solver)
         return once.repeated(study.replicates)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
+
+
+def _coarsened(design: Design, options: CoarseOptions, solver: Solver) -> Design:
+    """Return the design with larger elements, over as many places of the mesh, and which of its runs are fine too."""
+    if not isinstance(solver, Meshed):
+        raise UsageError("rsm.coarse: the solver does not say how it would mesh otherwise; leave it out")
+    if options.fine_runs > len(np.unique(design.coded, axis=0)):
+        raise UsageError(f"rsm.coarse.fine_runs: the design has fewer than {options.fine_runs} different runs")
+    phases = solver.phases if solver.phases > 1 else None
+    fine = tuple(spread_runs(design.coded, options.fine_runs))
+    return replace(design, coarse=str(options.element_size), phases=phases, fine=fine)
 
 
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:

@@ -30,6 +30,7 @@ _UNUSED_RSM: dict[str, object] = {
     "inestimable": "refuse",
     "sums_of_squares": "partial",
     "constraints": [],
+    "coarse": None,
 }
 _UNUSED_SCREEN = {"centre_points": 0}
 _UNUSED_CLIMB: dict[str, object] = {"step_sizes": {}}

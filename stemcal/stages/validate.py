@@ -9,9 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from stemcal.doe.calibration.mesh import MeshScatter
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
-from stemcal.doe.validation.discrepancy import FEWEST, Corrected, Discrepancy, corrected, discrepancy
+from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_means
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
@@ -23,14 +22,16 @@ from stemcal.runs.policy import censored_remarks
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.audit.cells import Audited, audit_validation, sentences
-from stemcal.stages.invert.certainty import Measured, measured_of
+from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
+from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval, StageResult, read_fresh
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
-from stemcal.words import an, joined
+from stemcal.words import an, counted, joined
 
 _COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
             "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
@@ -38,7 +39,7 @@ _COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "statu
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it."""
+    """Travel or work of a validation run beside what was measured of it; `mesh_interval` as of the force."""
 
     response: str
     unit: str
@@ -46,6 +47,7 @@ class FurtherRow:
     sd: float | None
     simulated: float
     error_percent: float | None
+    mesh_interval: Interval | None = absent()
     n: int | None = absent()
     measured_low: float | None = absent()
     measured_high: float | None = absent()
@@ -176,7 +178,8 @@ def validate(work: Work) -> ValidateResult:
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
-    scatter = work.fresh(MeshResult).scatter if study.mesh is not None else None
+    meshes = work.fresh(MeshResult) if study.mesh is not None else None
+    scatter = None if meshes is None else meshes.scatter
     own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
     scatters = {named.name: pooled(outcomes, named.name) for named in study.naming.further}
     by_chance = pooled(outcomes)
@@ -194,13 +197,15 @@ def validate(work: Work) -> ValidateResult:
     )
     published = audit_validation(study)
     formula = _formula(found.rows) if study.naming.is_force_on_stems else None
-    ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
+    asked = study.invert.discrepancy
+    ratios = {} if asked == "none" else _ratios(found.rows)
+    seen = _directions_seen(work) if ratios else 1
     rows = [
-        replace(_row(study, *parts, scatter, scatters), corrected=_corrected(parts[1], ratios))
+        replace(_row(study, *parts, meshes, scatters), corrected=_corrected(parts[1], ratios, seen, asked == "process"))
         for parts in zip(targets, found.rows, outcomes, strict=True)
     ]
     errors = [abs(error) for row in rows for error in row.errors_percent]
-    missed = discrepancy(list(ratios.values()))
+    missed = discrepancy(ratios, seen)
     beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
     return ValidateResult(
@@ -217,7 +222,7 @@ def validate(work: Work) -> ValidateResult:
         formula_max_abs_error_percent=formula,
         discrepancy=missed,
         published=published,
-        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, rows), *remarks),
+        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, seen, rows), *remarks),
     )
 
 
@@ -227,24 +232,39 @@ def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
     return {row.diameter: row.measured / (row.simulated or 1.0) for row in fitted}
 
 
-def _corrected(row: ValidationRow, ratios: Mapping[float, float]) -> Corrected | None:
+def _corrected(row: ValidationRow, ratios: Mapping[float, float], seen: int, smooth: bool) -> Corrected | None:
     """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
-    others = [ratio for diameter, ratio in ratios.items() if diameter != row.diameter]
-    return corrected(row.simulated, others) if row.simulated and len(ratios) >= FEWEST else None
+    others = {diameter: ratio for diameter, ratio in ratios.items() if diameter != row.diameter}
+    enough = row.simulated and len(ratios) >= needed(seen)
+    return corrected(row.simulated or 0.0, row.diameter, others, seen, smooth) if enough else None
 
 
-def _discrepancy_notes(study: Study, missed: Discrepancy | None, rows: Sequence[ValidateRow]) -> list[str]:
+def _directions_seen(work: Work) -> int:
+    """Return how many directions of the parameters the fitted forces see, at least their level."""
+    study = work.study
+    if not study.joint_targets:
+        return 1
+    surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
+    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface))
+    forces = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
+    point = surface.scales.point(solution.point.coded)
+    return max(1, misfit.only(forces).directions_seen(point)) if forces else 1
+
+
+def _discrepancy_notes(study: Study, missed: Discrepancy | None, seen: int, rows: Sequence[ValidateRow]) -> list[str]:
     named = study.naming
-    if study.invert.discrepancy != "scale":
+    if study.invert.discrepancy == "none":
         return []
     if missed is None:
-        needed = f"{FEWEST} fitted {named.condition_plural} with {an(named.response.noun)} ({named.fitted_at})"
-        return [f"One scale for what the model misses needs {needed}."]
+        because = f" where the parameters are seen in {counted(seen, 'direction')}" if seen > 1 else ""
+        fitted = f"{needed(seen)} fitted {named.condition_plural} with {an(named.response.noun)}"
+        return [f"What the model misses needs {fitted}{because} ({named.fitted_at})."]
     told = [(row.compared.measured, row.corrected.interval) for row in rows if row.corrected is not None]
     held = sum(low <= measured <= high for measured, (low, high) in told)
+    smooth = f", smooth over the {named.condition_noun}" if study.invert.discrepancy == "process" else ""
     return [
         f"One scale for what the model misses: measured = {missed.scale:.3f}·simulated, sd {missed.sd_percent:.1f} % "
-        f"over {missed.diameters} fitted {named.condition_plural}. The 95 % interval predicted without the "
+        f"over {missed.diameters} fitted {named.condition_plural}{smooth}. The 95 % interval predicted without the "
         f"{named.condition_noun} itself holds the measured {named.response.noun} at {held} of {len(told)}."
     ]
 
@@ -286,11 +306,15 @@ def _row(
     target: Target,
     compared: ValidationRow,
     outcome: Outcome,
-    scatter: MeshScatter | None,
+    meshes: MeshResult | None,
     scatters: Mapping[str, Scatter | None],
 ) -> ValidateRow:
+    margin = study.targets.equivalent_within_percent
     further = [
-        FurtherRow.of(mean, value, study.targets.equivalent_within_percent, scatters.get(mean.response))
+        replace(
+            FurtherRow.of(mean, value, margin, scatters.get(mean.response)),
+            mesh_interval=_over_meshes(meshes, mean.response, value),
+        )
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.response(mean.response)) is not None
     ]
@@ -302,9 +326,15 @@ def _row(
         message=outcome.message,
         key=outcome.key,
         replicates=outcome.replicates,
-        mesh_interval=None if scatter is None or compared.simulated is None else scatter.interval(compared.simulated),
+        mesh_interval=_over_meshes(meshes, "force", compared.simulated),
         further=Rows(further),
     )
+
+
+def _over_meshes(meshes: MeshResult | None, response: str, simulated: float | None) -> Interval | None:
+    """Return what holds 95 % of a response with the mesh at another place; nothing where its scatter is not told."""
+    scatter = None if meshes is None else meshes.scatter_of(response)
+    return None if scatter is None or simulated is None else scatter.interval(simulated)
 
 
 def table_remarks(study: Study, solver: Solver) -> list[str]:

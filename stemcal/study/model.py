@@ -431,6 +431,16 @@ class Constraint(_Frozen):
     at_most: Number
 
 
+class CoarseOptions(_Frozen):
+    """Elements of another, larger size for the runs of the surface's design; the study's own correct it in a few.
+
+    `fine_runs` of the design are simulated with the study's own element size too, which everything else belongs to.
+    """
+
+    element_size: StemLength
+    fine_runs: Annotated[Whole, Field(ge=3, le=100)] = 4
+
+
 class RsmOptions(_Frozen):
     """The design behind the response surface, and the terms that are fitted.
 
@@ -441,7 +451,8 @@ class RsmOptions(_Frozen):
     space-filling designs. `extra_runs` are added where they teach most (D-optimal; a list adds one batch after the
     other), `axial` adds axial points at that coded distance. `blocks` splits a composite into two orthogonal blocks,
     `weights` lets runs of small scatter over mesh phases count more, `inestimable` says what becomes of terms that
-    failed runs have made so. `constraints` cut the region of an I-optimal design.
+    failed runs have made so. `constraints` cut the region of an I-optimal design. `coarse` runs the design with larger
+    elements and corrects the surface by a few runs with the study's own.
     """
 
     design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = (
@@ -479,6 +490,7 @@ class RsmOptions(_Frozen):
     reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
     sums_of_squares: Literal["partial", "sequential"] = "partial"
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
+    coarse: CoarseOptions | None = None
     coding: dict[str, CodingEntry] = {}
 
 
@@ -496,8 +508,8 @@ class InvertOptions(_Frozen):
     `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
     factors' ranges were fixed before the measured forces were seen; after that no diameter left out is a check.
     `desirability` puts the most desirable point of several responses beside the fit, by default where the study
-    declares them. `discrepancy` takes one scale with scatter for what the model misses over the fitted diameters, and
-    gives prediction intervals of the measured forces.
+    declares them. `discrepancy` takes one scale with scatter, or one that changes smoothly (a Gaussian process), for
+    what the model misses over the fitted diameters, and gives prediction intervals of the measured forces.
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
@@ -505,7 +517,7 @@ class InvertOptions(_Frozen):
     responses: Responses = ("force",)
     posterior: Annotated[bool, Field(strict=True)] = False
     ranges_chosen: Literal["before", "after"] = "before"
-    discrepancy: Literal["none", "scale"] = "none"
+    discrepancy: Literal["none", "scale", "process"] = "none"
     desirability: Annotated[bool, Field(strict=True)] | None = None
 
 

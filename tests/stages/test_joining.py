@@ -144,8 +144,19 @@ def test_ranges_chosen_after_the_forces_leave_no_check(tmp_path: Path) -> None:
     assert any("no diameter checks the result" in reason.sentence for reason in verdict.reasons)
 
 
-def test_one_scale_for_what_the_model_misses(tmp_path: Path) -> None:
+def test_a_fit_in_two_directions_leaves_three_diameters_nothing_to_tell(tmp_path: Path) -> None:
     _, folder = solved(tmp_path, "invert: {diameters: all, discrepancy: scale}\n")
+    study = load_study(tmp_path / "joint.yaml")
+    found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
+    assert found.discrepancy is None and all(row.corrected is None for row in found.rows)
+    assert any("needs 4 fitted diameters with a force where the parameters are seen in 2" in n for n in found.notes)
+
+
+@pytest.mark.parametrize("way", ["scale", "process"])
+def test_what_the_model_misses_over_four_diameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str) -> None:
+    nine = f"    - {{diameter: 9 mm, force: {104.0 * (9 / 8.0) ** 2 + 2.4 * 1.1:.6f} N, sd: 2 N, n: 6}}\n"
+    monkeypatch.setattr(f"{__name__}.SPEC", SPEC + nine)
+    _, folder = solved(tmp_path, f"invert: {{diameters: all, discrepancy: {way}}}\n")
     study = load_study(tmp_path / "joint.yaml")
     found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
     assert found.discrepancy is not None and found.discrepancy.scale == pytest.approx(1.0, abs=1e-3)

@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from fakes import TWO_FACTORS, FakeSolver
+from scipy import stats
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.overview.plan import plan
+from stemcal.overview.plan import asked, plan
 from stemcal.overview.status import ledger, retry, status
 from stemcal.report.page.render import render
 from stemcal.report.tables.stages import sheets_of
@@ -37,6 +39,7 @@ targets:
     - {diameter: 10 mm, force: 171.9 N, sd: 6 N, n: 6}
 rsm: {factors: [yield_stress, failure_strain], centre_points: 2}
 """
+FORCES = TARGETS
 MESH = "mesh: {phases: 4, sizes: [d/24]}\n"
 PLACES = (1.02, 0.98, 1.01, 0.97)
 
@@ -116,6 +119,14 @@ def test_every_interval_is_wider_with_the_mesh(made: Made) -> None:
     assert held.certainty.sentences[0] in held.notes and without.certainty.sentences[0] not in held.notes
 
 
+def test_the_page_says_what_the_ranges_rest_on(made: Made) -> None:
+    study, folder, _ = made()
+    rests = "What the ranges rest on: the mesh stays in its place (a section `mesh` tells what that is worth)."
+    assert rests in render(study, folder)
+    study, folder, _ = made(MESH)
+    assert "What the ranges rest on" not in render(study, folder)
+
+
 def test_the_budget_tells_each_source(made: Made) -> None:
     mesh = made(MESH)[2].mesh
     assert mesh is not None
@@ -165,6 +176,78 @@ def test_it_is_shown_and_comes_back_from_its_file(made: Made) -> None:
     assert all(stage.file == "fresh" for stage in status(study, folder).stages)
 
 
+TRAVELS = (1.02, 0.98, 1.012, 0.988)
+
+
+@dataclass(frozen=True)
+class FakeTravels(FakeMeshes):
+    """Travel 1 + 0.2b and work half of force times travel, times d/8; the travel has a scatter of its own."""
+
+    silent: bool = False
+
+    def solve(self, request: Request) -> Answer:
+        whole, meshed = super().solve(request), self.on(request)
+        b = (request.levels["failure_strain"] - 0.03) / 0.02
+        travel, force = (1.0 + 0.2 * b) * request.diameter / 8.0, whole.force or 0.0
+        curve = {"travel": [0.0, travel, 2.0 * travel], "force": [0.0, force, 0.0]}
+        if len(meshed.places) == 1:
+            return replace(whole, details={"peak_travel": travel, "curve": curve})
+        travels = [travel * factor for factor in TRAVELS[: len(meshed.places)]]
+        works = [0.5 * f * u for f, u in zip(whole.details["phase_peaks"], travels, strict=True)]
+        told = {} if self.silent else {"phase_travels": travels, "phase_works": works}
+        return replace(whole, details={**whole.details, **told})
+
+
+def of_travel(made: Made, extra: str, solver: FakeMeshes, monkeypatch: pytest.MonkeyPatch) -> Results:
+    """A study that measured the travel at 7 and 8 mm and fits it at 8 mm."""
+    told = {" 3 N, n: 6": "travel: 0.9 mm", " 4 N, n: 6": "travel: 1.05 mm"}
+    targets = FORCES
+    for after, travel in told.items():
+        targets = targets.replace(after, f"{after}, {travel}, travel_sd: 0.01 mm")
+    monkeypatch.setattr(f"{__name__}.TARGETS", targets)
+    return made(extra + "invert: {responses: [force, travel]}\n", solver)[2]
+
+
+def test_the_scatter_of_the_travel_is_in_what_the_travel_tells(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The failure strain is told by the travel alone: ±t·√(variance of mean and mesh) over its slope of 0.2 mm."""
+    plain = of_travel(made, "", FakeTravels(), monkeypatch)
+    meshed = of_travel(made, MESH, FakeTravels(), monkeypatch)
+    assert plain.inversion is not None and plain.inversion.certainty is not None and meshed.mesh is not None
+    scatter = meshed.mesh.scatter_of("travel")
+    assert scatter is not None and scatter.own == pytest.approx(np.var(np.log(TRAVELS), ddof=1), rel=1e-9)
+    assert meshed.mesh.scatter.own == pytest.approx(np.var(np.log(PLACES), ddof=1), rel=1e-9)
+    narrow = plain.inversion.certainty.intervals["failure_strain"]
+    wide = meshed.mesh.certainty.intervals["failure_strain"]
+    laboratory, mesh = 0.01**2 / 6, 1.05**2 * scatter.own
+    df = (laboratory + mesh) ** 2 / (laboratory**2 / 5 + mesh**2 / 3)
+    reach = stats.t.ppf(0.975, df) * (laboratory + mesh) ** 0.5 / 0.2 * 0.02
+    assert wide == pytest.approx((0.035 - reach, 0.035 + reach), abs=0.02 * reach)
+    assert wide[1] - wide[0] > 2.0 * (narrow[1] - narrow[0])
+    told = "The travel at the solution has a standard deviation of 1.9 % over the places of the mesh."
+    assert told in meshed.mesh.notes
+    assert MeshResult.from_json(meshed.mesh.to_json()) == meshed.mesh
+
+
+def test_the_validation_has_the_scatter_of_the_travel(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    validation = of_travel(made, MESH, FakeTravels(), monkeypatch).validation
+    assert validation is not None
+    row = validation.rows[0].further[0]
+    low, high = row.mesh_interval or (0.0, 0.0)
+    own = np.var(np.log(TRAVELS), ddof=1)
+    middle = row.simulated * stats.gmean(TRAVELS)
+    reach = stats.t.ppf(0.975, 3) * middle * (own * (1 + 1 / 4)) ** 0.5
+    assert (low, high) == pytest.approx((middle - reach, middle + reach))
+    foot = sheets_of(validation)[1].foot
+    assert any(line.startswith("With the mesh at another place the travel at 7 mm lies within") for line in foot)
+
+
+def test_a_travel_that_no_place_tells_is_told_to_be_in_no_interval(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    results = of_travel(made, MESH, FakeTravels(silent=True), monkeypatch)
+    assert results.mesh is not None and results.validation is not None
+    assert results.mesh.further is None and results.validation.rows[0].further[0].mesh_interval is None
+    assert "The travel at each place of the mesh is not told: its scatter is in no interval." in results.mesh.notes
+
+
 def test_a_failed_place_stops_it_and_a_failed_size_is_left_out(made: Made) -> None:
     with pytest.raises(RunsFailed, match=r"mesh: the run at 8 mm \(phases\) failed \(inverted\): element 3"):
         made(MESH, FakeMeshes(fails=True))
@@ -208,3 +291,46 @@ def test_the_embedded_solver_meshes_otherwise(tmp_path: Path) -> None:
     finer = meshed_as(solver.study, replace(request, element_size="d/24")).solver
     assert isinstance(finer, EmbeddedSolver) and str(finer.element_size) == "d/24"
     assert finer.time_step == pytest.approx(4e-5 * 16 / 24)
+
+
+COARSE = "{factors: [yield_stress, failure_strain], centre_points: 2}"
+
+
+def run_coarsely(monkeypatch: pytest.MonkeyPatch, fine_runs: int) -> None:
+    """Let the next studies run their design with elements of d/10, whose force is 0.95 times the study's own."""
+    coarse = f", coarse: {{element_size: d/10, fine_runs: {fine_runs}}}}}"
+    monkeypatch.setattr(f"{__name__}.TARGETS", FORCES.replace(COARSE, COARSE[:-1] + coarse))
+
+
+def test_coarse_runs_corrected_by_few_fine_ones_are_the_fine_surface(
+    made: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Fine is 1/0.95 of coarse: the same coefficients, solution and prediction, from five fine runs of nine."""
+    fine = made()[2]
+    run_coarsely(monkeypatch, 5)
+    study, folder, coarse = made()
+    assert fine.surface is not None and coarse.surface is not None and coarse.surface.coarse is not None
+    assert coarse.surface.coarse.factor == pytest.approx(1.0 / 0.95)
+    assert coarse.surface.beta == pytest.approx(fine.surface.beta, rel=1e-6, abs=1e-6)
+    assert fine.inversion is not None and coarse.inversion is not None and coarse.validation is not None
+    assert coarse.inversion.point.solution == pytest.approx(fine.inversion.point.solution, rel=1e-4)
+    assert coarse.validation.rows[1].compared.simulated == pytest.approx(110.0, rel=1e-5)
+    surface = next(part for part in asked(study, FakeMeshes(), folder) if part.stage == "rsm")
+    sizes = [request.element_size for request in surface.requests]
+    assert (sizes.count("d/10"), sizes.count(None)) == (10, 5)
+    assert any("The design was run with elements of d/10, 5 of its runs" in note for note in coarse.surface.notes)
+    assert all(stage.file == "fresh" for stage in status(study, folder).stages)
+    assert "The design was run with elements of d/10" in render(study, folder)
+
+
+def test_jointly_every_diameter_is_corrected_and_refining_learns_fine_forces(
+    made: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_coarsely(monkeypatch, 3)
+    results = made("invert: {diameters: all}\nrefine: {tolerance_percent: 0.5}\n")[2]
+    assert results.surface is not None and results.inversion is not None and results.refinement is not None
+    assert [len(part.fine_runs) for part in results.surface.diameters] == [3, 3, 3]
+    assert results.inversion.joint is not None
+    assert [row.predicted for row in results.inversion.joint.rows] == pytest.approx([84.2, 110.0, 171.9], rel=2e-3)
+    first = results.refinement.rows[0]
+    assert first.outcome.force == pytest.approx(first.predicted, rel=1e-3)

@@ -72,7 +72,8 @@ def test_work_is_the_area_under_the_curve_from_first_touch() -> None:
 
 def test_phases_give_means() -> None:
     told = measures({"phase_peaks": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]})
-    assert told == {"phases": 2, "phase_forces": [90.0, 110.0], "travel": 1.1, "work": 45.0}
+    each = {"phase_forces": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]}
+    assert told == {"phases": 2, **each, "travel": 1.1, "work": 45.0}
     assert measures({"stroke_was_enough": True}) == {}
 
 

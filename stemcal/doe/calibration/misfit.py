@@ -15,13 +15,14 @@ parts and their mean shares; of several kinds the least counts, since an interva
 without its n counts as known.
 
 The place of the mesh (`Misfit.with_mesh`) adds a variance to every force and one that they all share, uuᵀ: D = rᵀV⁻¹r
-with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. What all share is not averaged away over the diameters, so
-each factor then has degrees of freedom of its own (`Misfit.freedom`).
+with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. Travel and work have parts of their own, each kind its u.
+What all share is not averaged away over the diameters, so each factor then has degrees of freedom of its own
+(`Misfit.freedom`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -41,6 +42,7 @@ Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
 _FINEST = 1e-4
 _CLOUD = 11
+_SEEN = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +61,8 @@ class Observation:
 class Source:
     """One source of error: its variance at each observation, and the degrees of freedom behind it.
 
-    A `shared` one moves all observations together, each by its own standard deviation; it was told by a mean square
-    over so many diameters, less the part of each diameter by itself.
+    A `shared` one moves all observations of its `kind` together, each by its own standard deviation; it was told by a
+    mean square over so many diameters, less the part of each diameter by itself.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Source:
     df: float
     shared: bool = False
     diameters: int = 1
+    kind: str = "force"
 
     def only(self, kept: Sequence[int]) -> Source:
         """Keep some of the observations."""
@@ -80,8 +83,8 @@ class Misfit:
 
     `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
     freedom behind variances that were estimated, infinite where they count as exact. `variance` is that of each
-    observation by itself, `shared` the standard deviations of what moves them together; `sources` tell what both are
-    made of.
+    observation by itself, `shared` the standard deviations of what moves those of a kind together; `sources` tell what
+    both are made of.
     """
 
     observations: tuple[Observation, ...]
@@ -134,13 +137,21 @@ class Misfit:
         gap = self.measured - self.predict(points)
         return np.asarray((gap * self._weighed(gap)).sum(axis=1))
 
+    @cached_property
+    def kinds(self) -> list[Array]:
+        """One at the observations of a kind and zero elsewhere, for each kind."""
+        of = [observation.kind for observation in self.observations]
+        return [np.array([float(kind == other) for other in of]) for kind in dict.fromkeys(of)]
+
     def _weighed(self, gap: Array) -> Array:
-        """Return V⁻¹r of (m, observations) differences: V = diag(v) + uuᵀ."""
+        """Return V⁻¹r of (m, observations) differences: V = diag(v) + uuᵀ, u of each kind by itself."""
         scaled = gap / self.variance
         if self.shared is None:
             return np.asarray(scaled)
-        w = self.shared / self.variance
-        return np.asarray(scaled - (gap @ w)[..., None] * w / (1.0 + self.shared @ w))
+        for mine in self.kinds:
+            w = mine * self.shared / self.variance
+            scaled = scaled - (gap @ w)[..., None] * w / (1.0 + self.shared @ w)
+        return np.asarray(scaled)
 
     def value(self, x: Array) -> float:
         """Return D at one point."""
@@ -151,6 +162,14 @@ class Misfit:
         weighted = self._weighed(self.measured - self.predict(x)[0])
         slopes = np.asarray(self.beta @ term_gradient(x))
         return np.asarray(-2.0 * weighted @ slopes)
+
+    def directions_seen(self, x: Array) -> int:
+        """Return in how many directions of the factors the responses change by 1 % or more per coded unit.
+
+        Counted by the singular values of (∂ŷ/∂x)/ŷ.
+        """
+        slopes = (self.beta @ term_gradient(x)) / self.predict(x)[0][:, None]
+        return int(np.sum(np.linalg.svd(slopes, compute_uv=False) >= _SEEN))
 
     def objective(self, scale: float = 1.0) -> Objective:
         """Return D/scale as something to make small."""
@@ -187,27 +206,37 @@ class Misfit:
             self, variance=variance, scatter="joint", scale_df=self.df, sources=(Source("misfit", variance, self.df),)
         )
 
-    def with_mesh(self, mesh: MeshScatter, least: float) -> Misfit:
+    def with_mesh(self, mesh: MeshScatter, least: float, further: Mapping[str, MeshScatter] | None = None) -> Misfit:
         """Return it with the scatter of the forces over the places of the mesh; `least` is its least misfit.
 
-        A scatter that the misfit has told holds what each diameter has by itself, not what all share.
+        `further` has the scatter of travel and work. A scatter that the misfit has told holds what each diameter has by
+        itself, not what all share.
         """
-        known, force = self if self.scale_known else self.scaled(least), [o.kind == "force" for o in self.observations]
-        size = np.where(force, known.measured, 0.0) ** 2
-        own = Source("mesh", size * mesh.own, mesh.own_df)
-        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.diameters)
-        added = [own] if self.scale_known else []
-        return known.of_sources([*known.sources, *added, *([common] if mesh.common > 0.0 else [])])
+        known = self if self.scale_known else self.scaled(least)
+        scatter = {"force": mesh, **(further or {})}
+        added = [source for kind, found in scatter.items() for source in known._of_mesh(kind, found)]
+        kept = [source for source in added if source.shared or self.scale_known]
+        return known.of_sources([*known.sources, *kept])
+
+    def _of_mesh(self, kind: str, mesh: MeshScatter) -> list[Source]:
+        """Return what the place of the mesh adds to the observations of a kind: by itself, and shared by them."""
+        mine = np.array([observation.kind == kind for observation in self.observations])
+        size = np.where(mine, self.measured, 0.0) ** 2
+        own = Source("mesh", size * mesh.own, mesh.own_df, kind=kind)
+        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.diameters, kind)
+        return [own, common] if mesh.common > 0.0 else [own]
+
+    def own_part(self, shared: Source) -> int | None:
+        """Return which source is the mesh's own part beside what the observations of its kind share."""
+        return next((i for i, s in enumerate(self.sources) if s.name == "mesh" and s.kind == shared.kind), None)
 
     def _as_mean_squares(self, parts: Array, g: Array) -> None:
         """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
-        names = [source.name for source in self.sources]
-        shared = next((i for i, source in enumerate(self.sources) if source.shared), None)
-        if shared is not None and "mesh" in names:
-            own = names.index("mesh")
-            moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / self.sources[shared].diameters
-            parts[shared] += moved
-            parts[own] = np.maximum(parts[own] - moved, 0.0)
+        for i, source in enumerate(self.sources):
+            if source.shared and (own := self.own_part(source)) is not None:
+                moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.diameters
+                parts[i] += moved
+                parts[own] = np.maximum(parts[own] - moved, 0.0)
 
     def of_sources(self, sources: Sequence[Source]) -> Misfit:
         """Return it with these sources of error alone."""

@@ -2,9 +2,10 @@
 
 The log likelihood of a point is −D/2 where the variances are known. Where they were estimated with ν degrees of freedom
 their common factor is integrated out under Jeffreys' prior: −((ν + m)/2)·ln(1 + D/ν), Student's t; where they are known
-up to that factor alone, −(m/2)·ln D. Outside the region it is −∞. Where the place of the mesh adds variances that were
-estimated from few simulations, each source's variance is integrated out by itself: it is drawn as s²·ν/χ²(ν), and the
-likelihood, |V|^(−1/2)·exp(−D/2), is the mean over the draws.
+up to that factor alone, −(m/2)·ln D. Outside the region it is −∞. Where several variances were estimated each for
+itself (the laboratory's, that of every surface, what the place of the mesh adds), each is integrated out by itself: it
+is drawn as s²·ν/χ²(ν), and the likelihood, |V|^(−1/2)·exp(−D/2), is the mean over the draws. One factor common to all
+would take the weights of the observations for known.
 Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
 emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
 fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
@@ -12,7 +13,7 @@ fill the region puts them, so that every branch of the solution set has some. Th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from stemcal.errors import UsageError
 
 WALKERS, STEPS, BURN_IN = 40, 2000, 500
 _CLOUD, _SEED = 13, 20_011
+_NO_PART = 1e-9  # a source below this part of the variance is rounding
 _DRAWS = 8  # 2^8 draws of the variances
 # Chains shorter than this many autocorrelation times are too short to trust (emcee's own rule).
 _LONG_ENOUGH = 50
@@ -108,8 +110,19 @@ def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in
 
 def log_posterior(misfit: Misfit, region: Region, points: Array) -> Array:
     """Return the log density at (m, k) coded points, up to a constant."""
-    found = _mean_log_likelihood(misfit, points) if misfit.meshed else _log_likelihood(misfit, misfit.many(points))
+    apart = _apart(misfit)
+    several = misfit.scale_known and (misfit.meshed or sum(np.isfinite(source.df) for source in apart.sources) > 1)
+    found = _mean_log_likelihood(apart, points) if several else _log_likelihood(misfit, misfit.many(points))
     return np.where(region.contains(points), found, -np.inf)
+
+
+def _apart(misfit: Misfit) -> Misfit:
+    """Return it with a source for the surface of each observation, which has residuals of its own; none of no part."""
+    sources = []
+    for source in misfit.sources:
+        each = np.diag(source.variance) if source.name == "surface" else source.variance[None]
+        sources += [replace(source, variance=of) for of in each if np.any(of > _NO_PART * misfit.variance)]
+    return replace(misfit, sources=tuple(sources))
 
 
 def _mean_log_likelihood(misfit: Misfit, points: Array) -> Array:
@@ -118,10 +131,12 @@ def _mean_log_likelihood(misfit: Misfit, points: Array) -> Array:
 
     gap = misfit.measured - misfit.predict(points)
     own, shared = _drawn_variances(misfit)
-    w = shared / own
-    inner = 1.0 + (shared * w).sum(axis=1)
-    found = (gap**2) @ (1.0 / own).T - (gap @ w.T) ** 2 / inner
-    size = np.log(own).sum(axis=1) + np.log(inner)
+    found, size = (gap**2) @ (1.0 / own).T, np.log(own).sum(axis=1)
+    for mine in misfit.kinds:
+        w = mine * shared / own
+        inner = 1.0 + (shared * w).sum(axis=1)
+        found = found - (gap @ w.T) ** 2 / inner
+        size = size + np.log(inner)
     return np.asarray(logsumexp(-0.5 * (found + size), axis=1))
 
 
@@ -131,17 +146,16 @@ def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
     from scipy.stats.qmc import Sobol
 
     even = 1.0 - (Sobol(len(misfit.sources), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
-    told = next((s.variance for s in misfit.sources if s.name == "mesh"), np.zeros_like(misfit.variance))
+    of_mesh = [misfit.own_part(source) if source.shared else None for source in misfit.sources]
     drawn = [
-        (source.variance + (told / source.diameters if source.shared else 0.0))
+        (source.variance + (0.0 if own is None else misfit.sources[own].variance / source.diameters))
         * (source.df / chdtri(source.df, u)[:, None] if np.isfinite(source.df) else np.ones((len(u), 1)))
-        for source, u in zip(misfit.sources, even.T, strict=True)
+        for source, own, u in zip(misfit.sources, of_mesh, even.T, strict=True)
     ]
     own, shared = np.zeros_like(drawn[0]), np.zeros_like(drawn[0])
-    mesh = next((v for v, s in zip(drawn, misfit.sources, strict=True) if s.name == "mesh"), np.zeros_like(drawn[0]))
-    for variance, source in zip(drawn, misfit.sources, strict=True):
+    for variance, source, beside in zip(drawn, misfit.sources, of_mesh, strict=True):
         if source.shared:  # c² = (MS − s²)/D: what is drawn is MS
-            shared += np.maximum(variance - mesh / source.diameters, 0.0)
+            shared += np.maximum(variance - (0.0 if beside is None else drawn[beside] / source.diameters), 0.0)
         else:
             own += variance
     return np.maximum(own, np.finfo(float).tiny), np.sqrt(shared)

@@ -23,7 +23,7 @@ from stemcal.report.records import Records, provenance_rows, read_records, run_w
 from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, page_sheets
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet, borne
-from stemcal.report.tables.stages import belonging, sheets_of
+from stemcal.report.tables.stages import belonging, resting, sheets_of
 from stemcal.report.verdict import CLAIMING, shown_notes
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
@@ -137,7 +137,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=named_all([*sentences.certainty(results, verdict.holds), *from_table(study, results)], labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
-        belonging=belonging(results.inversion) if results.inversion else [],
+        belonging=_beside_values(results, verdict.holds),
         setting=part_of(setting_sheets(study), ()),
         sections=[section(result, plots, verdict, labels) for result in done],
         runs=part_of([replace(sheet, detail=True) for sheet in run_sheets(results, records)], _plots_of("runs", plots)),
@@ -151,6 +151,14 @@ def kind_of(study: Study) -> str:
         return "Calibration of a stem cutting model"
     fitted = [study.naming.named(name).long for name in study.invert.responses]
     return f"Calibration of a simulation to the measured {joined(fitted)}"
+
+
+def _beside_values(results: Results, holds: bool) -> list[str]:
+    """Say what the calibrated values hold for, and what their ranges rest on where these are shown."""
+    if results.inversion is None:
+        return []
+    rests = resting(results.inversion, results.mesh is not None) if holds else []
+    return [*belonging(results.inversion), *rests]
 
 
 def question(study: Study) -> str:

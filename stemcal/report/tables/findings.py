@@ -24,6 +24,7 @@ Row = tuple[str, float, float, float, float | None]
 def response_sheets(stage: StageResult) -> list[Sheet]:
     """Return travel and work, or a study's own further responses, of a joint fit or of a validation."""
     rows: list[Row] = []
+    foot: list[str] = []
     if isinstance(stage, InvertResult) and stage.joint is not None:
         rows = [(r.response, r.diameter, r.measured, r.predicted, r.error_percent) for r in stage.joint.further]
     if isinstance(stage, ValidateResult):
@@ -32,9 +33,16 @@ def response_sheets(stage: StageResult) -> list[Sheet]:
             for row in stage.rows
             for r in row.further
         ]
+        foot = [
+            f"With the mesh at another place the {r.response}{stage.naming.at(row.compared.diameter)} lies within "
+            f"{interval(r.mesh_interval)} {r.unit} (95 %)."
+            for row in stage.rows
+            for r in row.further
+            if r.mesh_interval is not None
+        ]
     told = "Predicted" if isinstance(stage, InvertResult) else "Simulated"
     tests = [_test_sheet(stage)] if isinstance(stage, ValidateResult) and _tested(stage) else []
-    return [responses_sheet(rows, told, stage.naming), *tests] if rows else []
+    return [responses_sheet(rows, told, stage.naming, foot), *tests] if rows else []
 
 
 def _tested(stage: ValidateResult) -> bool:
@@ -58,7 +66,7 @@ def _test_sheet(stage: ValidateResult) -> Sheet:
     return Sheet(title, columns, tuple(rows), texts=1 + len(places), claims=True)
 
 
-def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING) -> Sheet:
+def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING, foot: Sequence[str] = ()) -> Sheet:
     """Return the further responses at each diameter: measured beside the surface's, or beside the simulated."""
     cells = []
     for name, diameter, measured, found, error in rows:
@@ -66,8 +74,8 @@ def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING) ->
         values = f"{short(measured)}{response.beside}", f"{significant(found)}{response.beside}"
         cells.append((response.noun, *place_cell(naming, diameter), *values, fixed(error)))
     columns = ("Response", *place_head(naming), "Measured", told, "Error, %")
-    foot = () if naming.others else ("Travel and work of the blade from first touch to the maximum force.",)
-    return Sheet(f"Beside the {naming.response.noun}", columns, tuple(cells), foot=foot)
+    of_stems = () if naming.others else ("Travel and work of the blade from first touch to the maximum force.",)
+    return Sheet(f"Beside the {naming.response.noun}", columns, tuple(cells), foot=(*of_stems, *foot))
 
 
 def spoken(stage: StageResult) -> list[RenderableType]:

@@ -233,6 +233,17 @@ def belonging(stage: InvertResult) -> list[str]:
     return [f"These values hold for {joined(told)}: cite them together."] if told else []
 
 
+def resting(stage: InvertResult, meshed: bool) -> list[str]:
+    """Say what the 95 % ranges take for granted; `meshed` tells whether the scatter over meshes is in them."""
+    if stage.certainty is None:
+        return []
+    granted = [stage.certainty.taken] if stage.certainty.taken else []
+    granted += ["the mesh stays in its place (a section `mesh` tells what that is worth)"] * (
+        bool(stage.belongs_to) and not meshed
+    )
+    return [f"What the ranges rest on: {'; '.join(granted)}."] if granted else []
+
+
 def validation_sheet(stage: ValidateResult) -> Sheet:
     """Return measured against simulated force over the diameters."""
     naming, response = stage.naming, stage.naming.response

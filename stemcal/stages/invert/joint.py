@@ -32,9 +32,14 @@ def measured_means(study: Study) -> list[Measured]:
 
 def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
     """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
-    runs = {part.diameter: part.runs for part in surface.diameters}
+    at = {part.diameter: part for part in surface.diameters}
     return [
-        surface.refitted(runs[mean.diameter], [(x, float(found[i])) for x, found in further], mean.response)
+        surface.refitted(
+            at[mean.diameter].runs,
+            [(x, float(found[i])) for x, found in further],
+            mean.response,
+            at[mean.diameter].fine_runs,
+        )
         for i, mean in enumerate(measured_means(study))
     ]
 

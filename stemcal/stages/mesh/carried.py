@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
@@ -38,15 +38,25 @@ class Carried:
     certainty_alone: Certainty | None
 
     @classmethod
-    def of(cls, study: Study, surface: SurfaceResult, solution: InvertResult, mesh: MeshScatter) -> Carried:
-        """Return the intervals of an inversion; `mesh` is the scatter of what its surface was fitted to."""
+    def of(
+        cls,
+        study: Study,
+        surface: SurfaceResult,
+        solution: InvertResult,
+        mesh: MeshScatter,
+        further: Mapping[str, MeshScatter],
+    ) -> Carried:
+        """Return the intervals of an inversion; `mesh` is the scatter of what its surface was fitted to.
+
+        `further` has the scatter of travel and work.
+        """
         coding, target = surface.scales, study.calibration_target
         region = Region(*box_of(study, coding), surface.radius)
         force = measured_of(target, ["force"], study.naming)
         jointly = bool(study.joint_targets)
         means = measured_means(study) if jointly else force
         plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted])
-        misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0)
+        misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
         source = "the joint fit" if jointly else f"{target.diameter:g} mm alone"
         known = certainty_of(study, coding, misfit, region, source)
         alone = None
@@ -89,12 +99,6 @@ class Carried:
             for source in self.misfit.sources
             if source.variance[i] > 0.0 or source.name == "laboratory"
         ]
-
-    @property
-    def notes(self) -> list[str]:
-        """Say what the mesh's scatter is not in."""
-        forces_only = all(mean.response == "force" for mean in self.means)
-        return [] if forces_only else ["The scatter of travel and work over the places of the mesh is in no interval."]
 
 
 def _ranges(misfit: Misfit, region: Region, names: Sequence[str]) -> dict[str, Interval]:

@@ -18,11 +18,19 @@ _COLUMNS = ("diameter", "mesh", "force", "status", "reason")
 
 @dataclass(frozen=True, kw_only=True)
 class MeshRun:
-    """The force at the solution on one mesh: ``own``, ``phases`` (their mean) or an element size."""
+    """The force at the solution on one mesh: ``own``, ``phases`` (their mean) or an element size.
+
+    `further` has travel and work at each place, where they were measured.
+    """
 
     diameter: float
     mesh: str
+    further: dict[str, tuple[float, ...]] | None = absent()
     outcome: Outcome = inline()
+
+    def at_places(self, response: str) -> tuple[float, ...]:
+        """Return the response at each place of the mesh; nothing where that is not told."""
+        return self.outcome.phase_forces or () if response == "force" else (self.further or {}).get(response, ())
 
 
 @dataclass(frozen=True)
@@ -45,7 +53,8 @@ class BudgetRow:
 class MeshResult(StageResult):
     """The force at the solution on other meshes, its scatter, and the inversion's intervals with that scatter in them.
 
-    `prediction_interval` is of a further simulation with the mesh at any place, `scatter` of a force on one mesh.
+    `prediction_interval` is of a further simulation with the mesh at any place, `scatter` of a force on one mesh,
+    `further` that of travel and work where they were measured.
     """
 
     name: ClassVar[str] = "mesh"
@@ -56,6 +65,7 @@ class MeshResult(StageResult):
     diameter: float
     rows: Rows[MeshRun]
     scatter: MeshScatter
+    further: dict[str, MeshScatter] | None = absent()
     sizes: Rows[SizeFactor]
     budget: Rows[BudgetRow]
     mean_interval: Interval | None
@@ -87,6 +97,10 @@ class MeshResult(StageResult):
     def known(self) -> list[Certainty]:
         """What is known of the parameters with the mesh's scatter counted, as of an inversion."""
         return [part for part in (self.certainty, self.certainty_alone) if part is not None]
+
+    def scatter_of(self, response: str) -> MeshScatter | None:
+        """Return the scatter of the force, or of travel or work; None where it is not told."""
+        return self.scatter if response == "force" else (self.further or {}).get(response)
 
     def budget_at(self, diameter: float) -> Sequence[BudgetRow]:
         """Return the sources of error at one diameter."""

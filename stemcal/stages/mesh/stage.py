@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,28 +11,37 @@ from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor, scatter_of, si
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
-from stemcal.runs.outcome import Outcome
-from stemcal.solvers.protocol import Meshed, Request
+from stemcal.solvers.protocol import Answer, Meshed, Request
+from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.carried import Carried
 from stemcal.stages.mesh.result import MeshResult, MeshRun
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model import MeshOptions
+from stemcal.study.model import MeshOptions, Study
 from stemcal.words import joined
 
 __all__ = ["MeshResult", "mesh"]
 
 
+# What the details of a run over several places of the mesh call travel and work at each.
+_AT_PLACES = {"travel": "phase_travels", "work": "phase_works"}
+
+
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """Forces at the solution, N: on the study's own mesh (diameters,), at other places and of other sizes."""
+    """A response at the solution: on the study's own mesh (diameters,), at other places and of other sizes."""
 
     own: Array
     placed: Array
     sized: Array
     sizes: tuple[str, ...]
+
+    @property
+    def scatter(self) -> MeshScatter:
+        """Its scatter over the places."""
+        return scatter_of(self.own, self.placed, self.sized)
 
 
 @a_stage
@@ -46,10 +55,13 @@ def mesh(work: Work) -> MeshResult:
     head = work.head("mesh")
     at = [target.diameter for target in study.joint_targets] or [study.targets.calibrate_at]
     rows = _simulate(work, parameters, at, options)
-    found = _forces(rows, at, options.phases)
-    scatter = scatter_of(found.own, found.placed, found.sized)
+    _require_forces(rows, options.phases)
+    found = _simulated(rows, "force")
+    scatter = found.scatter
     sizes = size_factors(found.own, found.sized, found.sizes, scatter)
-    carried = Carried.of(study, surface, solution, scatter.over(solver.phases))
+    further = {name: _simulated(rows, name).scatter for name in _told_further(study, rows, options.phases)}
+    over = {name: part.over(solver.phases) for name, part in further.items()}
+    carried = Carried.of(study, surface, solution, scatter.over(solver.phases), over)
     return MeshResult(
         head=head,
         parameters=dict(parameters),
@@ -57,6 +69,7 @@ def mesh(work: Work) -> MeshResult:
         diameter=solution.diameter,
         rows=Rows(rows),
         scatter=scatter,
+        further=further or None,
         sizes=Rows(sizes),
         budget=Rows(carried.budget()),
         mean_interval=carried.mean_interval,
@@ -65,7 +78,7 @@ def mesh(work: Work) -> MeshResult:
         coded_ranges=carried.coded_ranges,
         certainty=carried.certainty,
         certainty_alone=carried.certainty_alone,
-        notes=tuple(_notes(scatter, sizes, rows, len(at)) + carried.notes),
+        notes=(*_notes(scatter, sizes, rows, len(at)), *_further_notes(study, further)),
     )
 
 
@@ -79,36 +92,79 @@ def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], options
         for diameter in at
     ]
     requests, names = [*own, *placed, *sized], ("own", "phases", *map(str, options.sizes))
-    told = zip(requests, work.outcomes(requests), strict=True)
-    return [MeshRun(diameter=r.diameter, mesh=names[r.row], outcome=outcome) for r, outcome in told]
+    answers = work.answers(requests)
+    told = zip(requests, answers, work.outcomes(requests, answers), strict=True)
+    wanted = _wanted_further(work.study)
+    return [
+        MeshRun(
+            diameter=request.diameter,
+            mesh=names[request.row],
+            further={name: _at_places(answer, name) for name in wanted if request.phases is not None} or None,
+            outcome=outcome,
+        )
+        for request, answer, outcome in told
+    ]
 
 
-def _forces(rows: Sequence[MeshRun], at: Sequence[float], phases: int) -> Simulated:
-    """Return the forces; sizes that failed at a diameter are left out.
+def _wanted_further(study: Study) -> list[str]:
+    """Return which of travel and work were measured somewhere: their scatter is told too."""
+    measured = {mean.response for target in study.targets.forces for mean in measured_of(target, list(_AT_PLACES))}
+    return [name for name in _AT_PLACES if name in measured]
 
-    Raises
-    ------
-    RunsFailed
-        If the study's own mesh or its places failed.
-    """
-    by_mesh: dict[str, list[Outcome]] = {}
-    for row in rows:
-        by_mesh.setdefault(row.mesh, []).append(row.outcome)
+
+def _at_places(answer: Answer, response: str) -> tuple[float, ...]:
+    return tuple(answer.details.get(_AT_PLACES[response], ())) if answer.ok else ()
+
+
+def _told_further(study: Study, rows: Sequence[MeshRun], phases: int) -> list[str]:
+    """Return which of travel and work the runs tell on the study's own mesh and at each place."""
+    placed = [row for row in rows if row.mesh == "phases"]
+    own = [row.outcome for row in rows if row.mesh == "own"]
+    return [
+        name
+        for name in _wanted_further(study)
+        if all(len(row.at_places(name)) == phases for row in placed) and all(o.response(name) for o in own)
+    ]
+
+
+def _further_notes(study: Study, further: Mapping[str, MeshScatter]) -> list[str]:
+    """Say how travel and work scatter over the places, or that nothing tells it."""
+    return [
+        f"The {name} at the solution has a standard deviation of {further[name].sd_percent:.1f} % over the places of "
+        "the mesh."
+        if name in further
+        else f"The {name} at each place of the mesh is not told: its scatter is in no interval."
+        for name in _wanted_further(study)
+    ]
+
+
+def _require_forces(rows: Sequence[MeshRun], phases: int) -> None:
+    """Raise `RunsFailed` if the study's own mesh failed, or its places, or if these have no force each."""
     for name in ("own", "phases"):
-        for diameter, outcome in zip(at, by_mesh[name], strict=True):
-            if outcome.force is None:
-                raise RunsFailed(
-                    f"mesh: the run at {diameter:g} mm ({name}) failed ({outcome.reason}): {outcome.message}"
-                )
-    placed = [outcome.phase_forces or () for outcome in by_mesh["phases"]]
-    if any(len(found) != phases for found in placed):
+        for row in rows:
+            if row.mesh == name and row.outcome.force is None:
+                reason = f"({row.outcome.reason}): {row.outcome.message}"
+                raise RunsFailed(f"mesh: the run at {row.diameter:g} mm ({name}) failed {reason}")
+    if any(len(row.at_places("force")) != phases for row in rows if row.mesh == "phases"):
         raise RunsFailed("mesh: the solver tells no force at each place of the mesh (details: phase_forces)")
-    whole = [name for name in by_mesh if name not in ("own", "phases") and all(o.force for o in by_mesh[name])]
-    sized = [[outcome.force or np.nan for outcome in by_mesh[name]] for name in whole]
+
+
+def _simulated(rows: Sequence[MeshRun], response: str) -> Simulated:
+    """Return a response on every mesh; sizes that failed at a diameter are left out."""
+    by_mesh: dict[str, list[MeshRun]] = {}
+    for row in rows:
+        by_mesh.setdefault(row.mesh, []).append(row)
+    whole = [
+        name
+        for name, of in by_mesh.items()
+        if name not in ("own", "phases") and all(row.outcome.response(response) for row in of)
+    ]
+    sized = [[row.outcome.response(response) or np.nan for row in by_mesh[name]] for name in whole]
+    own = [row.outcome.response(response) for row in by_mesh["own"]]
     return Simulated(
-        np.array([outcome.force for outcome in by_mesh["own"]], dtype=float),
-        np.array(placed, dtype=float),
-        np.array(sized, dtype=float).reshape(len(whole), len(at)).T,
+        np.array(own, dtype=float),
+        np.array([row.at_places(response) for row in by_mesh["phases"]], dtype=float),
+        np.array(sized, dtype=float).reshape(len(whole), len(own)).T,
         tuple(whole),
     )
 

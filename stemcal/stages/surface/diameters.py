@@ -24,15 +24,31 @@ def _at_diameter(work: Work, diameter: float, result: SurfaceResult, design: Des
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
     told_of = [DiameterRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    runs = weighed(work.study, told_of)
+    runs, fine = weighed(work.study, told_of), fine_runs(work, design, diameter)
     with reasons_given(requests, answers):
-        told = {name: _summary(work.study, result, runs, name, diameter) for name in work.study.invert.responses}
+        told = {name: _summary(work.study, result, runs, name, diameter, fine) for name in work.study.invert.responses}
     further: dict[str, FitSummary] = {name: fit for name, fit in told.items() if name != "force"}
-    return AtDiameter(diameter=diameter, runs=Rows(runs), fit=told["force"], responses=further or None)
+    return AtDiameter(
+        diameter=diameter, runs=Rows(runs), fine_runs=Rows(fine), fit=told["force"], responses=further or None
+    )
+
+
+def fine_runs(work: Work, design: Design, diameter: float) -> list[DiameterRun]:
+    """Return what came of the runs of a coarse design that are made with the study's own elements too."""
+    requests = design.fine_requests(diameter)
+    return [
+        DiameterRun(run=request.row + 1, outcome=outcome)
+        for request, outcome in zip(requests, work.outcomes(requests) if requests else [], strict=True)
+    ]
 
 
 def _summary(
-    study: Study, result: SurfaceResult, runs: Sequence[DiameterRun], response: str, diameter: float
+    study: Study,
+    result: SurfaceResult,
+    runs: Sequence[DiameterRun],
+    response: str,
+    diameter: float,
+    fine: Sequence[DiameterRun],
 ) -> FitSummary:
     """Return what is kept of the fit to one response."""
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.response(response) is None]
@@ -43,4 +59,4 @@ def _summary(
             f"{place}the record of run {silent[0]} tells no {name}: it was made by another version or "
             "solver; take another study folder (--out), or leave the response out of invert.responses"
         )
-    return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
+    return FitSummary.of(result.refitted(runs, response=response, fine=fine), whole=not study.naming.is_cutting)

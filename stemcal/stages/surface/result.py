@@ -12,6 +12,7 @@ import numpy as np
 from stemcal.doe.calibration.inversion import Assessment, assess_point
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
@@ -86,11 +87,27 @@ class FitSummary:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Corrected:
+    """How coarse runs were corrected by `fine_runs` with the study's own elements: force = factor·coarse + Σ tilt·x.
+
+    `tilt` is per coded unit, N; `sd` is what the correction leaves, N, with its degrees of freedom.
+    """
+
+    element_size: str
+    fine_runs: Rows[DiameterRun]
+    factor: float
+    tilt: dict[str, float]
+    sd: float
+    df: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class AtDiameter:
     """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
 
     diameter: float
     runs: Rows[DiameterRun]
+    fine_runs: Rows[DiameterRun] = absent(Rows())
     fit: FitSummary = inline()
     responses: dict[str, FitSummary] | None = absent()
 
@@ -107,7 +124,11 @@ class Prediction:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SurfaceResult(StageResult):
-    """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics."""
+    """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
+
+    Where the design was run with coarse elements, `coarse` tells how coefficients and intervals were corrected; the
+    analysis of variance is that of the coarse runs.
+    """
 
     name: ClassVar[str] = "rsm"
 
@@ -142,6 +163,7 @@ class SurfaceResult(StageResult):
     second_opinion: Opinions | None = None
     sobol: Rows[SobolIndex] = absent(Rows())
     diameters: Rows[AtDiameter] = absent(Rows())
+    coarse: Corrected | None = absent()
     pure_error_note: str | None = None
     published: Audited | None = None
     notes: tuple[str, ...] = ()
@@ -161,12 +183,49 @@ class SurfaceResult(StageResult):
         """The surface, fitted to the runs that the result lists."""
         return self.refitted(self.design.runs)
 
-    def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = "force") -> Surface:
-        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
+    def refitted(
+        self,
+        answered: Sequence[Answered],
+        further: Further = (),
+        response: str = "force",
+        fine: Sequence[DiameterRun] | None = None,
+    ) -> Surface:
+        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points.
+
+        Of coarse runs it is corrected to `fine` ones (those at the calibration diameter) and the further points.
+        """
+        if self.coarse is not None:
+            found = self._fitted_to(answered, (), response)
+            fine = self.coarse.fine_runs if fine is None else fine
+            return corrected(found, self.correction(found, answered, fine, further, response))
+        return self._fitted_to(answered, further, response)
+
+    def correction(
+        self,
+        surface: Surface,
+        answered: Sequence[Answered],
+        fine: Sequence[DiameterRun],
+        further: Further = (),
+        response: str = "force",
+    ) -> Correction:
+        """Return what corrects a surface of coarse runs, by fine ones of the same design and points run fine alone."""
+        runs = self.design.runs
+        rows = [run.run - 1 for run in fine]
+        points = [[runs[i].coded[name] for name in self.names] for i in rows]
+        coarse = [answered[i].outcome.response(response) for i in rows]
+        new = np.array([x for x, _ in further], dtype=float).reshape(len(further), len(self.names))
+        return correction_of(
+            surface,
+            np.vstack([np.array(points), new]),
+            np.array([*_numbers(coarse), *surface.predict(new)]),
+            np.array(_numbers([run.outcome.response(response) for run in fine]) + [value for _, value in further]),
+        )
+
+    def _fitted_to(self, answered: Sequence[Answered], further: Further, response: str) -> Surface:
         runs, new = self.design.runs, len(further)
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         found = [run.outcome.response(response) for run in answered]
-        values = [float("nan") if value is None else value for value in found] + [value for _, value in further]
+        values = _numbers(found) + [value for _, value in further]
         blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
         known = circumstances(blocks, answered, response, new)
         terms = [row.term for row in self.coefficients]
@@ -196,8 +255,8 @@ class SurfaceResult(StageResult):
 
     def seen_by(self, response: str, diameter: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
-        runs = next(part.runs for part in self.diameters if part.diameter == diameter)
-        fit = self.refitted(runs, response=response)
+        part = next(part for part in self.diameters if part.diameter == diameter)
+        runs, fit = part.runs, self.refitted(part.runs, response=response, fine=part.fine_runs)
         told = [
             replace(run, outcome=replace(other.outcome, force=other.outcome.response(response), responses=None))
             for run, other in zip(self.design.runs, runs, strict=True)
@@ -258,6 +317,11 @@ class SurfaceResult(StageResult):
                 yield f"rsm {answered.run}{self.naming.at(part.diameter)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
+        for part in self.diameters:
+            for answered in part.fine_runs:
+                yield f"rsm {answered.run}{self.naming.at(part.diameter)}, fine", answered.outcome
+        for answered in self.coarse.fine_runs if self.coarse is not None else ():
+            yield f"rsm {answered.run}, fine", answered.outcome
 
     def entries(self) -> Iterator[Entries]:
         """Yield what every run must tell, and how every factor is coded."""
@@ -270,6 +334,11 @@ class SurfaceResult(StageResult):
         """Tell the factors and how well the surface fits."""
         fit = "" if self.r2 is None else f", R² {self.r2:.4f}"
         return f"{self.naming.response.noun} over {', '.join(self.names)} from {len(self.design.runs)} runs{fit}"
+
+
+def _numbers(values: Sequence[float | None]) -> list[float]:
+    """Return NaN where a run failed."""
+    return [float("nan") if value is None else value for value in values]
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:

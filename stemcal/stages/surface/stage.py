@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from stemcal.doe.regression.anova import in_sequence
+from stemcal.doe.regression.fidelity import corrected, correction_of
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
@@ -18,12 +21,13 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, read_fresh, reasons_given
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface.diameters import run_diameters
-from stemcal.stages.surface.result import FactorCoding, ReductionSteps, SurfaceResult
+from stemcal.stages.surface.diameters import fine_runs, run_diameters
+from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult
 from stemcal.stages.surface.runs import circumstances, error_remark, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import CodingEntry, Study
+from stemcal.words import joined
 
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
@@ -41,13 +45,48 @@ def fit_response_surface(work: Work) -> SurfaceResult:
     runs = weighed(study, runs_of(design, requests, answers, solver).runs)
     with reasons_given(requests, answers):
         fit, reduction = fit_terms(study, design, runs)
+    coarse, fit = _corrected(work, design, runs, fit)
     result, described = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
+    result = replace(result, coarse=coarse)
     result = replace(result, diameters=Rows(run_diameters(work, result, design)))
     told = fit.lack_of_fit_testable or study.replicates > 0
     remarks = [result.pure_error_note] if result.pure_error_note and told else []
     reduced = [] if reduction is None else [reduction.describe()]
-    notes = [*chosen, *reduced, *fit.notes, *described, *censored_remarks(answers), *remarks]
+    notes = [*chosen, *reduced, *_told(coarse), *fit.notes, *described, *censored_remarks(answers), *remarks]
     return replace(result, notes=(*notes, *sentences(result.published)))
+
+
+def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surface) -> tuple[Corrected | None, Surface]:
+    """Return how a surface of coarse runs was corrected by fine ones, and the surface after it."""
+    if design.coarse is None:
+        return None, fit
+    fine = fine_runs(work, design, work.study.targets.calibrate_at)
+    rows, forces = list(design.fine), [run.outcome.force for run in fine]
+    coarse = np.array([runs[i].force for i in rows], dtype=float)
+    found = correction_of(fit, design.coded[rows], coarse, np.array(forces, dtype=float))
+    tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
+    told = Corrected(
+        element_size=design.coarse,
+        fine_runs=Rows(fine),
+        factor=found.factor,
+        tilt=tilt if any(tilt.values()) else {},
+        sd=found.sd,
+        df=found.df,
+    )
+    return told, corrected(fit, found)
+
+
+def _told(coarse: Corrected | None) -> list[str]:
+    """Say what the surface rests on where its design was run with coarse elements."""
+    if coarse is None:
+        return []
+    tilt = [f"{value:+.3g} N per coded unit of {name}".replace("-", "−") for name, value in coarse.tilt.items()]
+    return [
+        f"The design was run with elements of {coarse.element_size}, {len(coarse.fine_runs)} of its runs with the "
+        f"study's own too. The surface is corrected by these: {coarse.factor:.3f} times the coarse one"
+        f"{', ' + joined(tilt) if tilt else ''}. What that leaves, a standard deviation of {coarse.sd:.2g} N with "
+        f"{coarse.df} df, is in every interval; analysis of variance and R² are of the coarse runs."
+    ]
 
 
 def _result(

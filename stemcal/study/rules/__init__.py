@@ -42,6 +42,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     climbing.steps_stay_inside,
     surface.runs_are_used,
     surface.constraints_fit,
+    surface.coarse_runs_are_possible,
     surface.surface_weights_known,
     surface.coding_fits,
     targets.published_factors_exist,

@@ -78,6 +78,26 @@ def constraints_fit(draft: Draft) -> Iterator[Finding]:
                 yield Finding((*path, "of", name), message, did_you_mean(name, draft.names), at_key=True)
 
 
+def coarse_runs_are_possible(draft: Draft) -> Iterator[Finding]:
+    """`rsm.coarse` takes larger elements than the study's own, of a solver that can mesh otherwise, for quadratics."""
+    if draft.rsm is None or draft.rsm.coarse is None or draft.solver is None:
+        return
+    if draft.embedded is None:
+        message = f"solver {draft.solver.kind} does not say how it would mesh otherwise"
+        yield Finding(("rsm", "coarse"), message, "remove it, or use the embedded solver", at_key=True)
+        return
+    if draft.targets is not None:
+        at, own = draft.targets.calibrate_at, draft.embedded.element_size
+        if draft.rsm.coarse.element_size.at(at) <= own.at(at):
+            message = f"{draft.rsm.coarse.element_size} is no larger than solver.element_size, {own}"
+            yield Finding(
+                ("rsm", "coarse", "element_size"), message, f"take a larger one, such as {1.5 * own.at(at):g} mm"
+            )
+    if draft.refine is not None and draft.refine.model != "quadratic":
+        message = "a Gaussian process takes the coarse runs for the study's own"
+        yield Finding(("refine", "model"), message, "leave it out, or leave rsm.coarse out")
+
+
 def surface_weights_known(draft: Draft) -> Iterator[Finding]:
     """Weights by mesh phases need phases; blocks need a composite, whose alpha they set."""
     rsm = draft.rsm

@@ -314,7 +314,15 @@ MEANINGS: dict[str, dict[str, str]] = {
         "sums_of_squares": "What a term of the analysis of variance is asked to explain: what all other terms leave "
         "(type III), or what the terms before it leave (type I, in the order of `factors`).",
         "constraints": "What an I-optimal design has to keep to, in the units of the factors.",
+        "coarse": "Run the design with larger elements, which is faster, and correct the surface by a few runs with "
+        "the study's own.",
         "coding": "What coded 0 and +1 mean, by factor; others get theirs from their range.",
+    },
+    "CoarseOptions": {
+        "element_size": "Size of the elements in the runs of the design, such as `d/10`; larger than "
+        "`solver.element_size`, which refinement, validation and the calibrated values keep.",
+        "fine_runs": "How many runs of the design are made with the study's own elements too: with three more than "
+        "there are factors the correction has a slope along each, with fewer it is one factor on the force.",
     },
     "InvertOptions": {
         "rule": "Which of the points that give the force is the solution: the nearest to the centre, the best "
@@ -327,8 +335,8 @@ MEANINGS: dict[str, dict[str, str]] = {
         "diameter that is left out is an independent check.",
         "desirability": "Put the most desirable point (Derringer and Suich) beside the fit; by default where the study "
         "declares several responses.",
-        "discrepancy": "`scale` takes one scale with scatter for what the model misses over the fitted diameters, and "
-        "gives prediction intervals of the measured forces.",
+        "discrepancy": "What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that "
+        "changes smoothly with the diameter. Gives prediction intervals of the measured forces.",
     },
     "RefineOptions": {
         "tolerance_percent": "Done once the simulated force is within this of the measured one.",
@@ -395,6 +403,7 @@ PLACES = {
     "ClimbOptions": "climb",
     "RsmOptions": "rsm",
     "Constraint": "rsm.constraints",
+    "CoarseOptions": "rsm.coarse",
     "CodingEntry": "rsm.coding.FACTOR",
     "InvertOptions": "invert",
     "RefineOptions": "refine",

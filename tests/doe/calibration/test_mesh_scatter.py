@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -76,6 +78,61 @@ def test_the_misfit_is_that_of_the_whole_covariance() -> None:
     numeric = [(misfit.value(points[0] + h) - misfit.value(points[0] - h)) / 2e-6 for h in 1e-6 * np.eye(2)]
     assert misfit.gradient(points[0]) == pytest.approx(numeric, rel=1e-5)
     assert misfit.only([0, 2]).value(points[0]) < misfit.value(points[0]) + 1e-9
+
+
+def with_travel() -> Misfit:
+    """Two forces and two travels of the same diameters."""
+    coded = central_composite(2, 3, "rotatable")
+    forces = [
+        fit_surface(coded, f * (1.0 + 0.1 * coded[:, 0] + 0.02 * coded[:, 1]), ["a", "b"]) for f in (100.0, 150.0)
+    ]
+    travels = [fit_surface(coded, u * (1.0 + 0.2 * coded[:, 1]), ["a", "b"]) for u in (1.0, 1.2)]
+    observations = [
+        Observation(f"{i}", surface, 1.03 * surface.beta[0], 0.03 * surface.beta[0], 6, kind)
+        for i, (surface, kind) in enumerate([(s, k) for k, of in (("force", forces), ("travel", travels)) for s in of])
+    ]
+    return misfit_of(observations)
+
+
+TRAVEL = MeshScatter(3e-4, 20.0, 9e-4, 5.0, 1.0, 6)
+
+
+def test_force_and_travel_have_each_what_their_diameters_share() -> None:
+    plain = with_travel()
+    misfit = plain.with_mesh(MESH, 0.0, {"travel": TRAVEL})
+    measured = plain.measured
+    relative = np.diag([1e-4, 1e-4, 3e-4, 3e-4])
+    relative[:2, :2] += 4e-4
+    relative[2:, 2:] += 9e-4
+    covariance = np.diag(plain.variance) + relative * np.outer(measured, measured)
+    points = np.random.default_rng(1).uniform(-1, 1, (5, 2))
+    gap = measured - misfit.predict(points)
+    assert misfit.many(points) == pytest.approx(np.einsum("ij,jk,ik->i", gap, np.linalg.inv(covariance), gap))
+    numeric = [(misfit.value(points[0] + h) - misfit.value(points[0] - h)) / 2e-6 for h in 1e-6 * np.eye(2)]
+    assert misfit.gradient(points[0]) == pytest.approx(numeric, rel=1e-5)
+
+
+def test_a_posterior_of_known_variances_is_normal_with_the_whole_covariance() -> None:
+    plain = with_travel()
+    force, travel = (replace(mesh, own_df=np.inf, common_df=np.inf) for mesh in (MESH, TRAVEL))
+    misfit = plain.with_mesh(force, 0.0, {"travel": travel})
+    misfit = misfit.of_sources([replace(source, df=np.inf) for source in misfit.sources])
+    assert misfit.shared is not None
+    covariance = np.diag(misfit.variance)
+    for of in (slice(0, 2), slice(2, 4)):
+        covariance[of, of] += np.outer(misfit.shared[of], misfit.shared[of])
+    points = np.random.default_rng(2).uniform(-1, 1, (5, 2))
+    found = log_posterior(misfit, Region(np.full(2, -1.5), np.full(2, 1.5), None), points)
+    gap = misfit.measured - misfit.predict(points)
+    known = stats.multivariate_normal(np.zeros(4), covariance, allow_singular=False).logpdf(gap)
+    assert found - found[0] == pytest.approx(known - known[0], rel=1e-6)
+
+
+def test_travel_of_few_places_is_told_by_few_degrees_of_freedom() -> None:
+    """Factor b is told by the travel, and nearly all of the travel's variance is what its diameters share, of 5 df."""
+    misfit = with_travel().with_mesh(MESH, 0.0, {"travel": replace(TRAVEL, own=1e-6, common=0.04)})
+    freedom = misfit.freedom(np.zeros(2))
+    assert 5.0 < freedom[1] < 5.5
 
 
 def test_what_all_share_is_not_averaged_away() -> None:

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy import stats
 from synthetic import DIAMETERS, exact, misfit, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
@@ -62,6 +63,24 @@ def test_few_specimens_give_t() -> None:
     logs = log_posterior(data, BOX, points)
     assert data.many(points) == pytest.approx([0.0, 24.0], abs=1e-6)  # (4/(2/√6))²
     assert logs[0] - logs[1] == pytest.approx(3.0 * np.log(1.0 + 24.0 / 5.0), rel=1e-6)
+
+
+def test_surfaces_each_with_residuals_of_its_own_give_a_t_each() -> None:
+    """Two measured forces taken as exact: the density is the product of Student's t of both surfaces, 5 df each."""
+    random, coded = np.random.default_rng(3), central_composite(2, 3, "rotatable")
+    fitted = [
+        fit_surface(coded, coded @ slopes + 100.0 + error * random.standard_normal(len(coded)), ["a", "b"])
+        for slopes, error in (([20.0, 0.0], 1.0), ([0.0, 10.0], 4.0))
+    ]
+    data = misfit_of([Observation("1", fitted[0], 108.0), Observation("2", fitted[1], 97.0)])
+    points = np.random.default_rng(4).uniform(-0.5, 1.0, (60, 2))
+    found = log_posterior(data, BOX, points)
+    scale = [(s.mean_square * (1.0 + 6 / len(coded))) ** 0.5 for s in fitted if s.mean_square]
+    gaps = np.array([108.0, 97.0]) - np.column_stack([s.predict(points) for s in fitted])
+    known = stats.t.logpdf(gaps, fitted[0].df, scale=scale).sum(axis=1)
+    near = known > known.max() - 4.0  # the mean over 256 draws is rough far out
+    assert fitted[0].df == 5 and near.sum() > 10
+    assert (found - found[near][0])[near] == pytest.approx((known - known[near][0])[near], abs=0.1)
 
 
 def test_same_data_same_samples() -> None:
