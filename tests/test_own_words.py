@@ -17,6 +17,7 @@ from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.spec import load_study
 from stemcal.workflow import calibrate
@@ -152,3 +153,18 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     measured = stats.norm.ppf((np.arange(5) + 0.5) / 5)
     measured = 741.0 + 6.0 * (measured - measured.mean()) / measured.std(ddof=1)
     assert bulk.p_different == pytest.approx(stats.ttest_ind(measured, heaps, equal_var=False).pvalue, rel=1e-6)
+
+
+def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
+    """The bulk density is off by a third where only the angle is fitted: the verdict names it, and what fits it."""
+    shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
+    spec = tmp_path / "two.yaml"
+    text = spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},").replace("0.741 g", "1.1 g")
+    spec.write_text(text + "rsm: {factors: [static, rolling]}\ninvert: {responses: [angle]}\n", "utf-8")
+    study, store = load_study(spec), StudyFolder(tmp_path / "out")
+    calibrate(study, store, LocalExecutor(2))
+    verdict = verdict_of(study, store)
+    (reason,) = [reason for reason in verdict.reasons if reason.rule == "validation"]
+    assert re.fullmatch(r"the simulated bulk density is 3\d % low", reason.sentence)
+    assert "`invert: {responses: all}`" in reason.remedy
+    assert re.match(r"Not within 10 %; the bulk density is 3\d % low", verdict.use)

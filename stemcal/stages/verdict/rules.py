@@ -22,9 +22,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stemcal.doe.validation.diameters import ValidationRow
 from stemcal.folder.store import StudyFolder
-from stemcal.naming import CUTTING, Naming
+from stemcal.naming import CUTTING, Named, Naming
 from stemcal.stages.base import stages_of
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict import advice
@@ -36,6 +35,21 @@ from stemcal.words import joined
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A response at a condition: how far simulated is from measured, None where the run failed; fitted, or a check."""
+
+    named: Named
+    diameter: float
+    error_percent: float | None
+    fitted: bool
+
+    @property
+    def size(self) -> float:
+        """The error without its sign."""
+        return abs(self.error_percent or 0.0)
 
 
 @dataclass(frozen=True)
@@ -52,10 +66,24 @@ class Evidence:
         return float(self.study.targets.equivalent_within_percent)
 
     @property
-    def compared(self) -> list[ValidationRow]:
-        """What was measured and simulated at every condition that was simulated with the parameters found here."""
+    def judged(self) -> list[Judged]:
+        """Measured against simulated at every condition that was simulated with the parameters found here.
+
+        Beside the force that is every response that the study declares itself; one that was not fitted is a check.
+        """
         validation = self.results.validation
-        return [] if validation is None or self.study.solver.kind == "table" else validation.compared
+        if validation is None or self.study.solver.kind == "table":
+            return []
+        found = []
+        for row in validation.rows:
+            at, fitted = row.compared, row.compared.role == "calibration"
+            found.append(Judged(self.naming.response, at.diameter, at.error_percent, fitted))
+            for further in row.further:
+                if further.judged:
+                    own = fitted and further.response in self.study.invert.responses
+                    named = self.naming.named(further.response)
+                    found.append(Judged(named, at.diameter, further.error_percent, own))
+        return found
 
     @property
     def naming(self) -> Naming:
@@ -78,14 +106,20 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 
 def _use(evidence: Evidence) -> str:
     """Say at which conditions the simulated response agrees, and how far it is off where it is off most."""
-    rows = [row for row in evidence.compared if row.error_percent is not None]
-    good = [f"{row.diameter:g}" for row in rows if abs(row.error_percent or 0.0) <= evidence.within]
-    off = [row for row in rows if abs(row.error_percent or 0.0) > evidence.within]
+    rows = [row for row in evidence.judged if row.error_percent is not None]
+    off = [row for row in rows if row.size > evidence.within]
+    apart = {row.diameter for row in off}
+    good = [f"{diameter:g}" for diameter in dict.fromkeys(row.diameter for row in rows) if diameter not in apart]
     if not rows or evidence.physics.share > MAJORITY:
         return ""
-    worst = max(off, key=lambda row: abs(row.error_percent or 0.0), default=None)
+    worst = max(off, key=lambda row: row.size, default=None)
     told = f"Good (within {evidence.within:g} %){evidence.naming.places(joined(good))}" if good else _nowhere(evidence)
-    return f"{told}{'' if worst is None else f'; {_miss(worst, evidence.naming)}'}."
+    return f"{told}{'' if worst is None else f'; {_whose(worst, evidence.naming)}{_miss(worst, evidence.naming)}'}."
+
+
+def _whose(row: Judged, naming: Naming) -> str:
+    """Name the response where a study has several."""
+    return f"the {row.named.noun} is " if naming.others else ""
 
 
 def _nowhere(evidence: Evidence) -> str:
@@ -95,10 +129,10 @@ def _nowhere(evidence: Evidence) -> str:
     return f"Good at no measured {evidence.naming.condition_noun}"
 
 
-def _miss(row: ValidationRow, naming: Naming = CUTTING) -> str:
+def _miss(row: Judged, naming: Naming = CUTTING) -> str:
     """Say how far a simulated response is off, and to which side.
 
-    >>> _miss(ValidationRow(11.0, 100.0, 58.0, 42.0, "validation"))
+    >>> _miss(Judged(CUTTING.response, 11.0, 42.0, fitted=False))
     '42 % low at 11 mm'
     """
     error = row.error_percent or 0.0
@@ -168,16 +202,15 @@ def _fit_less(naming: Naming) -> str:
 
 
 def _target(evidence: Evidence) -> Iterator[Reason]:
-    fitted = [row for row in evidence.compared if row.role == "calibration" and row.error_percent is not None]
+    fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
         return
-    worst = max(fitted, key=lambda row: abs(row.error_percent or 0.0))
-    size = abs(worst.error_percent or 0.0)
-    refine, noun = evidence.study.refine, evidence.naming.response.noun
+    worst = max(fitted, key=lambda row: row.size)
+    size, refine, noun = worst.size, evidence.study.refine, worst.named.noun
     tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
     if size <= (evidence.within if evidence.study.joint_targets else tolerance):
         return
-    far = [row for row in fitted if abs(row.error_percent or 0.0) > evidence.within]
+    far = [row for row in fitted if row.size > evidence.within]
     weight: Weight = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
     remedy = (
         "add `refine: {}` to the spec: it simulates at the solution and corrects it"
@@ -252,17 +285,20 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
         sentence = f"the validation {response.plural} are read from a table, not simulated with these parameters"
         yield Reason("validation", "with_reservations", sentence, "validate with a solver that simulates")
         return
-    independent = [row for row in evidence.compared if row.role != "calibration"]
-    failed = [f"{row.diameter:g}" for row in independent if row.simulated is None]
+    independent = [row for row in evidence.judged if not row.fitted]
+    failed = [f"{row.diameter:g}" for row in independent if row.error_percent is None]
     if failed:
         sentence = f"the validation has no {response.noun}{naming.places(joined(failed))}: the run failed"
         yield Reason("validation", "with_reservations", sentence, "`stemcal retry SPEC`, then `stemcal validate SPEC`")
-    off = [row for row in independent if abs(row.error_percent or 0.0) > evidence.within]
+    off = [row for row in independent if row.size > evidence.within]
     if off:
-        worst = max(off, key=lambda row: abs(row.error_percent or 0.0))
-        together = f"`invert: {{{naming.fitted_at.removeprefix('invert.')}: all}}`"
-        remedy = f"{together} fits all {naming.condition_plural} together; until then use it where it is good"
-        sentence = f"the simulated {response.noun} is {_miss(worst, naming)}"
+        worst = max(off, key=lambda row: row.size)
+        left_out = worst.named != response and worst.named.name not in evidence.study.invert.responses
+        key, what = (
+            ("responses", "responses") if left_out else (naming.fitted_at.split(".")[1], naming.condition_plural)
+        )
+        remedy = f"`invert: {{{key}: all}}` fits all {what} together; until then use it where it is good"
+        sentence = f"the simulated {worst.named.noun} is {_miss(worst, naming)}"
         yield Reason("validation", "with_reservations", sentence, remedy)
     if not independent and not _left_out(evidence):
         yield Reason("validation", "with_reservations", *_unchecked(naming))
