@@ -4,9 +4,9 @@
     ├── SpecError               2   the study spec is wrong: every problem at once, with line and remedy
     ├── UsageError              2   an option or the order of commands is wrong
     ├── RunsFailed              3   too many simulations failed for the analysis to mean anything
-    ├── TargetUnreachable       4   no point of the design region gives the measured force
+    ├── TargetUnreachable       4   no point of the design region gives the measured value
     ├── FolderLocked            5   another process works in the study folder
-    └── SimulationFailed        1   one virtual shear test cannot be trusted (NaN, inverted element, no contact)
+    └── SimulationFailed        1   one simulation cannot be trusted (NaN, inverted element, no contact)
 
 They are caught once, in `stemcal.cli.app`.
 """
@@ -63,16 +63,16 @@ class RunsFailed(StemcalError):
 
 
 class TargetUnreachable(StemcalError):
-    """The surface does not take the target value anywhere in the allowed region."""
+    """The surface does not take the target value anywhere in the allowed region; `beside` is the unit behind it."""
 
     exit_code = 4
 
-    def __init__(self, target: float, low: float, high: float) -> None:
+    def __init__(self, target: float, low: float, high: float, beside: str = " N") -> None:
         self.target, self.low, self.high = target, low, high
         side = "above" if target > high else "below"
         super().__init__(
-            f"target {target:g} N is {side} what the surface reaches in the design region "
-            f"({low:.4g} to {high:.4g} N); widen the factor ranges or choose other factors"
+            f"target {target:g}{beside} is {side} what the surface reaches in the design region "
+            f"({low:.4g} to {high:.4g}{beside}); widen the factor ranges or choose other factors"
         )
 
 

@@ -70,10 +70,11 @@ class Named:
     def squared(self) -> str:
         """The square of the unit.
 
-        >>> FORCE.squared, Named("rho", "", "", "", "kg/m3").squared
-        ('N²', '(kg/m³)²')
+        >>> FORCE.squared, Named("rho", "", "", "", "kg/m3").squared, Named("a", "", "", "", "deg").squared
+        ('N²', '(kg/m³)²', '(°)²')
         """
-        return f"({self.written})²" if "/" in self.written else self.written and f"{self.written}²"
+        bracketed = "/" in self.written or self.written.startswith("°")
+        return f"({self.written})²" if bracketed else self.written and f"{self.written}²"
 
     def headed(self, word: str = "", between: str = ", ") -> str:
         """Return a heading with the unit behind it; the label where no other word is given.
@@ -82,6 +83,31 @@ class Named:
         ('Measured, N', 'Maximum force, N', 'Std.\\nerror,\\nN')
         """
         return f"{word or self.label}{between}{self.written}" if self.written else word or self.label
+
+    @property
+    def capital(self) -> str:
+        """The noun as it begins a sentence or a heading.
+
+        >>> FORCE.capital, TRAVEL.capital
+        ('Force', 'Travel')
+        """
+        return self.noun[:1].upper() + self.noun[1:]
+
+    def heading(self, between: str = ", ") -> str:
+        """Return the noun as a heading with its unit.
+
+        >>> FORCE.heading(), DIAMETER.heading(",\\n"), Named("e", "", "COR", "e", "1").heading()
+        ('Force, N', 'Diameter,\\nmm', 'COR')
+        """
+        return self.headed(self.capital, between)
+
+    def its(self, thing: str) -> str:
+        """Return something that it has, as people say it.
+
+        >>> FORCE.its("variation"), Named("a", "", "angle of repose", "θ", "deg").its("variation")
+        ("the force's variation", 'the variation of the angle of repose')
+        """
+        return f"the {thing} of the {self.noun}" if " " in self.noun else f"the {self.noun}'s {thing}"
 
     def axis(self, word: str = "") -> str:
         """Return what stands along an axis.
@@ -124,11 +150,25 @@ class Naming:
         """All of them, the first one first."""
         return (self.response, *self.further)
 
+    @property
+    def others(self) -> tuple[Named, ...]:
+        """The responses beside the first that a study itself has named: travel and work go without saying."""
+        return tuple(response for response in self.further if response not in CUTTING.further)
+
+    @property
+    def values(self) -> str:
+        """What was measured, whatever it is.
+
+        >>> CUTTING.values, Naming(Named("a", "", "angle of repose", "θ", "deg"), None, ()).values
+        ('forces', 'angles of repose')
+        """
+        return "responses" if self.others else self.response.plural
+
     def named(self, name: str) -> Named:
         """Return a response by its name; the first is also called ``force``."""
         if name == FORCE.name:
             return self.response
-        return next(response for response in self.further if response.name == name)
+        return next(response for response in self.responses if response.name == name)
 
     def place(self, value: float) -> str:
         """Name the condition at which something is, as a sentence does; nothing where there is none.
@@ -170,6 +210,45 @@ class Naming:
         """Several of the condition."""
         return replace(DIAMETER, noun=self.condition_noun).plural
 
+    def counted(self, count: int, which: str = "") -> str:
+        """Count values of the condition.
+
+        >>> CUTTING.counted(1), CUTTING.counted(5), CUTTING.counted(2, "other ")
+        ('1 diameter', '5 diameters', '2 other diameters')
+        """
+        return f"{count} {which}{self.condition_noun if count == 1 else self.condition_plural}"
+
+    @property
+    def is_force_on_stems(self) -> bool:
+        """Whether the response is a force over the stem's diameter, which cutting forces grow with by a power law."""
+        return (self.response, self.condition) == (FORCE, DIAMETER)
+
+    def places(self, listed: str) -> str:
+        """Return what follows to tell several values of the condition, already listed; nothing where there is none.
+
+        >>> CUTTING.places("7, 8 and 9"), Naming(condition=None).places("0")
+        (' at 7, 8 and 9 mm', '')
+        >>> Naming(condition=Named("w", "", "moisture", "w", "%")).places("12 and 16")
+        ' at moisture 12 and 16 %'
+        """
+        if self.condition is None:
+            return ""
+        noun = "" if self.condition == DIAMETER else f"{self.condition.noun} "
+        return f" at {noun}{listed}{self.condition.beside}"
+
+    def each(self, value: float) -> str:
+        """Name one comparison of several: by its condition, by the response where there is none.
+
+        >>> CUTTING.each(8.0), Naming(Named("a", "", "angle of repose", "a", "deg"), None).each(0.0)
+        ('8 mm', 'angle of repose')
+        """
+        return self.place(value) or self.response.noun
+
+    @property
+    def fitted_at(self) -> str:
+        """The key of a spec that chooses where the parameters are fitted together."""
+        return "invert.diameters" if self.condition == DIAMETER else "invert.conditions"
+
     @property
     def called(self) -> tuple[tuple[str, str | None], ...]:
         """Fields of results by what files call them where the shear test's own words do not fit; None: left out."""
@@ -178,6 +257,7 @@ class Naming:
         response, condition = self.response.name, None if self.condition is None else self.condition.name
         return (
             ("force", response),
+            ("forces", "values"),
             ("phase_forces", f"phase_{response}"),
             ("diameter", condition),
             ("diameters", "conditions"),

@@ -128,3 +128,27 @@ def test_files_have_its_own_words(name: str, tmp_path: Path) -> None:
     headings = {path.name: next(csv.reader(path.open(encoding="utf-8"))) for path in store.path.glob("*.csv")}
     assert "angle" in headings["screen_runs.csv"]
     assert not [cell for row in headings.values() for cell in row if NOT_ITS_OWN.search(cell)]
+
+
+def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
+    """Three heaps at the solution: the mean of each response, tested with the scatter of both sides (Welch)."""
+    shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
+    spec = tmp_path / "two.yaml"
+    text = spec.read_text("utf-8").replace(
+        "[python, heap.py]", f'[{json.dumps(sys.executable)}, heap.py, "{{{{seed}}}}"]'
+    )
+    text = text.replace("kind: command", "kind: command\n  replicates: 3")
+    spec.write_text(text + "rsm: {factors: [static, grain_density]}\n", "utf-8")
+    study = load_study(spec)
+    store = StudyFolder(tmp_path / "out")
+    calibrate(study, store, LocalExecutor(2))
+    validation = fresh_results(study, store).validation
+    assert validation is not None
+    (row,) = validation.rows
+    (bulk,) = row.further
+    assert row.replicates is not None
+    heaps = row.replicates.of("bulk")
+    assert bulk.simulated == pytest.approx(np.mean(heaps)) and np.std(heaps) > 0.0
+    measured = stats.norm.ppf((np.arange(5) + 0.5) / 5)
+    measured = 741.0 + 6.0 * (measured - measured.mean()) / measured.std(ddof=1)
+    assert bulk.p_different == pytest.approx(stats.ttest_ind(measured, heaps, equal_var=False).pvalue, rel=1e-6)

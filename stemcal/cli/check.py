@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from stemcal.cli.options import AsJson, Spec
+from stemcal.words import joined
 
 if TYPE_CHECKING:
     from stemcal.errors import SpecError
@@ -40,10 +41,17 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
     else:
         say(
             f"{spec}: right. Study {study.name}: {len(study.factors)} factors, "
-            f"{len(study.targets.forces)} measured forces, solver {study.solver.kind}."
+            f"{len(study.targets.forces)} measured {_measured(study)}, solver {study.solver.kind}."
         )
         for sentence in remarks:
             say(sentence)
+
+
+def _measured(study: Study) -> str:
+    """Return what was measured, one of it or several."""
+    response, others = study.naming.response, study.naming.others
+    plural = len(study.targets.forces) > 1 or study.naming.is_cutting
+    return joined([named.plural if plural else named.noun for named in (response, *others)])
 
 
 def _problems(error: SpecError) -> Mapping[str, object]:
@@ -76,7 +84,9 @@ def _diameters(study: Study) -> list[float]:
 
 
 def _summary(study: Study, demanding: list[str], remarks: list[str]) -> Mapping[str, object]:
-    return {
+    naming = study.naming
+    places = {} if naming.condition is None else {"diameters": [target.diameter for target in study.targets.forces]}
+    summary = {
         "schema_version": 1,
         "stage": "check",
         "ok": True,
@@ -85,6 +95,8 @@ def _summary(study: Study, demanding: list[str], remarks: list[str]) -> Mapping[
         "remarks": remarks,
         "name": study.name,
         "factors": [factor.name for factor in study.factors],
-        "diameters": [target.diameter for target in study.targets.forces],
+        **places,
         "solver": study.solver.kind,
     }
+    called = dict(naming.called)
+    return {called.get(key) or key: value for key, value in summary.items()}

@@ -25,7 +25,7 @@ def report(
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
-    from stemcal.cli.console import open_page, say_json, say_whole
+    from stemcal.cli.console import open_page, say_json, say_whole, warn
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.report.drawing import draw
     from stemcal.stages.results import fresh_results
@@ -34,6 +34,9 @@ def report(
     study = read_study(spec)
     folder = existing_folder(study, out)
     results = fresh_results(study, folder)
+    if not quiet:
+        for sentence in results.stale:
+            warn(sentence)
     page = draw(study, folder, results, verdict_of(study, folder, results), figures, again=True)
     drawn = folder.path / "figures" if figures else None
     if open_it:

@@ -42,6 +42,8 @@ def write_requested(study: Study, folder: StudyFolder, name: str, suffix: str) -
     from stemcal.report.numbers import short
 
     known = requestable(study, folder)
+    if not study.naming.is_cutting:
+        raise UsageError(f"no figure {name!r}: only the embedded solver's runs keep what it is made from")
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name in NEEDS else name
     if wanted not in known:
         raise UsageError(f"no figure {wanted!r}; {_known(known)}")

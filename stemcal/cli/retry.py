@@ -39,9 +39,9 @@ def retry(
         entries = again(work.study, work.folder, work.executor, keys or (), work.watch)
         title = f"Runs of study {work.study.name} begun again"
     if as_json:
-        say_json({"schema_version": 1, "stage": "retry", "runs": to_json(entries)})
+        say_json({"schema_version": 1, "stage": "retry", "runs": to_json(entries, work.study.naming.called)})
     else:
-        say(*drawn(table_of(title, entries)))
+        say(*drawn(table_of(title, entries, work.study.naming)))
     if entries and not quiet:
         note(f"now `stemcal run {spec}` takes the new answers into its tables")
     failed = sum(entry.status == "failed" for entry in entries)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.naming import CUTTING, Naming
 from stemcal.stages.base import STAGES
 
 if TYPE_CHECKING:
@@ -69,34 +70,37 @@ def runs(
     entries = ledger(study, existing_folder(study, out))
     found = [e for e in entries if stage in (None, e.stage) and status in (None, e.status)]
     if csv_file:
-        write_table(found, study.names, csv_file)
+        write_table(found, study.names, csv_file, study.naming)
     if as_json:
-        say_json({"schema_version": 1, "stage": "runs", "study": study.name, "runs": to_json(found)})
+        say_json(
+            {"schema_version": 1, "stage": "runs", "study": study.name, "runs": to_json(found, study.naming.called)}
+        )
     elif not csv_file:
-        say(*drawn(table_of(f"Runs of study {study.name}", found)))
+        say(*drawn(table_of(f"Runs of study {study.name}", found, study.naming)))
     if csv_file and not quiet:
         note(f"wrote {csv_file}")
 
 
-def write_table(found: Iterable[Entry], factors: Iterable[str], path: Path) -> None:
+def write_table(found: Iterable[Entry], factors: Iterable[str], path: Path, naming: Naming = CUTTING) -> None:
     """Write runs as CSV: a column per factor, empty cells where there is nothing."""
-    from stemcal.files.showing import csv_text
+    from stemcal.files.rows import Table
     from stemcal.outputs import write_output
 
     names = tuple(factors)
-    rows: list[list[object]] = [[*COLUMNS, *names, *AFTER_LEVELS]]
+    rows = []
     for run in found:
         levels = [run.levels.get(name) for name in names]
-        rows.append([*(getattr(run, c) for c in COLUMNS), *levels, *(getattr(run, c) for c in AFTER_LEVELS)])
-    write_output(path, csv_text(rows))
+        rows.append((*(getattr(run, c) for c in COLUMNS), *levels, *(getattr(run, c) for c in AFTER_LEVELS)))
+    write_output(path, Table((*COLUMNS, *names, *AFTER_LEVELS), tuple(rows)).called(naming.called).csv())
 
 
-def table_of(title: str, found: Iterable[Entry]) -> Sheet:
+def table_of(title: str, found: Iterable[Entry], naming: Naming = CUTTING) -> Sheet:
     """Return runs as a table for the terminal."""
-    from stemcal.report.numbers import fixed, short, significant
-    from stemcal.report.tables.sheet import Sheet
+    from stemcal.report.numbers import fixed, significant
+    from stemcal.report.tables.sheet import Sheet, place_cell, place_head
 
-    columns = ("Stage", "Key", "Status", "Reason", "Run", "Diameter,\nmm", "Force,\nN", "Time,\ns")
+    place, response = place_head(naming, ",\n"), naming.response.heading(",\n")
+    columns = ("Stage", "Key", "Status", "Reason", "Run", *place, response, "Time,\ns")
     rows = tuple(
         (
             run.stage,
@@ -104,7 +108,7 @@ def table_of(title: str, found: Iterable[Entry]) -> Sheet:
             run.status,
             run.reason,
             str(run.run),
-            short(run.diameter),
+            *place_cell(naming, run.diameter),
             significant(run.force),
             fixed(run.wall_seconds, 1),
         )

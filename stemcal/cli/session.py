@@ -102,7 +102,7 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
     with ExitStack() as stack:
         pool = stack.enter_context(make_executor(executor, workers, study.runs.time_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
-        watch = stack.enter_context(make_watch(None if quiet else stderr()))
+        watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         yield Session(study, folder, pool, watch)
 
 

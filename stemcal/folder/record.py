@@ -8,9 +8,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.files.durable import digest
-from stemcal.files.typed import absent, from_json
+from stemcal.files.typed import NOWHERE, absent, from_json, to_json
+from stemcal.naming import CUTTING, Naming
 
-__all__ = ["KEY_LENGTH", "RECORD_VERSION", "is_key", "key_of", "problem_of"]
+__all__ = [
+    "KEY_LENGTH",
+    "RECORD_VERSION",
+    "is_key",
+    "key_of",
+    "naming_in",
+    "problem_of",
+    "under_inner_names",
+    "under_own_names",
+]
 
 RECORD_VERSION = 1
 KEY_LENGTH = 32
@@ -100,6 +110,35 @@ def key_of(identity: Mapping[str, Any]) -> str:
     return digest(identity)[:KEY_LENGTH]
 
 
+def naming_in(content: object) -> Naming:
+    """Return the naming that a file tells; raise `ValueError` if it tells something else."""
+    told = content.get("naming") if isinstance(content, dict) else None
+    return CUTTING if told is None else from_json(Naming, told)
+
+
+def under_own_names(record: Mapping[str, Any], naming: Naming) -> dict[str, Any]:
+    """Return a record as the file of a study of its own words holds it, which also tells these words."""
+    if naming.is_cutting:
+        return dict(record)
+    own, request = dict(naming.called), _renamed(record["request"], dict(naming.called))
+    return {**_renamed(record, own), "request": request, "naming": to_json(naming)}
+
+
+def under_inner_names(content: dict[str, Any]) -> dict[str, Any]:
+    """Return what a record's file holds with force and diameter called so again."""
+    naming = naming_in(content)
+    if naming.is_cutting:
+        return content
+    inner: dict[str, str | None] = {own: name for name, own in naming.called if own is not None}
+    return {**_renamed(content, inner), "request": {"diameter": NOWHERE, **_renamed(content["request"], inner)}}
+
+
+def _renamed(content: Mapping[str, Any], names: Mapping[str, str | None]) -> dict[str, Any]:
+    """Return a mapping with other keys; those of None are left out."""
+    keys = {key: names.get(key, key) for key in content}
+    return {name: content[key] for key, name in keys.items() if name is not None}
+
+
 def problem_of(content: Mapping[str, Any], key: str) -> str:
     """Return what is wrong with a record that lies under a key, "" if nothing is.
 
@@ -108,11 +147,12 @@ def problem_of(content: Mapping[str, Any], key: str) -> str:
     if content.get("record_version") != RECORD_VERSION:
         return f"is of record version {content.get('record_version')!r:.20}, this stemcal reads {RECORD_VERSION}"
     try:
-        record = from_json(_Record, content)
+        naming = naming_in(content)
+        record = from_json(_Record, content, naming.called)
     except ValueError as error:
         return f"is no record of a run: {error}"
     if record.status not in _STATUSES or (record.status == "ok") != (record.force is not None):
-        return f"is no record of a run: status {record.status!r:.20} with force {record.force}"
+        return f"is no record of a run: status {record.status!r:.20} with {naming.response.noun} {record.force}"
     if record.key != key or key_of(record.identity) != key:
         return "its name does not follow from what it says it answers"
     return ""

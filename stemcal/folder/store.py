@@ -30,7 +30,8 @@ from stemcal.files.durable import as_json, plain, remove_leftovers, write_durabl
 from stemcal.files.rows import Table
 from stemcal.files.sealed import Broken, opened, sealed
 from stemcal.files.typed import absent, from_json, to_json
-from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
+from stemcal.folder.record import RECORD_VERSION, is_key, problem_of, under_inner_names, under_own_names
+from stemcal.naming import CUTTING, Naming
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
@@ -182,9 +183,9 @@ class StudyFolder:
         """Return the keys of all records, damaged or not, sorted."""
         return sorted(path.stem for path in self.runs.glob("*.json") if is_key(path.stem))
 
-    def save(self, record: Mapping[str, Any]) -> None:
-        """Write a record so that it is there whole or not at all; `record["key"]` names it."""
-        content = {"record_version": RECORD_VERSION, **record}
+    def save(self, record: Mapping[str, Any], naming: Naming = CUTTING) -> None:
+        """Write a record, under a study's own names, whole or not at all; `record["key"]` names it."""
+        content = under_own_names({"record_version": RECORD_VERSION, **record}, naming)
         write_durably(self.record_path(record["key"]), sealed(content))
 
     def load(self, key: str) -> dict[str, Any] | None:
@@ -207,7 +208,7 @@ class StudyFolder:
         except Broken as broken:
             return None, str(broken)
         problem = problem_of(content, key) if has_seal else "has no SHA-256"
-        return (None, problem) if problem else (content, "")
+        return (None, problem) if problem else (under_inner_names(content), "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
         logger.warning("%s %s; set aside, the run is done again", path, problem)

@@ -133,9 +133,9 @@ def _decided_later(study: Study) -> list[str]:
     later = {"climb": study.climb and study.climb.steps + 1, "refine": study.refine and study.refine.budget}
     notes = [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
     if study.mesh is not None:
-        diameters, sizes = max(len(study.joint_targets), 1), len(study.mesh.sizes)
+        where, sizes = study.naming.counted(max(len(study.joint_targets), 1)), len(study.mesh.sizes)
         places = f"{study.mesh.phases} places of the mesh" + (f" and {counted(sizes, 'element size')}" if sizes else "")
-        notes.append(f"mesh simulates the solution at {places}, at {counted(diameters, 'diameter')}.")
+        notes.append(f"mesh simulates the solution at {places}, at {where}.")
     return notes
 
 

@@ -14,7 +14,7 @@ from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
-from stemcal.report.figures.gallery import gallery
+from stemcal.report.figures.gallery import gallery, spread_of
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
@@ -59,15 +59,15 @@ class SurfacePlots:
         self._result, self._inversion = result, inversion
 
     def contour(self, across: str | None = None, up: str | None = None) -> Figure:
-        """Draw lines of equal force over two factors, the two that matter most by default."""
+        """Draw lines of equal response over two factors, the two that matter most by default."""
         return contours(self._result, self._pair(across, up), self._inversion)
 
     def relief(self, across: str | None = None, up: str | None = None) -> Figure:
-        """Draw the force as height over two factors."""
+        """Draw the response as height over two factors."""
         return relief(self._result, self._pair(across, up), self._inversion)
 
     def observed_predicted(self) -> Figure:
-        """Draw simulated force against prediction."""
+        """Draw the simulated response against its prediction."""
         return observed_predicted(self._result)
 
     def residuals(self) -> Figure:
@@ -127,9 +127,8 @@ class ValidationPlots:
         self._result, self._study = result, study
 
     def forces(self) -> Figure:
-        """Draw measured and simulated force over diameter."""
-        targets = self._study.targets.forces
-        return validation(self._result, {target.diameter: target.sd for target in targets if target.sd is not None})
+        """Draw the first response, measured and simulated, over the condition: forces over diameters by default."""
+        return validation(self._result, spread_of(self._study, self._result.naming.response))
 
     def growth(self) -> Figure:
         """Draw them on logarithmic axes."""
@@ -188,7 +187,7 @@ class StudyResults:
 
     @property
     def screen(self) -> Screen:
-        """Which factors move the force."""
+        """Which factors move the response."""
         found = self._there(self._results.screen, "screen")
         return _plotted(Screen, found, ScreenPlots(found))
 
@@ -199,7 +198,7 @@ class StudyResults:
 
     @property
     def surface(self) -> Surface:
-        """The force as a quadratic surface."""
+        """The response as a quadratic surface."""
         found = self._there(self._results.surface, "rsm")
         return _plotted(Surface, found, SurfacePlots(found, self._results.inversion))
 
@@ -221,7 +220,7 @@ class StudyResults:
 
     @property
     def validation(self) -> Validation:
-        """Measured against simulated force."""
+        """Measured against simulated response."""
         found = self._there(self._results.validation, "validate")
         return _plotted(Validation, found, ValidationPlots(found, self.study))
 

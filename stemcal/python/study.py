@@ -64,7 +64,7 @@ def calibrate(
         As the command line tells them.
     """
     folder = StudyFolder(default_place(study.name) if out is None else out)
-    with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress) as watch:
+    with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
         _require_sense(demand_of_left(left_to_run(study, folder, solver), solver), executor.workers, yes)
         workflow.calibrate(study, folder, executor, watch)

@@ -28,7 +28,8 @@ _KRIEG = "R. D. Krieg, S. W. Key, in Constitutive Equations in Viscoplasticity, 
 GLOSSARY: tuple[Entry, ...] = (
     # ---- designs and screening
     Entry("factor", "A parameter that is varied between a low and a high level.", _MONT),
-    Entry("response", "What a run gives: here the maximum force on the blade, N.", _MONT),
+    Entry("response", "What a run gives and the laboratory measures: the maximum force on the blade in N, unless a "
+          "study declares its own (`responses`).", _MONT),
     Entry("coded value", "A factor's level on a scale on which the centre is 0 and one half-step is 1: "
           "(level − centre)/half-step.", _MM, ("coded", "coding")),
     Entry("coded radius", "Distance of a point from the centre of the design in coded units; beyond the axial points "
@@ -36,7 +37,8 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("Plackett–Burman design", "A two-level design of N runs (N a multiple of 4) for up to N − 1 factors; in 12 "
           "runs every main effect is partly mixed with all two-factor interactions of other factors.",
           "R. L. Plackett, J. P. Burman, Biometrika 33 (1946) 305", ("pb", "plackett-burman", "screening design")),
-    Entry("effect", "Mean response at a factor's high level minus that at its low level, N.", _BOX),
+    Entry("effect", "Mean response at a factor's high level minus that at its low level, in the response's unit.",
+          _BOX),
     Entry("contribution", "A term's sum of squares in percent of the total, residual included.", _MONT,
           ("share", "contribution percent")),
     Entry("aliasing", "Two effects that a design cannot tell apart: what looks like one may be the other.", _BOX,
@@ -92,31 +94,35 @@ GLOSSARY: tuple[Entry, ...] = (
           ("canonical", "saddle")),
     Entry("fold-over", "The same design with all signs turned, added to it: it frees main effects of two-factor "
           "interactions.", _BOX, ("fold_over",)),
-    Entry("climb", "Steps from the centre along the screening's slope until the force has passed the target; the next "
-          "design is centred on the best.", "G. E. P. Box, K. B. Wilson, J. R. Statist. Soc. B 13 (1951) 1",
+    Entry("climb", "Steps from the centre along the screening's slope until the response has passed the target; the "
+          "next design is centred on the best.", "G. E. P. Box, K. B. Wilson, J. R. Statist. Soc. B 13 (1951) 1",
           ("steepest ascent",)),
     # ---- inversion, validation
-    Entry("calibration", "The parameter set at which the surface meets the measured force.", _MM, ("inversion",)),
+    Entry("calibration", "The parameter set at which the surface meets the measured response.", _MM, ("inversion",)),
     Entry("solution set", "All points of the design region at which the surface takes the target: with several "
           "factors a curve or a surface, not one point.", _MM, ("ranges", "range")),
     Entry("least_coded_distance", "Rule: of all solutions take the one nearest to the centre in coded units.", _MM),
-    Entry("mean interval", "95 % confidence interval of the expected force at a point.", _MM, ("confidence interval",)),
+    Entry("mean interval", "95 % confidence interval of the expected response at a point.", _MM,
+          ("confidence interval",)),
     Entry("prediction interval", "Where one further run at a point falls with 95 % probability.", _MM),
-    Entry("error", "100·(measured − simulated)/measured: positive where the simulation is too soft.",
+    Entry("error", "100·(measured − simulated)/measured: positive where the simulation gives too little.",
           "the wild chrysanthemum study, Table 13"),
     Entry("profile likelihood", "The misfit with one factor held and all others free: where it stays low are the "
-          "values that the measured forces allow.", "D. J. Venzon, S. H. Moolgavkar, Applied Statistics 37 (1988) 87",
+          "values that the measurements allow.", "D. J. Venzon, S. H. Moolgavkar, Applied Statistics 37 (1988) 87",
           ("profile", "profiles")),
-    Entry("free", "Of a factor: its interval fills three quarters of its range or more, so the forces do not fix it.",
+    Entry("free", "Of a factor: its interval fills three quarters of its range or more, so the measurements do not fix "
+          "it.",
           "A. Raue et al., Bioinformatics 25 (2009) 1923", ("identifiability", "of range", "identifiable")),
-    Entry("joint fit", "One set of parameters for several diameters at once, weighted by how well each is known.",
+    Entry("joint fit", "One set of parameters for several diameters, or several responses, at once, weighted by how "
+          "well each is known.",
           _MM, ("joint",)),
-    Entry("posterior", "What remains possible once the forces are known, as samples of the parameters; before, every "
-          "point of the region counted the same.", "J. Goodman, J. Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65"),
+    Entry("posterior", "What remains possible once the measurements are known, as samples of the parameters; before, "
+          "every point of the region counted the same.",
+          "J. Goodman, J. Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65"),
     Entry("refinement", "Simulate at the solution, correct the surface by what it was off there, solve again, until "
-          "the simulated force meets the target.", "C. G. Broyden, Math. Comp. 19 (1965) 577", ("refine",)),
-    Entry("Welch's test", "Does the simulated force differ from the measured mean by more than the scatter? A large p "
-          "is no proof of agreement.", "B. L. Welch, Biometrika 34 (1947) 28", ("welch", "p_different")),
+          "the simulated response meets the target.", "C. G. Broyden, Math. Comp. 19 (1965) 577", ("refine",)),
+    Entry("Welch's test", "Does the simulated response differ from the measured mean by more than the scatter? A large "
+          "p is no proof of agreement.", "B. L. Welch, Biometrika 34 (1947) 28", ("welch", "p_different")),
     Entry("verdict", "What a study comes to by stated rules: calibrated, with reservations or not calibrated, with the "
           "reasons and the step that mends each. Where it is not calibrated no interval is shown.", _MM,
           ("calibrated", "with_reservations", "not_calibrated")),

@@ -27,9 +27,9 @@ _KINDS = (
     r"|outside the prediction interval|still .* % from the target|not shown equal|may be chance|not after Holm"
     r"|the two methods disagree|rests on one run|no point of the region|is missed by at most",
     r"",
-    r"is the calibration diameter|grows as d\^|describes the measured force|repeated points agree|add no information"
+    r"is the calibration \w+|grows as d\^|describes the measured|repeated points agree|add no information"
     r"|stationary point|the prediction interval holds the target|is nearest to the target|within the tolerance"
-    r"|predicts the diameters better|is the one found by simulation|lies equally far",
+    r"|predicts the \S+ better|is the one found by simulation|lies equally far",
 )
 _WEIGHTS = [re.compile(pattern, re.IGNORECASE) if pattern else None for pattern in _KINDS]
 

@@ -102,6 +102,16 @@ def alike(values: Iterable[float | None], digits: int = 7) -> Callable[[float | 
     return lambda value: "" if value is None else fixed(value, decimals)
 
 
+def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:
+    """Return the decimals with which the largest of some values has so many digits, no less than the usual ones.
+
+    >>> decimals([74.69, -8.0], 1), decimals([0.0312, None], 2)
+    (1, 4)
+    """
+    largest = max((abs(value) for value in values if value is not None and math.isfinite(value)), default=0.0)
+    return usual if largest == 0.0 else min(max(usual, digits - 1 - math.floor(math.log10(largest))), 9)
+
+
 def duration(seconds: float | None) -> str:
     """Return a time as people say it.
 

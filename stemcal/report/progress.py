@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
-from stemcal.report.numbers import duration
+from stemcal.naming import CUTTING, FORCE, Naming
+from stemcal.report.numbers import duration, significant
 from stemcal.stages.base import STAGES
 from stemcal.words import counted
 
@@ -23,23 +24,23 @@ TITLES = {stage.name: stage.title for stage in STAGES}
 _ENOUGH = 2  # runs from which their mean time tells how long the others take
 
 
-def make_watch(console: Console | None) -> Watcher:
+def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
     """Return the watcher that suits a console, a silent one without; use it as a context manager."""
     if console is None:
         return Watcher()
-    return Bar(console) if console.is_terminal else Lines(console)
+    return Bar(console, naming=naming) if console.is_terminal else Lines(console, naming=naming)
 
 
-def notebook_watch(wanted: bool | None = None) -> Watcher:
+def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watcher:
     """Return a bar in a terminal and in Jupyter, silence elsewhere; `wanted` decides otherwise."""
     from rich.console import Console
 
     console = Console(stderr=True)
     shown = console.is_terminal or console.is_jupyter
-    return Bar(console) if (shown if wanted is None else wanted) else Watcher()
+    return Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
 
 
-def describe(progress: Progress) -> str:
+def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     """Return one line on where a stage stands.
 
     >>> from types import SimpleNamespace as Progress
@@ -56,13 +57,14 @@ def describe(progress: Progress) -> str:
     if progress.failed:
         parts.append(f"{progress.failed} failed")
     if progress.last_force is not None:
-        parts.append(f"last {_force(progress)}")
+        parts.append(f"last {_response(progress, naming)}")
     return ", ".join(parts)
 
 
-def _force(progress: Progress) -> str:
-    at = "" if progress.last_diameter is None else f" at {progress.last_diameter:g} mm"
-    return f"{progress.last_force:.1f} N{at}"
+def _response(progress: Progress, naming: Naming) -> str:
+    at = "" if progress.last_diameter is None else naming.at(progress.last_diameter)
+    value = f"{progress.last_force:.1f}" if naming.response == FORCE else significant(progress.last_force)
+    return f"{value}{naming.response.beside}{at}"
 
 
 class Watcher:
@@ -92,13 +94,13 @@ class Watcher:
 class Lines(Watcher):
     """A line at a stage's start and end, and one every half minute between."""
 
-    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
-        self.console, self.clock = console, clock
+    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
+        self.console, self.clock, self.naming = console, clock, naming
         self.stage, self.last_line, self.last_time = "", "", -SPARSE_SECONDS
 
     def __call__(self, progress: Progress) -> None:
         """Print the line if it is new and due."""
-        line = describe(progress)
+        line = describe(progress, self.naming)
         edge = progress.stage != self.stage or progress.done >= progress.total or bool(progress.waiting_for)
         due = self.clock() - self.last_time >= SPARSE_SECONDS
         if line != self.last_line and (edge or due):
@@ -142,13 +144,13 @@ def _made(progress: Progress) -> int:
 
 
 class Bar(Watcher):
-    """One bar for the whole command: its stage, runs done of all, time left to the end, failures, the last force.
+    """One bar for the whole command: its stage, runs done of all, time left to the end, failures, the last answer.
 
     A stage that is done leaves a line behind.
     """
 
-    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
-        self.console, self.clock = console, clock
+    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
+        self.console, self.clock, self.naming = console, clock, naming
         self.bars = _bars(console)
         self.task = self.bars.add_task("", total=None, runs="", tail="")
         self.course, self.stage, self.since = _Course(), "", 0.0
@@ -202,7 +204,7 @@ class Bar(Watcher):
 
     def _tail(self, progress: Progress) -> str:
         failed = f"{progress.failed} failed" if progress.failed else ""
-        last = _force(progress) if progress.last_force is not None else ""
+        last = _response(progress, self.naming) if progress.last_force is not None else ""
         return ", ".join(part for part in (self.course.left(self.clock()), failed, last) if part)
 
     def _leave_line(self) -> None:

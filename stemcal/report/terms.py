@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from stemcal.doe.regression.fit_statistics import Coefficient
+from stemcal.naming import FORCE, Named
 from stemcal.report.numbers import fixed
+from stemcal.report.tables.sheet import response_decimals
 
 ONE = "1"
 
@@ -22,16 +24,16 @@ def written(term: str, symbols: Mapping[str, str]) -> str:
     return "·".join(symbols.get(name, name) for name in term.split(":"))
 
 
-def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str]) -> str:
-    """Return the surface as an equation in coded units.
+def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], response: Named = FORCE) -> str:
+    """Return the surface of a response as an equation in coded units.
 
     >>> from types import SimpleNamespace as C
     >>> equation([C(term="1", value=120.415), C(term="a^2", value=-0.829)], {"a": "X9"})
     'F = 120.42 − 0.83·X9²'
     """
-    text = ""
+    text, places = "", response_decimals(response, [row.value for row in coefficients if row.term != ONE])
     for row in coefficients:
-        size = fixed(abs(row.value)) + ("" if row.term == ONE else f"·{written(row.term, symbols)}")
+        size = fixed(abs(row.value), places) + ("" if row.term == ONE else f"·{written(row.term, symbols)}")
         sign = "−" if row.value < 0.0 else "+"
         text += f" {sign} {size}" if text else f"{'−' if row.value < 0.0 else ''}{size}"
-    return f"F = {text}"
+    return f"{response.symbol} = {text}"

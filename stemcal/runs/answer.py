@@ -20,7 +20,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
-from stemcal.solvers.protocol import Answer, Immediate, Keeping, Placed, Request, Solver
+from stemcal.solvers.protocol import Answer, Immediate, Keeping, Placed, Request, Solver, words_of
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
@@ -180,7 +180,8 @@ def _record(key: str, request: Request, computed: Computed, solver: Solver, fold
             "request": request.told(),
             **asdict(answer),
             "provenance": computed.circumstances,
-        }
+        },
+        words_of(solver),
     )
     if not answer.ok:
         folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)

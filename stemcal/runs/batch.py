@@ -16,8 +16,9 @@ from stemcal.errors import SimulationFailed
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.folder.store import now, provenance
+from stemcal.naming import FORCE, Named
 from stemcal.runs.policy import ACCIDENTS, TIMEOUT
-from stemcal.solvers.protocol import Answer, Readied, Request, Solver
+from stemcal.solvers.protocol import Answer, Readied, Request, Solver, words_of
 
 logger = logging.getLogger(__name__)
 
@@ -36,7 +37,7 @@ class Computed:
 def compute(solver: Solver, request: Request) -> Computed:
     """Answer one request. Runs in a worker."""
     started, clock = now(), time.perf_counter()
-    answer = sound(solver.solve(request))
+    answer = sound(solver.solve(request), words_of(solver).response)
     wall = time.perf_counter() - clock
     return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
 
@@ -58,8 +59,8 @@ class Run:
         return compute(self.solver, self.request)
 
 
-def sound(answer: Answer) -> Answer:
-    """Return the answer, or a failed one in its place if its force is no number.
+def sound(answer: Answer, response: Named = FORCE) -> Answer:
+    """Return the answer, or a failed one in its place if its force, or other response, is no number.
 
     >>> sound(Answer("ok", force=float("nan"))).reason
     'nan'
@@ -67,9 +68,10 @@ def sound(answer: Answer) -> Answer:
     if answer.status != "ok":
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
     if answer.force is None or not math.isfinite(answer.force):
-        return Answer("failed", None, "nan", f"the solver gave the force {answer.force}", answer.details)
+        return Answer("failed", None, "nan", f"the solver gave the {response.noun} {answer.force}", answer.details)
     if abs(answer.force) > MOST:
-        message = f"the solver gave the force {answer.force:g}, more than statistics can compute with ({MOST:g})"
+        given = f"the solver gave the {response.noun} {answer.force:g}"
+        message = f"{given}, more than statistics can compute with ({MOST:g})"
         return Answer("failed", None, "bad_result", message, answer.details)
     return answer
 

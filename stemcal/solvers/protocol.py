@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from stemcal.naming import CUTTING, Naming
+
 
 @dataclass(frozen=True)
 class Request:
@@ -158,6 +160,20 @@ class Belonging(Protocol):
 
     def belongings(self, diameter: float) -> dict[str, str]:
         """The settings by name, as they are at a stem diameter."""
+
+
+@runtime_checkable
+class Worded(Protocol):
+    """A solver that answers in a study's own words."""
+
+    @property
+    def naming(self) -> Naming:
+        """What the study calls what is asked and answered."""
+
+
+def words_of(solver: Solver) -> Naming:
+    """Return what a solver's study calls its responses and condition; the shear test's words where it does not tell."""
+    return solver.naming if isinstance(solver, Worded) else CUTTING
 
 
 @runtime_checkable

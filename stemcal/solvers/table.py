@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem, UsageError
-from stemcal.solvers.protocol import Answer, Immediate, Request
-from stemcal.solvers.sheet import Sheet, read_sheet
+from stemcal.naming import DIAMETER
+from stemcal.solvers.protocol import RESPONSES, Answer, Immediate, Request
+from stemcal.solvers.sheet import Answers, Sheet, read_sheet
 from stemcal.study.model import Study
 from stemcal.study.model import TableSolver as Tables
 
-DIAMETER = "diameter"
 MARKS = ("block", "weight")
 TABLE_VERSION = 1
 
@@ -26,7 +26,9 @@ class TableSolver(Immediate):
     ----------
     study : Study
         Its ``solver`` names a file per stage. Columns are called by factor (name or symbol), ``validate`` has
-        a column ``diameter`` in mm; the last column is the force in N. A column ``run`` is passed over.
+        a column ``diameter`` in mm; the last column is the force in N. A column ``run`` is passed over. In a study
+        of its own words ``validate`` has a column of its condition, if it has one, and columns called by response
+        are these; a single response may also be the last column, whatever that is called.
 
     Raises
     ------
@@ -35,7 +37,7 @@ class TableSolver(Immediate):
 
     Notes
     -----
-    An empty force, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own force. The table of
+    An empty response, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own. The table of
     ``rsm`` may say in a column ``block`` which runs were made together, in a column ``weight`` how much each counts.
     """
 
@@ -43,6 +45,7 @@ class TableSolver(Immediate):
         tables = study.solver
         if not isinstance(tables, Tables):
             raise TypeError(f"the study's solver is of kind {tables.kind}, not table")
+        self.naming = study.naming
         self._sheets: dict[str, Sheet] = {}
         self._marks: dict[str, list[dict[str, Any]]] = {}
         problems: list[SpecProblem] = []
@@ -55,19 +58,29 @@ class TableSolver(Immediate):
     def _read(self, stage: str, path: Path, study: Study, problems: list[SpecProblem]) -> None:
         known = {factor.symbol: factor.name for factor in study.factors}
         known |= {factor.name: factor.name for factor in study.factors}
+        condition = [] if self.naming.condition is None else [self.naming.condition.name]
         if stage == "validate":
-            known |= {DIAMETER: DIAMETER, "diameter_mm": DIAMETER}
+            known |= {name: name for name in condition}
+            known |= {"diameter_mm": DIAMETER.name} if self.naming.condition == DIAMETER else {}
         if stage == "rsm":
             known = {mark: mark for mark in MARKS} | known
-        required = {"screen": list(study.names), "validate": [DIAMETER]}.get(stage, [])
+        required = {"screen": list(study.names), "validate": condition}.get(stage, [])
         try:
-            sheet = read_sheet(path, known, required)
+            sheet = read_sheet(path, known, required, self._answers(stage))
             marks = [name for name in MARKS if name in sheet.columns and name not in study.names]
             self._marks[stage] = [_marked(row, marks) for row in sheet.rows]
             rows = tuple({name: value for name, value in row.items() if name not in marks} for row in sheet.rows)
             self._sheets[stage] = replace(sheet, rows=rows)
         except SpecError as error:
             problems += error.problems
+
+    def _answers(self, stage: str) -> Answers:
+        """Return which columns of a table are responses."""
+        if self.naming.is_cutting:
+            return Answers()
+        names = tuple(response.name for response in self.naming.responses)
+        alone = stage == "validate" and self.naming.condition is None
+        return Answers(names, self.naming.response.noun, alone)
 
     def prepare(self) -> None:
         """Do nothing: the tables are read."""
@@ -82,24 +95,34 @@ class TableSolver(Immediate):
             "stage": request.stage,
             "row": request.row,
             "levels": dict(request.levels),
-            "diameter": request.diameter,
+            **({} if self.naming.condition is None else {self.naming.condition.name: request.diameter}),
         }
 
     def solve(self, request: Request) -> Answer:
-        """Return the force of the row; of the row with that diameter in ``validate``."""
+        """Return what the row gives; the row with that condition in ``validate``."""
         sheet = self._sheet(request.stage)
-        row = self._diameter_row(sheet, request) if request.stage == "validate" else self._row(sheet, request)
+        by_condition = request.stage == "validate" and self.naming.condition is not None
+        row = self._condition_row(sheet, request) if by_condition else self._row(sheet, request)
         if row is None:
-            what = f"diameter {request.diameter:g} mm" if request.stage == "validate" else f"row {request.row + 1}"
+            what = self._condition(request) if by_condition else f"row {request.row + 1}"
             return Answer("failed", reason="not_in_table", message=f"{sheet.path.name} has no {what}")
-        force = sheet.responses[row]
-        if force is None:
-            return Answer("failed", reason="no_force", message=f"{sheet.place(row)}: no force is given")
+        response = sheet.responses[row]
+        if response is None:
+            noun = self.naming.response.noun
+            reason = f"no_{self.naming.response.name}"
+            return Answer("failed", reason=reason, message=f"{sheet.place(row)}: no {noun} is given")
         place = {"table": sheet.path.name, "line": sheet.lines[row]}
-        return Answer("ok", force=force, details=place | self._marks[request.stage][row])
+        further = {n: value for n, value in sheet.further[row].items() if value is not None} if sheet.further else {}
+        told = {RESPONSES: further} if further else {}
+        return Answer("ok", force=response, details=place | told | self._marks[request.stage][row])
+
+    def _condition(self, request: Request) -> str:
+        """Name the condition of a request."""
+        place = self.naming.place(request.diameter)
+        return f"diameter {place}" if self.naming.condition == DIAMETER else place
 
     def given_design(self, stage: str) -> list[dict[str, float]]:
-        """Return the rows of a table, level by factor; those of ``validate`` begin with the diameter."""
+        """Return the rows of a table, level by factor; those of ``validate`` begin with the condition."""
         return [dict(row) for row in self._sheet(stage).rows]
 
     def cost_estimate(self, _request: Request) -> float:
@@ -119,10 +142,10 @@ class TableSolver(Immediate):
         same = all(math.isclose(request.levels[name], level, rel_tol=1e-9) for name, level in row.items())
         return request.row if same else None
 
-    @staticmethod
-    def _diameter_row(sheet: Sheet, request: Request) -> int | None:
+    def _condition_row(self, sheet: Sheet, request: Request) -> int | None:
+        assert self.naming.condition is not None
         for index, row in enumerate(sheet.rows):
-            if math.isclose(row[DIAMETER], request.diameter, rel_tol=1e-6):
+            if math.isclose(row[self.naming.condition.name], request.diameter, rel_tol=1e-6, abs_tol=1e-12):
                 return index
         return None
 

@@ -87,9 +87,9 @@ STAGES: tuple[Stage, ...] = (
         "ClimbResult",
         ("climb", "rsm", "targets"),
         lambda _study: "screen",
-        """Step the active factors together towards the measured force; the best step centres the surface's design.
+        """Step the active factors together towards the measured value; the best step centres the surface's design.
 
-        It walks along the slope that the screening found, climb.steps at most, until the force has passed the target.
+        It walks along the slope that the screening found, climb.steps at most, until the response is past the target.
         With a section climb in the spec it is part of `stemcal run`.
         """,
         lambda study: study.climb is not None,
@@ -112,7 +112,7 @@ STAGES: tuple[Stage, ...] = (
         "InvertResult",
         ("invert", "targets"),
         lambda _study: "rsm",
-        "Solve the surface for the measured force: calibrated parameters and how well they are known.",
+        "Solve the surface for the measured value: calibrated parameters and how well they are known.",
         simulates=False,
     ),
     Stage(
@@ -123,9 +123,9 @@ STAGES: tuple[Stage, ...] = (
         "RefineResult",
         ("refine", "targets"),
         lambda _study: "invert",
-        """Simulate at the solution, add the point, refit and step, until the simulated force is right.
+        """Simulate at the solution, add the point, refit and step, until the simulated response is right.
 
-        It ends within refine.tolerance_percent of the measured force, or after refine.budget simulations. A joint fit
+        It ends within refine.tolerance_percent of the measured value, or after refine.budget simulations. A joint fit
         (invert.diameters) is simulated at each of its diameters; it also ends when the fit no longer moves. With a
         section refine in the spec it is part of `stemcal run`, and the validation takes the refined parameters.
         """,
@@ -156,7 +156,7 @@ STAGES: tuple[Stage, ...] = (
         "ValidateResult",
         ("targets",),
         _before_validation,
-        "Simulate every measured diameter with the calibrated parameters.",
+        "Simulate whatever was measured, at every diameter or other condition, with the calibrated parameters.",
         pictured=True,
     ),
     Stage(

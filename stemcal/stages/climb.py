@@ -107,14 +107,14 @@ def _climbed(
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
         effects=screening.effects,
         significant=screening.matter,
-        notes=(*chosen, *_notes(rows, best, through)),
+        notes=(*chosen, *_notes(rows, best, through, study.naming.response.noun)),
     )
 
 
 def _walk(
     study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, simulate: SimulateAt
 ) -> list[ClimbRow]:
-    """Simulate the centre, then step along the slope until the force has passed the target."""
+    """Simulate the centre, then step along the slope until the response has passed the target."""
     target = study.calibration_target.force
     start = _row(study, 0, dict.fromkeys(names, 0.0), simulate)
     if start.outcome.force is None:
@@ -154,14 +154,14 @@ def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
 
 
-def _notes(rows: Sequence[ClimbRow], best: ClimbRow, through: bool) -> list[str]:
+def _notes(rows: Sequence[ClimbRow], best: ClimbRow, through: bool, response: str) -> list[str]:
     notes = [
         f"Of {len(rows)} steps along the slope of the screening, step {best.step} is nearest to the target "
         f"({best.error_percent:+.1f} %): the surface is centred there."
     ]
     if not through:
         notes.append(
-            "The walk ended at the edge of the ranges before the force passed the target: the target may lie outside; "
-            "widen the ranges, or see whether the force can reach it at all."
+            f"The walk ended at the edge of the ranges before the {response} passed the target: the target may lie "
+            f"outside; widen the ranges, or see whether the {response} can reach it at all."
         )
     return notes

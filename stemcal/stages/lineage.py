@@ -90,8 +90,10 @@ def _solver_parts(study: Study, solver: Solver, stage: str) -> dict[str, object]
     """What determines the answers of a stage, apart from the levels, as the solver tells it."""
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     parts: dict[str, object] = {}
+    condition = study.naming.condition
+    probed = _PROBED if condition is None else _PROBED | {condition.name}
     for name, part in solver.identity(probe).items():
-        if name not in _PROBED:
+        if name not in probed:
             parts |= _leaves(f"solver {name}", part)
     return parts
 

@@ -14,7 +14,7 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
-from stemcal.folder.record import is_key
+from stemcal.folder.record import is_key, naming_in
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.outcome import Outcome
@@ -75,7 +75,7 @@ class DesignRun:
 
     @property
     def force(self) -> float | None:
-        """Maximum force, N; or the first response of the study's own."""
+        """Maximum force in N, or the first response of a study of its own words."""
         return self.outcome.force
 
     def response(self, name: str) -> float:
@@ -97,7 +97,7 @@ class DesignRuns:
         return tuple(self.runs[0].coded) if self.runs else ()
 
     def table(self) -> Table:
-        """Return levels and force of every run, as a table solver reads them."""
+        """Return levels and response of every run, as a table solver reads them."""
         known = ("block", "weight", "replicate")
         marks = [name for name in known if self.runs and getattr(self.runs[0], name) is not None]
         return Table.of(["run", *self.varied, *marks, "force"], self.runs)
@@ -185,12 +185,6 @@ def head_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> He
     tell_changes(folder, stage, inputs)
     naming = None if study.naming.is_cutting else study.naming
     return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, naming)
-
-
-def naming_in(content: object) -> Naming:
-    """Return the naming that a stage's file tells; raise `ValueError` if it tells something else."""
-    told = content.get("naming") if isinstance(content, dict) else None
-    return CUTTING if told is None else from_json(Naming, told)
 
 
 def leave(folder: StudyFolder, result: R) -> R:

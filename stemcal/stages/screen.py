@@ -1,4 +1,4 @@
-"""The screening: design rows → forces → effects."""
+"""The screening: design rows → responses → effects."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from stemcal.doe.screening.definitive import TwoStages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.naming import Named
 from stemcal.runs.answer import forces
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
@@ -45,7 +46,7 @@ class Residual:
 
 @dataclass(frozen=True)
 class LenthMargins:
-    """Pseudo standard error, margin of error, simultaneous margin of error, N."""
+    """Pseudo standard error, margin of error, simultaneous margin of error, in the unit of the response."""
 
     pse: float | None
     me: float | None
@@ -54,7 +55,7 @@ class LenthMargins:
 
 @dataclass(frozen=True)
 class Limit:
-    """The size from which an effect counts, N, by which method, and the style of line that marks it."""
+    """The size from which an effect counts, by which method, and the style of line that marks it."""
 
     value: float
     label: str
@@ -100,7 +101,7 @@ class FurtherScreening:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult):
-    """Which factors move the force: effects in the order of the factors, with every test of them.
+    """Which factors move the response: effects in the order of the factors, with every test of them.
 
     `responses` has the same of further responses; `seen_by` shows each as a result of its own.
     """
@@ -162,7 +163,7 @@ class ScreenResult(StageResult):
         return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
 
     def limits(self) -> list[Limit]:
-        """Return the sizes from which an effect counts, N: Lenth's margins, and t₀·s of the t test.
+        """Return the sizes from which an effect counts: Lenth's margins, and t₀·s of the t test.
 
         The standard error s of an effect is its size over its t.
         """
@@ -195,16 +196,18 @@ class ScreenResult(StageResult):
 
 @a_stage
 def screen(work: Work) -> ScreenResult:
-    """Run the screening design and find the factors that move the force."""
+    """Run the screening design and find the factors that move the response."""
     study = work.study
     head, design = work.head("screen"), screening_design(study, work.solver)
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
     runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
-        found = _analysed(study, design, forces(answers))
+        found = _analysed(study, design, forces(answers), study.naming.response)
         further = {
-            name: FurtherScreening.of(_analysed(study, design, [run.response(name) for run in runs.runs]))
+            name: FurtherScreening.of(
+                _analysed(study, design, [run.response(name) for run in runs.runs], study.naming.named(name))
+            )
             for name in study.own_further
         }
     published = audit_screening(study, found.effects)
@@ -213,7 +216,7 @@ def screen(work: Work) -> ScreenResult:
     return replace(result, responses=further) if further else result
 
 
-def _analysed(study: Study, design: Design, values: Sequence[float]) -> Screening:
+def _analysed(study: Study, design: Design, values: Sequence[float], response: Named) -> Screening:
     return analyse_screening(
         design.coded,
         values,
@@ -222,6 +225,7 @@ def _analysed(study: Study, design: Design, values: Sequence[float]) -> Screenin
         study.screen.alpha,
         error_asked(study),
         {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
+        response,
     )
 
 
@@ -265,7 +269,7 @@ def sign_remarks(study: Study, found: Screening) -> list[str]:
         sign = "+" if effect.effect > 0.0 else "-"
         if expected is not None and effect.factor in found.significant and sign != expected:
             remarks.append(
-                f"{effect.factor} has the effect {effect.effect:+.4g} N where the spec expects the "
-                f"sign {expected}: look for an alias or a wrong unit before trusting it."
+                f"{effect.factor} has the effect {study.naming.response.text(effect.effect, '+.4g')} where the spec "
+                f"expects the sign {expected}: look for an alias or a wrong unit before trusting it."
             )
     return remarks

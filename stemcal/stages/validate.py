@@ -17,6 +17,7 @@ from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewh
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import DIAMETER
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
@@ -29,7 +30,7 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval, StageResult, read_fresh
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
-from stemcal.words import joined
+from stemcal.words import an, joined
 
 _COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
             "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
@@ -103,7 +104,7 @@ class ValidateRow:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ValidateResult(StageResult):
-    """Measured against simulated force over the diameters, and how both grow with it."""
+    """Measured against simulated response over the conditions, and how a force grows with the stem's diameter."""
 
     name: ClassVar[str] = "validate"
 
@@ -139,8 +140,8 @@ class ValidateResult(StageResult):
         return {"validate": Table.of(_COLUMNS, self.rows)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield the outcome of every run, named by its diameter."""
-        for row in self.rows:
+        """Yield the outcome of every run, named by its condition."""
+        for number, row in enumerate(self.rows, 1):
             told = Outcome(
                 force=row.compared.simulated,
                 status=row.status,
@@ -150,17 +151,25 @@ class ValidateResult(StageResult):
                 key=row.key,
                 replicates=row.replicates,
             )
-            yield f"{row.compared.diameter:.6g} mm", told
+            yield self._label(number, row.compared.diameter), told
+
+    def _label(self, number: int, diameter: float) -> str:
+        """Name a run by its condition, by its number where there is none."""
+        if self.naming.condition == DIAMETER:
+            return f"{diameter:.6g} mm"
+        return self.naming.place(diameter) or f"{self.name} {number}"
 
     def summary(self) -> str:
         """Tell the largest error."""
         worst = "–" if self.max_abs_error_percent is None else f"{self.max_abs_error_percent:.1f} %"
-        return f"{len(self.rows)} diameters, largest error {worst}"
+        if self.naming.condition is None:
+            return f"largest error {worst}"
+        return f"{self.naming.counted(len(self.rows))}, largest error {worst}"
 
 
 @a_stage
 def validate(work: Work) -> ValidateResult:
-    """Simulate every measured diameter with the calibrated parameters."""
+    """Simulate at every measured condition with the calibrated parameters."""
     study, solver, targets = work.study, work.solver, work.study.targets.forces
     parameters = calibrated_parameters(study, solver, work.folder)
     head = work.head("validate")
@@ -181,9 +190,10 @@ def validate(work: Work) -> ValidateResult:
         study.targets.equivalent_within_percent,
         spread if by_chance is None else (by_chance.share, by_chance.df),
         study.invert.ranges_chosen == "before",
+        study.naming,
     )
     published = audit_validation(study)
-    formula = _formula(found.rows)
+    formula = _formula(found.rows) if study.naming.is_force_on_stems else None
     ratios = _ratios(found.rows) if study.invert.discrepancy == "scale" else {}
     rows = [
         replace(_row(study, *parts, scatter, scatters), corrected=_corrected(parts[1], ratios))
@@ -224,16 +234,18 @@ def _corrected(row: ValidationRow, ratios: Mapping[float, float]) -> Corrected |
 
 
 def _discrepancy_notes(study: Study, missed: Discrepancy | None, rows: Sequence[ValidateRow]) -> list[str]:
+    named = study.naming
     if study.invert.discrepancy != "scale":
         return []
     if missed is None:
-        return [f"One scale for what the model misses needs {FEWEST} fitted diameters with a force (invert.diameters)."]
+        needed = f"{FEWEST} fitted {named.condition_plural} with {an(named.response.noun)} ({named.fitted_at})"
+        return [f"One scale for what the model misses needs {needed}."]
     told = [(row.compared.measured, row.corrected.interval) for row in rows if row.corrected is not None]
     held = sum(low <= measured <= high for measured, (low, high) in told)
     return [
         f"One scale for what the model misses: measured = {missed.scale:.3f}·simulated, sd {missed.sd_percent:.1f} % "
-        f"over {missed.diameters} fitted diameters. The 95 % interval predicted without the diameter itself holds the "
-        f"measured force at {held} of {len(told)}."
+        f"over {missed.diameters} fitted {named.condition_plural}. The 95 % interval predicted without the "
+        f"{named.condition_noun} itself holds the measured {named.response.noun} at {held} of {len(told)}."
     ]
 
 
@@ -296,10 +308,11 @@ def _row(
 
 
 def table_remarks(study: Study, solver: Solver) -> list[str]:
-    """Warn that forces from a table belong to the levels the table was made with."""
+    """Warn that answers from a table belong to the levels the table was made with."""
     if solver.given_design("validate") is None:
         return []
     published = study.published.solution if study.published is not None else {}
     levels = ", ".join(f"{name} {value:g}" for name, value in published.items())
     where = f"the published solution ({levels})" if levels else "the levels the table was made with"
-    return [f"The simulated forces are read from a table: they belong to {where}, not to this calibration."]
+    told = f"The simulated {study.naming.response.plural} are read from a table"
+    return [f"{told}: they belong to {where}, not to this calibration."]

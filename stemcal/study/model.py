@@ -225,7 +225,7 @@ class Material(_Frozen):
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have a value."""
-        return {name: value for name in PARAMETERS if (value := getattr(self, name)) is not None}
+        return {name: value for name in PARAMETERS if (value := getattr(self, name, None)) is not None}
 
 
 class Hourglass(_Frozen):
@@ -642,8 +642,8 @@ class Study(StudyForm):
 
     def __repr__(self) -> str:
         return (
-            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.forces)} measured forces, "
-            f"solver {self.solver.kind}"
+            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.forces)} measured "
+            f"{self.naming.response.plural}, solver {self.solver.kind}"
         )
 
     __str__ = __repr__

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, ValidationInfo, WithJsonSchema
 
+from stemcal.naming import CUTTING, Naming
 from stemcal.study.spec.fields import Number, Quantity, SpecFile, Whole, complain
 
 __all__ = [
@@ -48,7 +49,7 @@ def _inside_run_folder(given: object) -> object:
     return given
 
 
-def _pattern(given: object) -> object:
+def _pattern(given: object, info: ValidationInfo) -> object:
     import re
 
     if not isinstance(given, str):
@@ -58,8 +59,14 @@ def _pattern(given: object) -> object:
     except re.error as error:
         raise complain(f"is no regular expression: {error}", "mend it") from None
     if groups == 0:
-        raise complain("has no group around the number", r"write it like 'force = (\S+)'")
+        raise complain("has no group around the number", f"write it like '{_first(info)} = (\\S+)'")
     return given
+
+
+def _first(info: ValidationInfo) -> str:
+    """Return the name of the first response."""
+    naming: Naming = (info.context or {}).get("naming", CUTTING)
+    return naming.response.name
 
 
 Argument = Annotated[str, StringConstraints(strict=True, min_length=1), BeforeValidator(_argument)]
@@ -162,11 +169,12 @@ class CommandSolver(ProgramOptions, Commanded):
     """Any program that reads text files and leaves its result in one.
 
     In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
-    the spec and ``{{diameter}}`` for the stem's outer diameter in mm; nothing else is replaced but, in a program
-    with chance in it, ``{{seed}}`` (a whole number, another one in every run) and ``{{replicate}}``. `command` is
-    a list of arguments and never passes through a shell. Each run has a folder of its own, in which templates and
-    `files` lie under their own names. The number it leaves is the response: tables call it force, in N, and
-    ``targets.forces`` holds the value it is calibrated to.
+    the spec and ``{{diameter}}`` for the stem's outer diameter in mm, or the condition that the spec declares in its
+    place by its name; nothing else is replaced but, in a program with chance in it, ``{{seed}}`` (a whole number,
+    another one in every run) and ``{{replicate}}``. `command` is a list of arguments and never passes through a shell.
+    Each run has a folder of its own, in which templates and `files` lie under their own names. The number that `result`
+    reads is the response: the maximum force in N, or what the spec declares under ``responses``; of several responses
+    `result` has a reader under the name of each. ``targets`` hold the values it is calibrated to.
 
     `deterministic` says whether equal inputs give equal answers: if true, one run is repeated at the start to see it;
     if false, or with more than one of `replicates`, every run of a design is simulated anew with a seed of its own,

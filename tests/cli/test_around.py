@@ -149,6 +149,7 @@ def test_the_demo_is_the_smoke_study() -> None:
 def test_demo_makes_a_report(tmp_path: Path) -> None:
     done = process(tmp_path, "demo")
     assert done.returncode == 0, done.stderr
+    assert "\nCalibrated.\n" in done.stdout and "hourglass" not in done.stderr  # the first that a beginner sees
     assert (tmp_path / "stemcal-demo" / "results" / "report.html").stat().st_size > 100_000
     assert (tmp_path / "stemcal-demo" / "results" / "figures" / "fracture-8mm.png").is_file()
 

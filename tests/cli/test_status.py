@@ -211,6 +211,12 @@ def test_verify_sees_every_damaged_stage(failed: Known, stage: str) -> None:
     assert result.exit_code == 1 and f"{stage}.json is damaged: it holds no JSON object" in result.stderr
 
 
+def test_report_leaves_out_a_damaged_stage_and_says_so(failed: Known) -> None:
+    (failed.out / "screen.json").write_bytes(b"{")
+    result = failed("report", "--no-figures")
+    assert "screen.json is damaged" in " ".join(result.stderr.split()), result.stderr
+
+
 def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> None:
     folder = StudyFolder(failed.out)
     record = folder.peek(folder.keys()[0])

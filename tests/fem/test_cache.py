@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -32,6 +33,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_folder_is_this_users_alone(folder: Path) -> None:
     assert folder == cache.own_folder() == cache.cache_folder()
     assert os.name == "nt" or folder.stat().st_mode & 0o777 == 0o700
+
+
+def test_each_installation_has_its_own(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """numba finds a kernel by the place of its source: that one installation has compiled says nothing of others."""
+    copy = shutil.copytree(Path(cache.__file__).parent, tmp_path / "elsewhere")
+    monkeypatch.setattr(cache, "__file__", str(copy / "cache.py"))
+    assert cache.own_folder() != folder
 
 
 def is_not_used(folder: Path, word: str) -> None:

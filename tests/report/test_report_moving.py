@@ -103,7 +103,7 @@ def test_stress_is_kept_where_the_force_is_largest(filmed: tuple[Any, Film], fra
     kept = film.moments[frames.index(shown)].von_mises
     assert shown.von_mises == pytest.approx(kept, abs=12.6 / 2000)
     drawn = fields(frames)
-    labels = {axes.get_ylabel() for axes in drawn.axes}
+    labels = {axes.get_title() for axes in drawn.axes}
     assert {"von Mises stress, MPa", "displacement, mm"} <= labels
 
 

@@ -12,6 +12,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.sheet import read_sheet
 from stemcal.solvers.table import TableSolver
+from stemcal.study.spec import load_study
 
 KNOWN = {"a": "a", "X1": "a", "b": "b", "X2": "b"}
 
@@ -127,3 +128,59 @@ def test_near_misses_are_suggested(tmp_path: Path) -> None:
 def test_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="No such file"):
         read_sheet(tmp_path / "t.csv", KNOWN)
+
+
+OWN = """\
+name: heap
+factors:
+  - {name: static, low: 0.2, high: 0.8}
+  - {name: rolling, low: 0.02, high: 0.12}
+responses:
+  - {name: angle, label: Angle of repose, unit: deg}
+"""
+DENSITY = "  - {name: density, label: Bulk density, unit: kg/m3}\n"
+MOISTURE = 'conditions: [{name: moisture, unit: "%"}]\n'
+
+
+def own(folder: Path, head: str, target: str, **tables: str) -> TableSolver:
+    """Return the tables of a study of its own words."""
+    for name, text in tables.items():
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+    given = ", ".join(f"{name}: {name}.csv" for name in tables)
+    path = folder / "heap.yaml"
+    path.write_text(f"{head}targets: [{target}]\nsolver: {{kind: table, {given}}}\n", encoding="utf-8")
+    made = make_solver(load_study(path))
+    assert isinstance(made, TableSolver)
+    return made
+
+
+def test_a_table_has_its_condition_under_its_own_name(tmp_path: Path) -> None:
+    table = own(tmp_path, OWN + MOISTURE, "{moisture: 12, angle: 30}", validate="moisture,angle\n12,30.5\n16,33\n")
+    assert table.solve(Request("validate", 0, {}, 16.0)).force == 33.0
+    assert table.solve(Request("validate", 0, {}, 20.0)).message == "validate.csv has no moisture 20 %"
+    assert table.identity(Request("validate", 0, {}, 16.0))["moisture"] == 16.0
+    with pytest.raises(SpecError, match="moisture: has no column"):
+        own(tmp_path, OWN + MOISTURE, "{moisture: 12, angle: 30}", validate="static,angle\n0.5,30\n")
+
+
+def test_without_condition_there_is_no_column_of_it(tmp_path: Path) -> None:
+    table = own(tmp_path, OWN, "{angle: 30}", validate="run,angle\n1,30.5\n")
+    assert table.solve(Request("validate", 0, {}, 0.0)).force == 30.5
+    assert "diameter" not in table.identity(Request("validate", 0, {}, 0.0))
+
+
+def test_responses_stand_under_their_names(tmp_path: Path) -> None:
+    rsm = "angle,static,density,rolling\n30,0.2,650,0.02\n,0.8,640,0.02\n"
+    table = own(tmp_path, OWN + DENSITY, "{angle: 30}", rsm=rsm)
+    rows = table.given_design("rsm")
+    assert rows[0] == {"static": 0.2, "rolling": 0.02}
+    first, second = (table.solve(Request("rsm", i, row, 0.0)) for i, row in enumerate(rows))
+    assert (first.force, first.details["responses"]) == (30.0, {"density": 650.0})
+    assert (second.reason, second.message) == ("no_angle", "rsm.csv:3: no angle of repose is given")
+    with pytest.raises(SpecError, match="density: has no column; add it"):
+        own(tmp_path, OWN + DENSITY, "{angle: 30}", rsm="static,rolling,angle\n0.2,0.02,30\n")
+
+
+def test_a_single_response_may_stand_last_under_any_name(tmp_path: Path) -> None:
+    table = own(tmp_path, OWN, "{angle: 30}", rsm="static,rolling,theta\n0.2,0.02,30\n")
+    assert table.solve(Request("rsm", 0, {"static": 0.2, "rolling": 0.02}, 0.0)).force == 30.0

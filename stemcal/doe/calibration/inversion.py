@@ -13,6 +13,7 @@ from stemcal.doe.calibration.rules import RULES, Problem
 from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
+from stemcal.naming import FORCE, Named
 
 Interval = tuple[float, float]
 _SHARE_POINTS = 13  # 2^13 points give the share to about half a per cent
@@ -55,6 +56,7 @@ def solve_target(
     high: ArrayLike,
     radius: float | None = None,
     rule: str = "least_coded_distance",
+    response: Named = FORCE,
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
 
@@ -66,6 +68,8 @@ def solve_target(
         Radius of the design sphere; beyond it the surface extrapolates.
     rule : str
         One of `RULES`.
+    response : Named
+        What the target is of.
 
     Raises
     ------
@@ -79,8 +83,8 @@ def solve_target(
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
-        raise TargetUnreachable(target, bottom, top)
-    problem = Problem(surface, target, region, level_points(surface, target, region, ends))
+        raise TargetUnreachable(target, bottom, top, response.beside)
+    problem = Problem(surface, target, region, level_points(surface, target, region, ends), response)
     solutions = RULES[rule](problem)
     point = assess_point(surface, solutions[0], low, high, radius)
     ranges = tuple(problem.range_of(j) for j in range(region.k))
@@ -149,8 +153,8 @@ def _notes(
     notes = []
     if k > 1:
         notes.append(
-            f"One measured force cannot fix {k} factors: the solution is one point of a whole set, and the "
-            "ranges show how far each factor may move along it."
+            f"One measured {problem.response.noun} cannot fix {k} factors: the solution is one point of a whole set, "
+            "and the ranges show how far each factor may move along it."
         )
     full = [
         name

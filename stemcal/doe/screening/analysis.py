@@ -28,6 +28,7 @@ from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import Lenth, lenth
 from stemcal.doe.screening.notes import screening_notes, stands_out, verdict
 from stemcal.errors import RunsFailed, UsageError
+from stemcal.naming import FORCE, Named
 
 _MOST_ALIASES = 20  # an alias matrix of more factors is too large to be read
 
@@ -98,6 +99,7 @@ def analyse_screening(
     alpha: float = 0.05,
     error: str = "residual",
     expected: Mapping[str, str] | None = None,
+    called: Named = FORCE,
 ) -> Screening:
     """Estimate and test the main effects of a screening design.
 
@@ -114,6 +116,8 @@ def analyse_screening(
         What the effects are tested against (see `error_term`).
     expected : mapping, optional
         ``+`` or ``-`` for factors whose sign is known beforehand; the verdict says whether it came true.
+    called : Named
+        What the response is called in sentences.
 
     Raises
     ------
@@ -135,7 +139,7 @@ def analyse_screening(
         )
     changes = _changes(fit)
     size = lenth(changes, alpha)
-    stages = two_stages(design[present], y[present], names, alpha)
+    stages = two_stages(design[present], y[present], names, alpha, called)
     error_term = with_centre(choose_error(error, design[present], fit, changes, size), centre)
     curvature = curvature_of(y[present], centre, error_term, alpha)
     effects = _effects(fit, error_term, changes, names, symbols or names, size)
@@ -154,7 +158,7 @@ def analyse_screening(
         notes=(
             *([] if stages is None else [stages.sentence]),
             *([] if curvature is None else [curvature.sentence]),
-            *screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha),
+            *screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha, called),
         ),
         error=error_term,
         design=design[present],

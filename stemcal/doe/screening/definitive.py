@@ -24,6 +24,7 @@ import numpy as np
 
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, f_test, fit_least_squares
 from stemcal.doe.screening.lenth import lenth
+from stemcal.naming import FORCE, Named
 from stemcal.words import counted, joined
 
 # A main effect matters below this p where its error has one or two degrees of freedom; beyond, below the level asked.
@@ -129,7 +130,9 @@ class Mirrored:
         return joined([f"{counted(n, noun)} {what}" for n, what, noun in parts if n > (noun == "run")])
 
 
-def two_stages(design: Array, y: Array, names: Sequence[str], alpha: float = 0.05) -> TwoStages | None:
+def two_stages(
+    design: Array, y: Array, names: Sequence[str], alpha: float = 0.05, response: Named = FORCE
+) -> TwoStages | None:
     """Analyse a definitive screening; None where the runs are not those of one, or leave no error.
 
     Parameters
@@ -146,7 +149,7 @@ def two_stages(design: Array, y: Array, names: Sequence[str], alpha: float = 0.0
     second = tuple(f"{names[i]}^2" if i == j else f"{names[i]}:{names[j]}" for i, j in chosen)
     columns = np.column_stack([np.ones(len(y)), design[:, active], *(design[:, i] * design[:, j] for i, j in chosen)])
     terms = _terms(columns, y, [*first.active, *second])
-    return TwoStages(first, second, equals, terms, _sentence(first, second, equals, len(names)))
+    return TwoStages(first, second, equals, terms, _sentence(first, second, equals, len(names), response))
 
 
 def _first_stage(pairs: Mirrored, names: Sequence[str], alpha: float) -> FirstStage | None:
@@ -212,8 +215,8 @@ def _terms(columns: Array, y: Array, names: Sequence[str]) -> tuple[Term, ...]:
     return tuple(found)
 
 
-def _sentence(first: FirstStage, second: Sequence[str], equals: int, k: int) -> str:
-    error = f"{first.mean_square**0.5:.3g} N with {first.df} degrees of freedom, from {first.source}"
+def _sentence(first: FirstStage, second: Sequence[str], equals: int, k: int, response: Named) -> str:
+    error = f"{response.text(first.mean_square**0.5, '.3g')} with {first.df} degrees of freedom, from {first.source}"
     if not first.active:
         return f"In two stages: none of {k} main effects stands out from the error ({error})."
     rivals = f", the best of {equals + 1} sets of as many that explain the runs: which terms it is stays open"

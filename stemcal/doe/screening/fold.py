@@ -19,25 +19,27 @@ from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.designs.augment import fold_over
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.lenth import critical_t, pseudo_standard_error
+from stemcal.naming import FORCE, Named
 
 _DRAWS, _SEED, _PARENT, _SMALL = 2000, 12, 0.5, 0.25
 
 
 @dataclass(frozen=True)
 class FoldOver:
-    """Runs that it costs, and the share of cases in which an effect of so many N is missed without and with it."""
+    """Runs that it costs, and the share of cases in which an effect of this size is missed without and with it."""
 
     runs: int
     effect: float
     missed: float
     missed_folded: float
 
-    def describe(self) -> str:
+    def describe(self, response: Named = FORCE) -> str:
         """Say in a sentence what it would cost and find."""
         return (
             f"A fold-over (`stemcal augment SPEC --fold-over`, {self.runs} runs more) frees the main effects of "
-            f"interactions: an effect of {self.effect:.3g} N beside those found is missed in {100.0 * self.missed:.0f} "
-            f"% of cases now and in {100.0 * self.missed_folded:.0f} % then, where interactions are half their parents."
+            f"interactions: an effect of {response.text(self.effect, '.3g')} beside those found is missed in "
+            f"{100.0 * self.missed:.0f} % of cases now and in {100.0 * self.missed_folded:.0f} % then, where "
+            "interactions are half their parents."
         )
 
 

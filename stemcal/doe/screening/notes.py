@@ -13,6 +13,7 @@ from stemcal.doe.screening.error_term import ErrorTerm
 from stemcal.doe.screening.fold import fold_over_gain
 from stemcal.doe.screening.lenth import Lenth, lenth
 from stemcal.doe.screening.unused import contrasts, unused_columns
+from stemcal.naming import FORCE, Named
 from stemcal.words import joined
 
 # With so few residual degrees of freedom an F test says little.
@@ -27,6 +28,7 @@ def screening_notes(
     design: Array,
     n_failed: int,
     alpha: float,
+    response: Named = FORCE,
 ) -> list[str]:
     """Say what the error term is worth, where the methods disagree, and what hides what."""
     names = [effect.factor for effect in effects]
@@ -47,12 +49,14 @@ def screening_notes(
         *_many_tests(effects, size, alpha),
         describe_aliases(design, names),
         *_interaction_note(design, effects),
-        *_unused_note(design, fit, effects, alpha),
-        *_fold_over_note(design, effects, size, alpha),
+        *_unused_note(design, fit, effects, alpha, response),
+        *_fold_over_note(design, effects, size, alpha, response),
     ]
 
 
-def _unused_note(design: Array, fit: LeastSquares, effects: Sequence[Effect], alpha: float) -> list[str]:
+def _unused_note(
+    design: Array, fit: LeastSquares, effects: Sequence[Effect], alpha: float, response: Named
+) -> list[str]:
     """Say what Lenth's margin is with the unused columns of a Plackett–Burman design beside the effects."""
     columns = unused_columns(design)
     if columns is None or len(effects) < 3 or fit.flat:
@@ -61,19 +65,19 @@ def _unused_note(design: Array, fit: LeastSquares, effects: Sequence[Effect], al
     size = lenth(np.concatenate([[e.effect for e in effects], left]), alpha)
     beyond = [e.factor for e in effects if stands_out(e, size)]
     return [
-        f"With the unused columns, contrasts of {joined([f'{value:+.3g}' for value in left])} N, Lenth's margin of "
-        f"{len(effects) + len(left)} is {size.me:.4g} N: beyond it {'is' if len(beyond) == 1 else 'are'} "
-        f"{joined(beyond) or 'none'}."
+        f"With the unused columns, contrasts of {joined([f'{value:+.3g}' for value in left])}{response.beside}, "
+        f"Lenth's margin of {len(effects) + len(left)} is {size.me:.4g}{response.beside}: beyond it "
+        f"{'is' if len(beyond) == 1 else 'are'} {joined(beyond) or 'none'}."
     ]
 
 
-def _fold_over_note(design: Array, effects: Sequence[Effect], size: Lenth, alpha: float) -> list[str]:
+def _fold_over_note(design: Array, effects: Sequence[Effect], size: Lenth, alpha: float, response: Named) -> list[str]:
     """Advise a fold-over with what it would cost and find."""
     if not size.me:
         return []
     found = [(j, e.effect) for j, e in enumerate(effects) if stands_out(e, size) and _among_all(e, size, alpha)]
     gain = fold_over_gain(design, found, size.me, alpha)
-    return [] if gain is None else [gain.describe()]
+    return [] if gain is None else [gain.describe(response)]
 
 
 def _many_tests(effects: Sequence[Effect], size: Lenth, alpha: float) -> list[str]:

@@ -1,4 +1,4 @@
-"""Measured against simulated force over the stem diameters."""
+"""Measured against simulated response, over the stem diameters or whatever else was varied between the specimens."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ import numpy as np
 from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.doe.validation.equivalence import Sample, compare_means
 from stemcal.errors import UsageError
+from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.power_law import PowerLaw, fit_power_law
 
 
 @dataclass(frozen=True)
 class ValidationRow:
-    """One diameter; simulated and error are None where the run failed.
+    """One diameter, or other condition; simulated and error are None where the run failed.
 
     `simulation_error_percent` is 100·(simulated − measured)/measured, the other sign convention. `measured_low` and
     `measured_high` end the 95 % interval of the measured mean, `p_different` is Welch's, `p_equivalent` that of the
@@ -52,7 +53,10 @@ class Exponent:
 
 @dataclass(frozen=True)
 class Validation:
-    """Errors by diameter, and how force grows with diameter in the laboratory and in the model."""
+    """Errors by diameter, and how force grows with diameter in the laboratory and in the model.
+
+    Slope and exponents are None where it is no force over the stem's diameter.
+    """
 
     rows: tuple[ValidationRow, ...]
     max_abs_error_percent: float | None
@@ -74,15 +78,16 @@ def compare_diameters(
     margin_percent: float = 10.0,
     simulated_scatter: tuple[float, float] | None = None,
     left_out_checks: bool = True,
+    naming: Naming = CUTTING,
 ) -> Validation:
-    """Compare forces; error = 100·(measured − simulated)/measured.
+    """Compare responses; error = 100·(measured − simulated)/measured.
 
     Parameters
     ----------
-    diameters : mm
-    measured, simulated : N
+    diameters : mm, or the unit of the condition
+    measured, simulated : N, or the unit of the response
         None or NaN in `simulated` marks a failed run.
-    calibration_diameter : mm
+    calibration_diameter : mm, or the unit of the condition
         The diameter, or diameters, the parameters were fitted at: no independent check.
     scatter : sequence of (sd, n), optional
         Standard deviation and number of specimens of each measured force, None where unknown.
@@ -92,20 +97,21 @@ def compare_diameters(
         Standard deviation of a simulated force as a share of it, by its mesh, and the degrees of freedom behind it.
     left_out_checks : bool
         Whether fitted diameters left out in turn are an independent check; not where ranges were chosen by them.
+    naming : Naming
+        What response and condition are called in sentences.
     """
     scatter = scatter or [(None, None)] * len(diameters)
     if not len(diameters) == len(measured) == len(simulated):
-        raise UsageError("validation: diameters, measured and simulated forces differ in number")
+        response, condition = naming.response.plural, naming.condition_plural
+        raise UsageError(f"validation: {condition}, measured and simulated {response} differ in number")
     rows = tuple(
-        _tested(_row(float(d), float(m), s, calibration_diameter), *spread, margin_percent, simulated_scatter)
+        _tested(_row(float(d), float(m), s, calibration_diameter, naming), *spread, margin_percent, simulated_scatter)
         for d, m, s, spread in zip(diameters, measured, simulated, scatter, strict=True)
     )
     done = [row for row in rows if row.error_percent is not None]
     sizes = [abs(row.error_percent or 0.0) for row in done]
     independent = [abs(row.error_percent or 0.0) for row in done if row.role == "validation"]
-    slope = _error_slope(done)
-    lab = Exponent.of(fit_power_law(diameters, measured))
-    model = Exponent.of(fit_power_law([row.diameter for row in done], [row.simulated or 0.0 for row in done]))
+    slope, lab, model = _growth(rows, done) if naming.is_force_on_stems else (None, None, None)
     return Validation(
         rows=rows,
         max_abs_error_percent=max(sizes, default=None),
@@ -115,7 +121,11 @@ def compare_diameters(
         error_slope_percent_per_mm=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=tuple(_notes(rows, slope, lab, model, left_out_checks) + _test_notes(rows, margin_percent)),
+        notes=(
+            *_notes(rows, naming, left_out_checks),
+            *(_growth_notes(rows, slope, lab, model) if naming.is_force_on_stems else []),
+            *_test_notes(rows, margin_percent, naming),
+        ),
     )
 
 
@@ -128,11 +138,25 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
     return None if simulated is None else 100.0 * (measured - simulated) / measured
 
 
+def _growth(
+    rows: Sequence[ValidationRow], done: Sequence[ValidationRow]
+) -> tuple[float | None, Exponent | None, Exponent | None]:
+    """Return the slope of the error over the diameter, and the exponents of laboratory and model."""
+    lab = fit_power_law([row.diameter for row in rows], [row.measured for row in rows])
+    model = fit_power_law([row.diameter for row in done], [row.simulated or 0.0 for row in done])
+    return _error_slope(done), Exponent.of(lab), Exponent.of(model)
+
+
 def _row(
-    diameter: float, measured: float, simulated: float | None, calibration: float | Sequence[float] | None
+    diameter: float,
+    measured: float,
+    simulated: float | None,
+    calibration: float | Sequence[float] | None,
+    naming: Naming,
 ) -> ValidationRow:
     if measured <= 0.0:
-        raise UsageError(f"validation: measured force {measured:g} N at {diameter:g} mm must be positive")
+        told = f"{naming.response.noun} {naming.response.text(measured)}{naming.at(diameter)}"
+        raise UsageError(f"validation: measured {told} must be positive")
     fitted = calibration is not None and bool(np.any(np.isclose(diameter, calibration)))
     role = "calibration" if fitted else "validation"
     if simulated is None or not np.isfinite(simulated):
@@ -143,7 +167,7 @@ def _row(
 def _tested(
     row: ValidationRow, sd: float | None, n: int | None, margin_percent: float, scatter: tuple[float, float] | None
 ) -> ValidationRow:
-    """Add what the scatter of the measured force says about the difference."""
+    """Add what the scatter of the measured mean says about the difference."""
     simulated = row.simulated
     if simulated is None:
         return replace(row, sd=sd, n=n)
@@ -169,15 +193,16 @@ def _verdict(row: ValidationRow) -> str:
     return "apart" if (row.p_different or 0.0) < 0.05 else "open"
 
 
-def _test_notes(rows: Sequence[ValidationRow], margin_percent: float) -> list[str]:
+def _test_notes(rows: Sequence[ValidationRow], margin_percent: float, naming: Naming) -> list[str]:
     tested = [row for row in rows if row.p_different is not None and row.p_equivalent is not None]
     if not tested:
         return []
     found: dict[str, list[str]] = {"equal": [], "apart": [], "open": []}
     for row in tested:
-        found[_verdict(row)].append(f"{row.diameter:g} mm")
+        found[_verdict(row)].append(naming.each(row.diameter))
     equal, apart, open_ = found.values()
-    notes = [f"Equal within ±{margin_percent:g} % (equivalence test): {', '.join(equal) or 'no diameter'}."]
+    none = "none" if naming.condition is None else f"no {naming.condition_noun}"
+    notes = [f"Equal within ±{margin_percent:g} % (equivalence test): {', '.join(equal) or none}."]
     notes += [f"Different (Welch) and not shown equal: {', '.join(apart)}."] if apart else []
     notes += [f"Neither shown different nor equal, too few specimens to tell: {', '.join(open_)}."] if open_ else []
     return notes
@@ -193,7 +218,7 @@ def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
 
 
 def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
-    """Worst error left when all simulated forces are multiplied by the one best number.
+    """Worst error left when all simulated values are multiplied by the one best number.
 
     With r = simulated/measured the best number is 2/(min r + max r), and the worst error
     (max r − min r)/(max r + min r).
@@ -205,27 +230,39 @@ def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
     return 100.0 * (high - low) / (high + low) if high + low > 0.0 else None
 
 
-def _notes(
-    rows: Sequence[ValidationRow],
-    slope: float | None,
-    lab: Exponent | None,
-    model: Exponent | None,
-    left_out_checks: bool,
-) -> list[str]:
-    fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
+def _notes(rows: Sequence[ValidationRow], naming: Naming, left_out_checks: bool) -> list[str]:
+    fitted = [row.diameter for row in rows if row.role == "calibration"]
     notes = []
     if len(fitted) == 1:
-        notes.append(f"{fitted[0]} mm is the calibration diameter: its error is not an independent check.")
+        notes.append(f"{_calibrated_at(fitted[0], naming)}: its error is not an independent check.")
     elif fitted:
-        others = "those of the diameters left out in turn, in the inversion, are"
+        others = f"those of the {naming.condition_plural} left out in turn, in the inversion, are"
         if not left_out_checks:
-            others = "nor are those left out in turn, since the ranges were chosen after seeing the forces"
-        notes.append(
-            f"The parameters were fitted at {', '.join(fitted)} mm: errors there are no independent check; {others}."
-        )
-    failed = [f"{row.diameter:g} mm" for row in rows if row.simulated is None]
+            seen = f"since the ranges were chosen after seeing the {naming.response.plural}"
+            others = f"nor are those left out in turn, {seen}"
+        places = naming.places(", ".join(f"{value:g}" for value in fitted))
+        notes.append(f"The parameters were fitted{places}: errors there are no independent check; {others}.")
+    failed = [row.diameter for row in rows if row.simulated is None]
     if failed:
-        notes.append(f"No simulated force at {', '.join(failed)}: the run failed.")
+        places = f" at {', '.join(map(naming.place, failed))}" if naming.condition is not None else ""
+        notes.append(f"No simulated {naming.response.noun}{places}: the run failed.")
+    return notes
+
+
+def _calibrated_at(value: float, naming: Naming) -> str:
+    """Say at what the parameters were calibrated, as a sentence begins."""
+    if naming.condition == DIAMETER:
+        return f"{naming.place(value)} is the calibration diameter"
+    if naming.condition is None:
+        return f"The parameters were calibrated to this {naming.response.noun}"
+    return f"The parameters were calibrated{naming.at(value)}"
+
+
+def _growth_notes(
+    rows: Sequence[ValidationRow], slope: float | None, lab: Exponent | None, model: Exponent | None
+) -> list[str]:
+    """Say how error, measured and simulated force go with the stem's diameter."""
+    notes = []
     if slope is not None and _is_trend(rows, slope):
         notes.append(
             f"The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor "

@@ -30,7 +30,7 @@ class Discrepancy:
 
 @dataclass(frozen=True)
 class Corrected:
-    """A force predicted with the scale, N, and where a measured one lies with 95 %."""
+    """A force, or other response, predicted with the scale, and where a measured one lies with 95 %."""
 
     force: float
     interval: tuple[float, float]

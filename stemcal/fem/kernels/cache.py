@@ -1,7 +1,8 @@
 """Where compiled kernels are kept: in a folder that nobody else can write, for what lies there is executed.
 
-It is a private folder per user (`STEMCAL_CACHE_DIR` moves it) and per state of the kernels' sources: numba by itself
-looks only at the file of the function that it caches, and would go on using a loop whose inlined parts have changed.
+It is a private folder per user (`STEMCAL_CACHE_DIR` moves it), per installation and per state of the kernels' sources:
+numba by itself looks only at the file of the function that it caches, and would go on using a loop whose inlined parts
+have changed.
 One that belongs to somebody else, or that others may write, is not used; nor can one on a read-only home be. A
 temporary folder then serves the whole command, its worker processes too, and goes with it.
 """
@@ -137,8 +138,9 @@ def _lives(pid: int) -> bool:
 
 
 def _sources() -> str:
-    """Return a short hash of the sources of all kernels."""
-    digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.glob("*.py")):
+    """Return a short hash of all kernels' sources and of their place, by which numba finds what it has compiled."""
+    place = Path(__file__).parent
+    digest = hashlib.sha256(str(place).encode("utf-8", "surrogateescape"))
+    for source in sorted(place.glob("*.py")):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:12]

@@ -79,7 +79,10 @@ _ESCAPES = {
     "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"$<$", ">": r"$>$", "−": r"$-$", "·": r"$\cdot$",
     "²": r"$^2$", "³": r"$^3$", "±": r"$\pm$", "–": "--", "’": "'", "µ": r"$\mu$", "μ": r"$\mu$", "°": r"$^\circ$",
     "…": r"\dots{}", "α": r"$\alpha$", "β": r"$\beta$", "ε": r"$\varepsilon$", "σ": r"$\sigma$", "ρ": r"$\rho$",
-    "ν": r"$\nu$", "√": r"$\surd$", "≤": r"$\le$", "≥": r"$\ge$", "×": r"$\times$",
+    "ν": r"$\nu$", "γ": r"$\gamma$", "δ": r"$\delta$", "η": r"$\eta$", "θ": r"$\theta$", "κ": r"$\kappa$",
+    "λ": r"$\lambda$", "π": r"$\pi$", "τ": r"$\tau$", "φ": r"$\varphi$", "ψ": r"$\psi$", "ω": r"$\omega$",
+    "Δ": r"$\Delta$", "Θ": r"$\Theta$", "Φ": r"$\Phi$", "Ω": r"$\Omega$",
+    "√": r"$\surd$", "≤": r"$\le$", "≥": r"$\ge$", "×": r"$\times$",
 }  # fmt: skip
 
 

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from stemcal.naming import FORCE, Named, Naming
 from stemcal.report.numbers import MISSING, fixed, percent, probability, short, significant
-from stemcal.report.tables.sheet import force_or_reason
+from stemcal.report.tables.sheet import force_or_reason, place_cell, response_decimals
 from stemcal.report.terms import equation, written
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
@@ -17,13 +18,14 @@ from stemcal.stages.result import DesignRuns
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate import FurtherRow, ValidateResult
+from stemcal.words import joined
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
 
-FORCE = "Maximum Shear Force/N"
 P_VALUE = "p-Value"
+_SMALL = ("a", "an", "and", "at", "for", "in", "of", "on", "per", "the", "to")  # words that titles leave small
 _NUMBER = re.compile(r"[<−-]?\d[\d.,]*( \*\*?)?")
 STARS = "** represents extremely significant effect (p < 0.01), * represents significant effect (p < 0.05)."
 
@@ -100,10 +102,12 @@ def run_table(number: int, design: DesignRuns, study: Study) -> PaperTable:
             str(run.run),
             *(short(run.levels[name]) for name in varied),
             force_or_reason(run.force, f"failed ({run.outcome.reason or 'no reason'})"),
+            *(significant(run.outcome.response(other.name)) for other in study.naming.others),
         )
         for run in design.runs
     )
-    columns = ("No.", *(study.factor(name).symbol for name in varied), FORCE)
+    responses = map(response_head, (study.naming.response, *study.naming.others))
+    columns = ("No.", *(study.factor(name).symbol for name in varied), *responses)
     if number == 6:
         return PaperTable(6, "screening-runs", "Design scheme and results of the screening test.", columns, rows)
     caption = "Test results and scheme of the response surface design."
@@ -112,10 +116,11 @@ def run_table(number: int, design: DesignRuns, study: Study) -> PaperTable:
 
 def screening_table(stage: ScreenResult) -> PaperTable:
     """Return the effects with their significance."""
+    places = response_decimals(stage.naming.response, [e.effect for e in stage.effects])
     rows = tuple(
         (
             e.symbol,
-            fixed(e.effect),
+            fixed(e.effect, places),
             percent(e.contribution_percent),
             _square(e.sum_of_squares),
             _ratio(e.f),
@@ -129,6 +134,7 @@ def screening_table(stage: ScreenResult) -> PaperTable:
 
 def ascent_table(study: Study, stage: ClimbResult) -> PaperTable:
     """Return the steps of steepest ascent with their error against the target."""
+    response = stage.naming.response
     rows = tuple(
         (
             str(row.step),
@@ -138,8 +144,9 @@ def ascent_table(study: Study, stage: ClimbResult) -> PaperTable:
         )
         for row in stage.rows
     )
-    columns = ("No.", *(study.factor(name).symbol for name in stage.names), FORCE, "Relative Error/%")
-    note = f"Relative error = 100·(measured − simulated)/measured, measured {short(stage.target)} N."
+    columns = ("No.", *(study.factor(name).symbol for name in stage.names), response_head(response), "Relative Error/%")
+    measured = f"measured {short(stage.target)}{response.beside}"
+    note = f"Relative error = 100·(measured − simulated)/measured, {measured}."
     return PaperTable(0, "ascent", "Scheme and results of the steepest ascent test.", columns, rows, note)
 
 
@@ -171,7 +178,7 @@ def anova_table(stage: SurfaceResult) -> PaperTable:
         for row in stage.anova
     )
     columns = ("Source", "Sum of Squares", "df", "Mean Square", "F-Value", P_VALUE)
-    note = f"{STARS} {equation(stage.coefficients, symbols)} (coded values)."
+    note = f"{STARS} {equation(stage.coefficients, symbols, stage.naming.response)} (coded values)."
     kind = "Sequential ANOVA" if stage.sums_of_squares == "sequential" else "ANOVA"
     return PaperTable(10, "anova", f"{kind} of the response surface.", columns, rows, note)
 
@@ -186,17 +193,18 @@ def parameter_table(study: Study, stage: InvertResult) -> PaperTable:
     """Return all parameters of the validation's simulations."""
     levels = {**study.midlevels(), **stage.parameters, **stage.point.solution}
     rows = tuple((f.symbol, _named(study, f.name), significant(levels[f.name])) for f in study.factors)
-    caption = "Finite element simulation parameters of the stem."
+    of_stem = "Finite element simulation parameters of the stem."
+    caption = of_stem if stage.naming.is_cutting else "Parameters of the simulation."
     return PaperTable(12, "parameters", caption, ("Symbol", "Parameters", "Value"), rows)
 
 
 def refine_table(study: Study, stage: RefineResult) -> PaperTable:
     """Return the runs of the closed loop: where, as the surface predicted, as simulated."""
-    names, jointly = list(stage.solution), bool(stage.at_diameters)
+    names, jointly, naming = list(stage.solution), bool(stage.at_diameters), stage.naming
     rows = tuple(
         (
             str(row.iteration),
-            *([short(row.diameter)] if jointly else []),
+            *(place_cell(naming, row.diameter) if jointly else ()),
             *(significant(row.levels[name]) for name in names),
             significant(row.predicted),
             force_or_reason(row.outcome.force, f"failed ({row.outcome.reason or 'no reason'})"),
@@ -204,29 +212,80 @@ def refine_table(study: Study, stage: RefineResult) -> PaperTable:
         )
         for row in stage.rows
     )
-    diameter = ("Stem Diameter/mm",) if jointly else ()
+    place = place_head(naming) if jointly else ()
     symbols = tuple(study.factor(name).symbol for name in names)
-    columns = ("No.", *diameter, *symbols, "Predicted Value/N", FORCE, "Error/%")
+    predicted = over_unit("Predicted Value", naming.response)
+    columns = ("No.", *place, *symbols, predicted, response_head(naming.response), "Error/%")
     note = "Predicted by the surface as it was before the run; error = 100·(measured − simulated)/measured."
     return PaperTable(0, "refinement", "Iterations of simulation and refitted surface.", columns, rows, note)
 
 
 def validation_table(stage: ValidateResult) -> PaperTable:
     """Return measured against simulated force."""
+    naming, response, others = stage.naming, stage.naming.response, stage.naming.others
     rows = tuple(
         (
-            short(row.diameter),
+            *place_cell(naming, row.diameter),
             short(row.measured),
             force_or_reason(row.simulated, reason or "failed"),
             fixed(row.error_percent, 1),
+            *(cell for other in others for cell in _compared_cells(further, other)),
         )
-        for row, reason in ((row.compared, row.reason) for row in stage.rows)
+        for row, reason, further in ((row.compared, row.reason, row.further) for row in stage.rows)
     )
-    columns = ("Stem Diameter/mm", f"{FORCE[:-2]} Measured/N", f"{FORCE[:-2]} Simulation Value/N", "Error/%")
-    target = next((short(row.diameter) for row in stage.compared if row.role == "calibration"), MISSING)
-    note = f"Error = 100·(measured − simulated)/measured; {target} mm served for calibration and checks nothing."
-    caption = "Comparison of the measured and simulated maximum shear force."
+    heads = (head for one in (response, *others) for head in _compared_heads(one))
+    columns = (*place_head(naming), *heads)
+    target = next((naming.place(row.diameter) for row in stage.compared if row.role == "calibration"), MISSING)
+    what = target or f"the {response.noun}"
+    note = f"Error = 100·(measured − simulated)/measured; {what} served for calibration and checks nothing."
+    compared = "maximum shear force" if response == FORCE else joined([response.long, *(o.long for o in others)])
+    caption = f"Comparison of the measured and simulated {compared}."
     return PaperTable(13, "validation", caption, columns, rows, note)
+
+
+def response_head(response: Named) -> str:
+    """Return the head of a response's column.
+
+    >>> response_head(FORCE), response_head(Named("rho", "Bulk density at rest", "", "ρ", "kg/m3"))
+    ('Maximum Shear Force/N', 'Bulk Density at Rest/(kg/m³)')
+    """
+    return over_unit(_published_label(response), response)
+
+
+def place_head(naming: Naming) -> tuple[str, ...]:
+    """Return the head of the column that tells the condition; none where a study has none."""
+    return () if naming.condition is None else (over_unit(_titled(naming.condition.label), naming.condition),)
+
+
+def over_unit(word: str, named: Named) -> str:
+    """Return a heading over the unit that its numbers are divided by."""
+    unit = f"({named.written})" if "/" in named.written else named.written
+    return f"{word}/{unit}" if unit else word
+
+
+def _published_label(response: Named) -> str:
+    """Return a response's label as the head of a column; the published study calls its own so."""
+    return "Maximum Shear Force" if response == FORCE else _titled(response.label)
+
+
+def _titled(label: str) -> str:
+    """Return a label with capital letters, as titles have them; words that have any keep theirs."""
+    words = (word if word in _SMALL else word[:1].upper() + word[1:] for word in label.split(" "))
+    return " ".join(words)
+
+
+def _compared_heads(response: Named) -> tuple[str, str, str]:
+    """Return the heads over what was measured and simulated of a response."""
+    label = _published_label(response)
+    return over_unit(f"{label} Measured", response), over_unit(f"{label} Simulation Value", response), "Error/%"
+
+
+def _compared_cells(further: Sequence[FurtherRow], response: Named) -> tuple[str, str, str]:
+    """Return what stands below them of a further response; dashes where nothing was measured."""
+    row = next((row for row in further if row.response == response.name), None)
+    if row is None:
+        return MISSING, MISSING, MISSING
+    return short(row.measured), significant(row.simulated), fixed(row.error_percent, 1)
 
 
 def starred(p: float | None, stars: str) -> str:

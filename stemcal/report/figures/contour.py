@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
+ROOM = 0.03  # what a number needs on each side, as a share of the axes
 HEIGHT = "viridis"  # its lightness rises steadily with the force
+
+Place = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -59,13 +62,18 @@ def contours(
         lines = axes.contour(
             section.across, section.up, section.force, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
         )
-        _number(axes, lines)
-        figure.colorbar(filled, ax=axes, label="force, N", ticks=levels[::2]).outline.set_visible(False)
+        figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
+        marks = _draw_runs(axes, rsm, pair)
         if invert is not None:
-            _mark_target(axes, section, invert, pair)
-        _draw_runs(axes, rsm, pair)
+            marks += _mark_target(axes, section, invert, pair)
+        _number(axes, lines, marks)
         _label(axes, rsm, pair, labels)
     return figure
+
+
+def _height(rsm: SurfaceResult) -> str:
+    """Return what is drawn as height."""
+    return plain(rsm.naming.response.axis(rsm.naming.response.noun))
 
 
 def levels_of(force: Any) -> Any:
@@ -75,9 +83,17 @@ def levels_of(force: Any) -> Any:
     return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(force.min()), float(force.max()))
 
 
-def _number(axes: Axes, lines: Any) -> None:
-    """Write the force on each line, dark on the light half of the scale."""
-    for text in axes.clabel(lines, fmt="%g", fontsize=7.5, inline_spacing=3):
+def _number(axes: Axes, lines: Any, marks: list[Place]) -> None:
+    """Write the force on each line, at its place farthest from the marks and the frame; on none that has no room."""
+    share = axes.transData + axes.transAxes.inverted()  # from natural units to shares of the axes
+    places = []
+    for path in lines.get_paths():
+        along = share.transform(path.vertices)
+        if len(along):
+            room = np.linalg.norm(along[:, None] - share.transform(np.array(marks)), axis=2).min(axis=1)
+            room = np.minimum(room, np.minimum(along, 1.0 - along).min(axis=1))
+            places += [path.vertices[int(np.argmax(room))]] if room.max() > ROOM else []
+    for text in axes.clabel(lines, fmt="%g", fontsize=7.5, inline_spacing=3, manual=places) if places else []:
         text.set_color("white")
         text.set_path_effects(_halo("#00000090", 1.2))
 
@@ -88,8 +104,8 @@ def _halo(colour: str, width: float) -> list[Any]:
     return [patheffects.withStroke(linewidth=width, foreground=colour)]
 
 
-def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
-    """Draw the points of the design; where several runs lie at one, their number."""
+def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> list[Place]:
+    """Draw the points of the design, where several runs lie at one with their number; return them."""
     counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
     dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
     axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
@@ -99,6 +115,7 @@ def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
                 str(count), place, (5, 4), textcoords="offset points", size=8, color="white",
                 path_effects=_halo("black", 1.5),
             )  # fmt: skip
+    return list(counts)
 
 
 def _label(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
@@ -114,17 +131,18 @@ def round_ticks(most: int = 6) -> Any:
     return MaxNLocator(nbins=most, steps=[1, 2, 5, 10])
 
 
-def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple[str, str]) -> None:
-    """Draw the line on which the surface meets the measured force, and the solution on it."""
+def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple[str, str]) -> list[Place]:
+    """Draw the line on which the surface meets the measured force, and the solution on it; return their places."""
+    solution = (invert.point.solution[pair[0]], invert.point.solution[pair[1]])
+    places = [solution]
     if section.force.min() < invert.target < section.force.max():
         line = axes.contour(
             section.across, section.up, section.force, levels=[invert.target], colors=[ORANGE], linewidths=2.2
         )
         line.set_path_effects(_halo("white", 3.2))
-    axes.plot(
-        *(invert.point.solution[name] for name in pair), "*", color=ORANGE, markeredgecolor="white", markersize=14,
-        zorder=6,
-    )  # fmt: skip
+        places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
+    axes.plot(*solution, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
+    return places
 
 
 def with_unit(rsm: SurfaceResult, name: str, labels: Mapping[str, str] | None = None) -> str:
@@ -183,7 +201,7 @@ def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: In
 def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
     """Name the axes and look at the surface from where it rises away."""
     _label(axes, rsm, pair, labels)
-    axes.set_zlabel("force, N")
+    axes.set_zlabel(_height(rsm))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.label.set_size(8)
         axis.set_pane_color((0.5, 0.5, 0.5, 0.06))

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, plain, styled
+from stemcal.report.tables.sheet import response_decimals
 from stemcal.stages.screen import ScreenResult
 
 if TYPE_CHECKING:
@@ -18,24 +19,25 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
     figure = new_figure(height=max(2.2, 0.9 + 0.24 * len(effects)))
     with styled():
         axes = figure.add_subplot()
-        names = [f"{plain((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect)}" for e in effects]
+        places = response_decimals(screen.naming.response, [e.effect for e in effects], 1)
+        names = [f"{plain((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect, places)}" for e in effects]
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
         axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
         for limit in screen.limits():
             axes.axvline(limit.value, color=INK, linestyle=limit.line, linewidth=1, label=limit.label)
         if axes.lines:
             figure.legend(loc="outside upper right", ncols=3)
-        axes.set_xlabel("|effect| on the maximum force, N")
+        axes.set_xlabel(plain(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
     return figure
 
 
-def _signed(effect: float) -> str:
-    """Return an effect with its sign and a decimal.
+def _signed(effect: float, places: int = 1) -> str:
+    """Return an effect with its sign and so many decimals.
 
     >>> _signed(-8.0), _signed(74.69)
     ('−8.0', '+74.7')
     """
-    return f"{effect:+.1f}".replace("-", "−")
+    return f"{effect:+.{places}f}".replace("-", "−")
 
 
 def half_normal(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
@@ -59,5 +61,5 @@ def half_normal(screen: ScreenResult, labels: Mapping[str, str] | None = None) -
                     textcoords="offset points", ha="right", va="bottom", size=8,
                 )  # fmt: skip
         axes.set_xlabel("half-normal score")
-        axes.set_ylabel("|effect|, N")
+        axes.set_ylabel(plain(screen.naming.response.headed("|effect|")))
     return figure

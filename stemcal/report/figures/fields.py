@@ -36,7 +36,8 @@ def fields(frames: Sequence[Frame]) -> Figure:
             scale = Normalize(0.0, max(float(np.max(values[shape.standing], initial=0.0)), 1e-9))
             draw_faces(axes, shape, section_faces(shape, values), scale, near(shape), colours)
             axes.set_xlabel("x, mm")
-            colour_bar(figure, scale, [axes], label, colours)
+            axes.set_title(label, fontsize=9)  # beside its scale it stood before the next panel
+            colour_bar(figure, scale, [axes], "", colours)
         panels[0].set_ylabel("z, mm")
         figure.suptitle(f"blade at {fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", fontsize=9, color=INK)
     return figure

@@ -33,8 +33,8 @@ def observed_predicted(rsm: SurfaceResult) -> Figure:
         ends = [min(observed + predicted), max(observed + predicted)]
         axes.plot(ends, ends, color=FAINT, linestyle="--")
         axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        axes.set_xlabel("predicted by the surface, N")
-        axes.set_ylabel("simulated, N")
+        axes.set_xlabel(plain(rsm.naming.response.axis("predicted by the surface")))
+        axes.set_ylabel(plain(rsm.naming.response.axis("simulated")))
     return figure
 
 
@@ -56,8 +56,8 @@ def residuals(rsm: SurfaceResult) -> Figure:
             va="center",
             size=8,
         )
-        axes.set_xlabel("predicted by the surface, N")
-        axes.set_ylabel("simulated − predicted, N")
+        axes.set_xlabel(plain(rsm.naming.response.axis("predicted by the surface")))
+        axes.set_ylabel(plain(rsm.naming.response.axis("simulated − predicted")))
         axes.margins(x=0.1)
     return figure
 
@@ -106,7 +106,7 @@ def ridge(rsm: SurfaceResult, invert: InvertResult | None = None, labels: Mappin
 
     Source: Draper, Technometrics 5 (1963) 469.
     """
-    rows = rsm.ridge or ()
+    rows, response = rsm.ridge or (), rsm.naming.response
     radius = [row.radius for row in rows]
     figure = new_figure(width=6.4, height=2.8)
     with styled():
@@ -117,9 +117,9 @@ def ridge(rsm: SurfaceResult, invert: InvertResult | None = None, labels: Mappin
         force.fill_between([row.radius for row, _ in known], low, high, color=BLUE, alpha=0.2, linewidth=0)
         force.plot(radius, [row.predicted for row in rows], "o-", color=BLUE, markersize=4)
         if invert is not None:
-            force.axhline(invert.target, color=ORANGE, linestyle="--", label="measured force")
+            force.axhline(invert.target, color=ORANGE, linestyle="--", label=plain(f"measured {response.noun}"))
             legend_above(force)
-        force.set_ylabel("largest predicted force, N")
+        force.set_ylabel(plain(response.axis(f"largest predicted {response.noun}")))
         marks = zip(rsm.names, ("o-", "s--", "^-.", "D:"), (BLUE, ORANGE, GREEN, "#cc79a7"), strict=False)
         for name, mark, colour in marks:
             values = [row.coded[name] for row in rows]

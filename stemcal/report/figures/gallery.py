@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stemcal.cutting.end_state import Shape
+from stemcal.naming import FORCE, Named
 from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
@@ -97,8 +98,9 @@ def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, 
 def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     bars = (
-        "Effects by size, blue raises and orange lowers the force. Beyond Lenth's margin of error (ME) or the limit of "
-        "the t test an effect is more than chance; beyond the margin SME even as one of so many."
+        f"Effects by size, blue raises and orange lowers the {screen.naming.response.noun}. Beyond Lenth's margin of "
+        "error (ME) or the limit of the t test an effect is more than chance; beyond the margin SME even as one of so "
+        "many."
     )
     line = "Half-normal plot: effects above the line of chance and beyond Lenth's margins are more than chance."
     return [
@@ -109,15 +111,17 @@ def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plo
 
 def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
+    response = rsm.naming.response
+    noun, scale = response.noun, f" in {response.written}" if response.written else ""
     held = "the others at the solution" if invert else "the others at the centre"
-    key = " Orange: where the measured force is met; star: the solution." if invert else ""
+    key = f" Orange: where the measured {noun} is met; star: the solution." if invert else ""
     dots = " White dots: runs, with their number where there are several."
     raised = " Dots: runs, full above the surface and open below it." if len(rsm.names) == 2 else ""
     plots = [
         Plot(
             "observed-predicted",
             "rsm",
-            "Simulated force against the surface's prediction.",
+            f"Simulated {noun} against the surface's prediction.",
             partial(observed_predicted, rsm),
             detail=True,
         ),
@@ -136,12 +140,14 @@ def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mappi
         over, name = f"{labels.get(pair[0], pair[0])} and {labels.get(pair[1], pair[1])}{others}", "-".join(pair)
         flat, lifted = partial(contours, rsm, pair, invert, labels), partial(relief, rsm, pair, invert, labels)
         plots += [
-            Plot(f"contour-{name}", "rsm", f"Force over {over}; lines bear it in N.{key}{dots}", flat),
-            Plot(f"surface-{name}", "rsm", f"Relief of the force over {over}; its lines on the floor.{raised}", lifted),
+            Plot(f"contour-{name}", "rsm", f"{response.capital} over {over}; lines bear it{scale}.{key}{dots}", flat),
+            Plot(
+                f"surface-{name}", "rsm", f"Relief of the {noun} over {over}; its lines on the floor.{raised}", lifted
+            ),
         ]
     if rsm.ridge:
         text = (
-            "Ridge of steepest ascent: the largest force at each distance from the centre, with two standard errors, "
+            f"Ridge of steepest ascent: the largest {noun} at each distance from the centre, with two standard errors, "
             "and the coded values that give it."
         )
         plots.append(Plot("ridge", "rsm", text, partial(ridge, rsm, invert, labels), wide=True, detail=True))
@@ -175,14 +181,26 @@ def _certainty(rsm: SurfaceResult, invert: InvertResult, named: Mapping[str, str
 
 def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
     """Return the figures of a validation."""
-    spread = {target.diameter: target.sd for target in study.targets.forces if target.sd is not None}
-    bars = " Bars: standard deviation of the measurements." if spread else ""
-    caption = f"Measured and simulated maximum force; the ringed diameter is the calibration's.{bars}"
-    plots = [Plot("validation", "validate", caption, partial(validation, validate, spread))]
-    if validate.measured_exponent and validate.simulated_exponent:
+    naming, plots = study.naming, []
+    compared = {further.response for row in validate.rows for further in row.further}
+    for response in (naming.response, *(other for other in naming.others if other.name in compared)):
+        spread = spread_of(study, response)
+        bars = " Bars: standard deviation of the measurements." if spread else ""
+        ring = f"; the ringed {naming.condition_noun} is the calibration's" if naming.condition is not None else ""
+        caption = f"Measured and simulated {response.long}{ring}.{bars}"
+        name = "validation" if response is naming.response else f"validation-{response.name}"
+        plots.append(Plot(name, "validate", caption, partial(validation, validate, spread, response)))
+    if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
         text = "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow."
         plots.append(Plot("growth", "validate", text, partial(growth, validate)))
     return plots
+
+
+def spread_of(study: Study, response: Named) -> dict[float, float]:
+    """Return the standard deviation of what was measured of a response, by the condition."""
+    name = FORCE.name if response is study.naming.response else response.name
+    told = ((target.diameter, target.mean_of(name)[1]) for target in study.targets.forces)
+    return {place: sd for place, sd in told if sd is not None}
 
 
 def run_plots(study: Study, records: Records) -> list[Plot]:

@@ -1,13 +1,15 @@
-"""Measured and simulated force over the diameters."""
+"""Measured and simulated force over the diameters, or what a study has in their place."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from statistics import geometric_mean
 from typing import TYPE_CHECKING
 
 from stemcal.doe.validation.diameters import Exponent
-from stemcal.report.figures.style import BLUE, INK, ORANGE, legend_above, new_figure, styled
+from stemcal.naming import DIAMETER, FORCE, Named
+from stemcal.report.figures.style import BLUE, INK, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.stages.validate import ValidateResult
 
 if TYPE_CHECKING:
@@ -17,12 +19,59 @@ if TYPE_CHECKING:
 _MOST_TICKS = 12
 
 
-def validation(validate: ValidateResult, spread: Mapping[float, float] | None = None) -> Figure:
-    """Return measured and simulated force over diameter; the calibration diameter is ringed.
+@dataclass(frozen=True)
+class _Pair:
+    """What was measured and simulated of a response at one value of the condition."""
 
-    `spread` has the standard deviations of the measured forces (N) by diameter.
+    diameter: float
+    role: str
+    measured: float
+    simulated: float | None
+
+
+def validation(
+    validate: ValidateResult, spread: Mapping[float, float] | None = None, response: Named | None = None
+) -> Figure:
+    """Return a response measured and simulated over the condition; that of the calibration is ringed.
+
+    `spread` has the standard deviations of the measurements by the condition; the first response is the default.
+    Without a condition the two stand side by side.
     """
-    rows = validate.compared
+    condition, response = validate.naming.condition, response or validate.naming.response
+    pairs = _pairs(validate, response)
+    if condition is None:
+        return _side_by_side(pairs, spread or {}, response)
+    return _over(condition, pairs, spread, response)
+
+
+def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
+    if response == validate.naming.response:
+        return [_Pair(row.diameter, row.role, row.measured, row.simulated) for row in validate.compared]
+    return [
+        _Pair(row.compared.diameter, row.compared.role, further.measured, further.simulated)
+        for row in validate.rows
+        for further in row.further
+        if further.response == response.name
+    ]
+
+
+def _side_by_side(pairs: Sequence[_Pair], spread: Mapping[float, float], response: Named) -> Figure:
+    """Draw what was measured, with its scatter, beside what was simulated."""
+    figure = new_figure(width=3.4, height=2.9)
+    with styled():
+        axes = figure.add_subplot()
+        for pair in pairs:
+            axes.errorbar(0, pair.measured, yerr=spread.get(pair.diameter), fmt="o", color=BLUE, capsize=4)
+            if pair.simulated is not None:
+                axes.plot(1, pair.simulated, "s", color=ORANGE)
+        axes.set_xticks([0, 1], ["measured", "simulated"])
+        axes.set_xlim(-0.6, 1.6)
+        axes.set_ylabel(plain(response.axis()))
+        axes.margins(y=0.4)
+    return figure
+
+
+def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float] | None, response: Named) -> Figure:
     figure = new_figure(height=2.9)
     with styled():
         axes = figure.add_subplot()
@@ -43,8 +92,8 @@ def validation(validate: ValidateResult, spread: Mapping[float, float] | None = 
         for row in rows:
             if row.role == "calibration":
                 axes.plot(row.diameter, row.measured, "o", color=INK, fillstyle="none", markersize=13)
-        axes.set_xlabel("stem diameter, mm")
-        axes.set_ylabel("maximum force, N")
+        axes.set_xlabel(plain(condition.axis()))
+        axes.set_ylabel(plain(response.axis()))
         axes.set_ylim(bottom=0)
         if len(at := sorted({row.diameter for row in rows})) <= _MOST_TICKS:
             axes.set_xticks(at, [f"{diameter:g}" for diameter in at])
@@ -65,8 +114,8 @@ def growth(validate: ValidateResult) -> Figure:
         _power_law(axes, measured, validate.measured_exponent, "measured", "o", "-", BLUE)
         _power_law(axes, simulated, validate.simulated_exponent, "simulated", "s", "--", ORANGE)
         _plain_ticks(axes, [row.diameter for row in rows])
-        axes.set_xlabel("stem diameter, mm")
-        axes.set_ylabel("maximum force, N")
+        axes.set_xlabel(DIAMETER.axis())
+        axes.set_ylabel(FORCE.axis())
         legend_above(axes, most=1)
     return figure
 

@@ -123,6 +123,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     return environment.get_template("page.html").render(
         study=study,
         title=study.title or study.name,
+        kind=kind_of(study),
         question=question(study),
         warnings=[
             *study.warnings,
@@ -144,10 +145,20 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     )
 
 
+def kind_of(study: Study) -> str:
+    """Return what is calibrated here."""
+    if study.naming.is_cutting:
+        return "Calibration of a stem cutting model"
+    fitted = [study.naming.named(name).long for name in study.invert.responses]
+    return f"Calibration of a simulation to the measured {joined(fitted)}"
+
+
 def question(study: Study) -> str:
     """Return what the study asks."""
     target = study.calibration_target
     count = counted(len(study.factors), "parameter")
+    if not study.naming.is_cutting:
+        return f"Which values of {count} {_asked(study)}?"
     return (
         f"Which values of {count} make a simulated stem of {short(target.diameter)} mm diameter resist "
         f"cutting with the measured maximum force of {short(target.force)} N, and do they hold at "
@@ -155,15 +166,28 @@ def question(study: Study) -> str:
     )
 
 
+def _asked(study: Study) -> str:
+    """Return what the parameters are to bring about, and where else, in a study's own words."""
+    target, naming = study.calibration_target, study.naming
+    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
+    nouns = joined([named.noun for named, mean in means if mean is not None])
+    measured = joined([f"{short(mean)}{named.beside}" for named, mean in means if mean is not None])
+    others = len(study.targets.forces) - 1
+    elsewhere = f", and do they hold at {naming.counted(others, 'other ')}" if others else ""
+    return f"make the simulated {nouns}{naming.at(target.diameter)} equal the measured {measured}{elsewhere}"
+
+
 def from_table(study: Study, results: Results) -> list[str]:
     """Say that a table cannot simulate what was calibrated here."""
     if study.solver.kind != "table" or results.validation is None:
         return []
-    return ["The validation forces were read from a table, not simulated with the parameters found here."]
+    return [
+        f"The validation {study.naming.values} were read from a table, not simulated with the parameters found here."
+    ]
 
 
 def failures(done: list[StageResult]) -> list[str]:
-    """Name the runs of designs and of the validation that gave no force."""
+    """Name the runs of designs and of the validation that gave no response."""
     return [
         f"{stage_called(result.name).title}, run {label.removeprefix(f'{result.name} ')} failed: "
         f"{outcome.message or outcome.reason}"
@@ -178,7 +202,8 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
     sheets = borne([*sheets_of(result), *page_sheets(result)], verdict.holds)
     if isinstance(result, ScreenResult):
-        sheets[0] = judged(sheets[0], result)
+        each = result.of_each
+        sheets[: len(each)] = [judged(sheet, one) for sheet, one in zip(sheets, each, strict=False)]
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
         [relabelled(sheet, labels) for sheet in sheets], pictures, shown_notes(result, verdict.holds), labels
@@ -203,8 +228,9 @@ def part_of(
 
 
 def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
-    """Return what the first screen shows: measured against simulated force, and the stem."""
-    names = ("validation", f"fracture-{short(study.targets.calibrate_at)}mm")
+    """Return what the first screen shows: measured against simulated, and the stem."""
+    compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
+    names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
     return [plot for name in names for plot in plots if plot.name == name]
 
 
@@ -213,10 +239,10 @@ def run_sheets(results: Results, records: Records) -> list[Sheet]:
     sheets = []
     if (screen := results.screen) is not None:
         symbols = {effect.factor: effect.symbol for effect in screen.effects}
-        sheets.append(design_sheet("Runs: screening", screen.design, symbols))
+        sheets.append(design_sheet("Runs: screening", screen.design, symbols, screen.naming))
     if (surface := results.surface) is not None:
         symbols = {entry.factor: entry.symbol for entry in surface.factors}
-        sheets.append(design_sheet("Runs: response surface", surface.design, symbols))
+        sheets.append(design_sheet("Runs: response surface", surface.design, symbols, surface.naming))
     checks = checks_sheet(records)
     return sheets if checks is None else [*sheets, checks]
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from stemcal.doe.validation.null_model import compared
+from stemcal.naming import Naming
 from stemcal.report.numbers import fixed, interval, probability, short, significant
 from stemcal.report.verdict import WITHHELD
 from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.result import InvertResult, JointFitted
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
@@ -16,7 +17,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.words import counted, joined
+from stemcal.words import an, counted, joined
 
 AGREES = 10  # percent
 _AGREEING = (RefineResult, ValidateResult)
@@ -72,27 +73,43 @@ def _screening_outcome(stage: ScreenResult) -> str:
     begin = f"Of {counted(len(effects), 'factor')}, screened in {counted(len(runs), 'run')},"
     chosen = sorted(stage.significant, key=lambda name: -abs(effects[name].effect))
     if not chosen:
-        return f"{begin} none moved the maximum force significantly."
+        return f"{begin} none moved the {stage.naming.response.long} significantly."
     shares = [f"{name} ({fixed(effects[name].contribution_percent, 1)} %)" for name in chosen]
-    return f"{begin} these moved the maximum force (share of the sum of squares): {joined(shares)}."
+    return f"{begin} these moved the {stage.naming.response.long} (share of the sum of squares): {joined(shares)}."
 
 
 def _surface_outcome(stage: SurfaceResult) -> str:
     runs = [run.force for run in stage.design.runs if run.force is not None]
     return (
         f"A quadratic surface over {joined(stage.names)} was fitted to {counted(len(runs), 'run')} "
-        f"between {significant(min(runs))} and {significant(max(runs))} N."
+        f"between {significant(min(runs))} and {significant(max(runs))}{stage.naming.response.beside}."
     )
 
 
 def _calibration_outcome(stage: InvertResult) -> str:
     values = [f"{name} = {significant(value)}" for name, value in stage.point.solution.items()]
+    naming = stage.naming
     if stage.joint is not None:
         return (
-            f"Fitted to {counted(len(stage.joint.rows), 'diameter')} together, the surfaces miss the measured "
-            f"forces by at most {fixed(stage.joint.max_abs_error_percent, 1)} %, at {joined(values)}."
+            f"Fitted to {_fitted_together(stage.joint, naming)} together, the surfaces miss the measured "
+            f"{_missed(stage.joint, naming)}, at {joined(values)}."
         )
-    return f"The surface meets the measured {short(stage.target)} N at {joined(values)}."
+    return f"The surface meets the measured {short(stage.target)}{naming.response.beside} at {joined(values)}."
+
+
+def _fitted_together(joint: JointFitted, naming: Naming) -> str:
+    """Count what parameters were fitted to: the diameters, or the responses where there is no condition."""
+    if naming.condition is not None:
+        return naming.counted(len({row.diameter for row in joint.rows}))
+    return counted(len(joint.rows), "response")
+
+
+def _missed(joint: JointFitted, naming: Naming) -> str:
+    """Name what was measured of the responses, and by how much the surfaces miss each."""
+    errors: dict[str, list[float]] = {}
+    for row in joint.rows:
+        errors.setdefault(row.response, []).append(abs(row.error_percent))
+    return joined([f"{naming.named(name).plural} by at most {fixed(max(each), 1)} %" for name, each in errors.items()])
 
 
 def _climb_outcome(stage: ClimbResult) -> str:
@@ -113,12 +130,26 @@ def _refinement_outcome(stage: RefineResult) -> str:
 
 
 def _validation_outcome(stage: ValidateResult) -> str:
-    rows = stage.rows
+    rows, naming = stage.rows, stage.naming
     worst, mean = fixed(stage.max_abs_error_percent, 1), fixed(stage.mean_abs_error_percent, 1)
+    if naming.condition is None:
+        return f"Simulated and measured {joined([*_apart(stage)])}."
+    what = "responses" if naming.others else naming.response.noun
     return (
-        f"Over {counted(len(rows), 'diameter')}, simulated and measured force differ by at most "
+        f"Over {naming.counted(len(rows))}, simulated and measured {what} differ by at most "
         f"{worst} %, {mean} % on average."
     )
+
+
+def _apart(stage: ValidateResult) -> Iterator[str]:
+    """Say of each response by how much simulation and measurement differ."""
+    (row,) = stage.rows
+    yield f"{stage.naming.response.noun} differ by {_size(row.compared.error_percent)}"
+    yield from (f"{stage.naming.named(one.response).noun} by {_size(one.error_percent)}" for one in row.further)
+
+
+def _size(error_percent: float | None) -> str:
+    return f"{fixed(None if error_percent is None else abs(error_percent), 1)} %"
 
 
 def _screening_certainty(stage: ScreenResult) -> list[str]:
@@ -143,7 +174,9 @@ def _screening_certainty(stage: ScreenResult) -> list[str]:
 
 def _surface_certainty(stage: SurfaceResult) -> list[str]:
     if stage.r2 is None:
-        return ["All runs gave the same force: there is nothing that the surface could explain."]
+        return [
+            f"All runs gave the same {stage.naming.response.noun}: there is nothing that the surface could explain."
+        ]
     text = (
         f"The surface explains {fixed(100 * stage.r2, 1)} % of the variation between its runs"
         f" (R² {fixed(stage.r2, 3)}, predicted R² {fixed(stage.predicted_r2, 3)})"
@@ -156,9 +189,10 @@ def _surface_certainty(stage: SurfaceResult) -> list[str]:
 
 
 def _calibration_certainty(stage: InvertResult) -> list[str]:
-    expected = stage.point.prediction_interval
+    expected, naming = stage.point.prediction_interval, stage.naming
     sentences = [
-        f"A simulation with the calibrated parameters should give {interval(expected)} N (95 % prediction interval)."
+        f"A simulation with the calibrated parameters should give {interval(expected)}{naming.response.beside} "
+        "(95 % prediction interval)."
         if expected is not None
         else "The surface has as many terms as runs: nothing tells how far a simulation may miss its prediction."
     ]
@@ -167,11 +201,12 @@ def _calibration_certainty(stage: InvertResult) -> list[str]:
         known = [sentence for part in stage.known for sentence in part.sentences]
         null = stage.joint.null
         beside = [] if null is None else [compared(null, stage.joint.max_abs_error_percent, left_out)]
-        left = f"A diameter predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."
+        one = an(naming.condition_noun).capitalize() if naming.condition is not None else "A response"
+        left = f"{one} predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."
         return [*known, left, *beside]
     if len(stage.point.solution) > 1:
         sentences.append(
-            "One measured force cannot fix several parameters: other combinations meet it as well. "
+            f"One measured {naming.response.noun} cannot fix several parameters: other combinations meet it as well. "
             f"The rule {stage.rule.replace('_', ' ')} chose this one."
         )
         if stage.certainty is not None:
@@ -193,11 +228,14 @@ def _how_many(errors: Sequence[float]) -> str:
 
 def _validation_certainty(stage: ValidateResult) -> list[str]:
     independent = [row for row in stage.compared if row.role != "calibration"]
+    naming = stage.naming
     errors = [abs(row.error_percent) for row in independent if row.error_percent is not None]
     if not errors:
-        return ["No diameter besides the calibration's could be compared: nothing checks the result."]
+        if naming.condition is None:
+            return ["Only what the parameters were fitted to could be compared: nothing checks the result."]
+        return [f"No {naming.condition_noun} besides the calibration's could be compared: nothing checks the result."]
     told = (
-        f"At the {counted(len(errors), 'diameter')} not used for calibration the error reaches "
+        f"At the {naming.counted(len(errors))} not used for calibration the error reaches "
         f"{fixed(max(errors), 1)} %; {_how_many(errors)} within {AGREES} %."
     )
     return [told, *([stage.beside_formula] if stage.beside_formula else [])]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from stemcal.naming import CUTTING, Named, Naming
 from stemcal.report.numbers import fixed, short, significant
 from stemcal.report.records import Records, distinct_of
-from stemcal.report.tables.sheet import Sheet, force_or_reason
+from stemcal.report.tables.sheet import Sheet, force_or_reason, response_decimals
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
@@ -57,50 +58,53 @@ def _short_verdict(name: str, verdict: str) -> str:
 
 def canonical_sheet(stage: SurfaceResult, canonical: Shape) -> Sheet:
     """Return the surface along its own axes: curvature, and the direction in coded units."""
-    names = stage.names
+    names, response = stage.names, stage.naming.response
     rows = tuple(
         (str(number), significant(value), *(fixed(axis[name], 3) for name in names))
         for number, (value, axis) in enumerate(zip(canonical.eigenvalues, canonical.axes, strict=True), 1)
     )
     foot = (
-        _stationary_point(canonical, names),
-        "Negative: the force falls on both sides along that axis; the columns give its direction, coded.",
+        _stationary_point(canonical, names, response),
+        f"Negative: the {response.noun} falls on both sides along that axis; the columns give its direction, coded.",
     )
-    return Sheet("Canonical analysis", ("Axis", "Curva-\nture, N", *_heads(stage)), rows, foot=foot)
+    return Sheet("Canonical analysis", ("Axis", response.headed("Curva-\nture"), *_heads(stage)), rows, foot=foot)
 
 
 def sobol_sheet(stage: SurfaceResult) -> Sheet:
     """Return which share of the surface's variation over the factors' ranges each factor has."""
     rows = tuple((row.factor, fixed(100.0 * row.first, 1), fixed(100.0 * row.total, 1)) for row in stage.sobol)
     foot = ("Sobol' indices of the fitted surface, factors uniform over their ranges; total: with all interactions.",)
-    return Sheet("Share of the force's variation", ("Factor", "By itself, %", "Total, %"), rows, foot=foot)
+    title = f"Share of {stage.naming.response.its('variation')}"
+    return Sheet(title, ("Factor", "By itself, %", "Total, %"), rows, foot=foot)
 
 
-def _stationary_point(canonical: Shape, names: Sequence[str]) -> str:
+def _stationary_point(canonical: Shape, names: Sequence[str], response: Named) -> str:
     natural = canonical.natural
     if natural is None:
         return "No single stationary point: the surface is a plane, or level along some direction."
     place = ", ".join(f"{name} {significant(natural[name])}" for name in names)
     where = "inside" if canonical.inside else "outside"
     return (
-        f"Stationary point: a {canonical.kind} of {significant(canonical.predicted)} N at {place}; coded radius "
-        f"{fixed(canonical.coded_radius)}, {where} the region of the runs."
+        f"Stationary point: a {canonical.kind} of {significant(canonical.predicted)}{response.beside} at {place}; "
+        f"coded radius {fixed(canonical.coded_radius)}, {where} the region of the runs."
     )
 
 
 def ridge_sheet(stage: SurfaceResult) -> Sheet:
     """Return the way along which the surface climbs most."""
-    names, coding = stage.names, stage.coding
+    names, coding, response = stage.names, stage.coding, stage.naming.response
+    places = response_decimals(response, [row.standard_error for row in stage.ridge or ()])
     rows = tuple(
         (
             fixed(row.radius),
             *(significant(coding[n].natural(row.coded[n])) for n in names),
             significant(row.predicted),
-            fixed(row.standard_error),
+            fixed(row.standard_error, places),
         )
         for row in stage.ridge or ()
     )
-    columns = ("Coded\nradius", *_heads(stage, with_units=True), "Largest\nforce, N", "Std.\nerror, N")
+    told = response.headed(f"Largest\n{response.noun}"), response.headed("Std.\nerror")
+    columns = ("Coded\nradius", *_heads(stage, with_units=True), *told)
     return Sheet("Ridge of steepest ascent", columns, rows, texts=0)
 
 
@@ -116,8 +120,8 @@ def _heads(stage: SurfaceResult, with_units: bool = False) -> list[str]:
     return heads
 
 
-def design_sheet(title: str, design: DesignRuns, symbols: Mapping[str, str]) -> Sheet:
-    """Return the runs of a design: the varied levels and the force, or why there is none."""
+def design_sheet(title: str, design: DesignRuns, symbols: Mapping[str, str], naming: Naming = CUTTING) -> Sheet:
+    """Return the runs of a design: the varied levels and the responses, or why there is none."""
     runs, varied = design.runs, design.varied
     crowded = len(varied) > MANY
     names = [symbols.get(name) or name if crowded else name for name in varied]
@@ -126,11 +130,18 @@ def design_sheet(title: str, design: DesignRuns, symbols: Mapping[str, str]) -> 
             str(run.run),
             *(short(run.levels[name]) for name in varied),
             force_or_reason(run.force, run.outcome.reason or "–"),
+            *(significant(run.outcome.response(response.name)) for response in naming.others),
         )
         for run in runs
     )
     foot = ("Symbols as in the table of factors.",) if crowded and any(symbols.values()) else ()
-    return Sheet(title, ("Run", *names, "Force, N"), rows, texts=0, foot=foot)
+    return Sheet(
+        title,
+        ("Run", *names, naming.response.heading(), *(response.heading() for response in naming.others)),
+        rows,
+        texts=0,
+        foot=foot,
+    )
 
 
 def checks_sheet(records: Records) -> Sheet | None:

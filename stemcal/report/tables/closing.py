@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from stemcal.naming import DIAMETER, Naming
 from stemcal.report.numbers import fixed, interval, probability, short, significant
 from stemcal.report.tables.findings import response_sheets
-from stemcal.report.tables.sheet import Sheet, force_or_reason
+from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head
 from stemcal.stages.audit.stage import AuditResult
 from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
+from stemcal.stages.invert.result import Certainty, Desired, InvertResult, JointFitted
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.validate import ValidateResult
@@ -17,7 +18,8 @@ def further_sheets(stage: StageResult) -> list[Sheet]:
     """Return what only some stages have: a joint fit, intervals of the parameters, tests against the scatter."""
     sheets = []
     if isinstance(stage, InvertResult):
-        sheets += [_joint_sheet(stage.joint)] if stage.joint is not None else []
+        sheets += [_joint_sheet(stage.joint, stage.naming)] if stage.joint is not None else []
+        sheets += [_desired_sheet(stage.desirability, stage.naming)] if stage.desirability is not None else []
         sheets += [_interval_sheet(stage)] if len(stage.known) > 1 else []
     sheets += response_sheets(stage)
     if isinstance(stage, ValidateResult) and stage.discrepancy is not None:
@@ -28,9 +30,10 @@ def further_sheets(stage: StageResult) -> list[Sheet]:
 
 
 def _test_sheet(stage: ValidateResult) -> Sheet:
+    naming, response = stage.naming, stage.naming.response
     rows = [
         (
-            short(row.diameter),
+            *place_cell(naming, row.diameter),
             f"{short(row.measured)} ± {short(row.sd)} ({row.n})" if row.sd else short(row.measured),
             interval(None if row.measured_low is None else (row.measured_low, row.measured_high or 0.0), missing=""),
             significant(row.simulated),
@@ -40,24 +43,27 @@ def _test_sheet(stage: ValidateResult) -> Sheet:
         for row in stage.compared
     ]
     foot = (
-        "Different: Welch's test. Equal: two one-sided tests; a small p shows that the forces agree within the margin.",
+        f"Different: Welch's test. Equal: two one-sided tests; a small p shows that the {response.plural} agree within "
+        "the margin.",
     )
     columns = (
-        "Diameter,\nmm",
-        "Measured ± sd (n),\nN",
-        "95 % of the\nmean, N",
-        "Simulated,\nN",
+        *place_head(naming, ",\n"),
+        response.headed("Measured ± sd (n)", ",\n"),
+        response.headed("95 % of the\nmean"),
+        response.headed("Simulated", ",\n"),
         "p differ-\nent",
         "p\nequal",
     )
-    return Sheet("Tests against the scatter of the measured force", columns, tuple(rows), foot=foot, claims=True)
+    title = f"Tests against the scatter of the measured {response.noun}"
+    return Sheet(title, columns, tuple(rows), texts=len(place_head(naming)) or 1, foot=foot, claims=True)
 
 
 def _corrected_sheet(stage: ValidateResult) -> Sheet:
     """Return the forces that one scale for what the model misses predicts."""
+    naming, response = stage.naming, stage.naming.response
     rows = tuple(
         (
-            short(row.compared.diameter),
+            *place_cell(naming, row.compared.diameter),
             short(row.compared.measured),
             significant(row.corrected.force),
             interval(row.corrected.interval),
@@ -65,30 +71,59 @@ def _corrected_sheet(stage: ValidateResult) -> Sheet:
         for row in stage.rows
         if row.corrected is not None
     )
-    foot = ("Simulated times measured over simulated at the other fitted diameters; 95 % of measured forces.",)
-    columns = ("Diameter, mm", "Measured, N", "Predicted, N", "95 %, N")
+    foot = (
+        f"Simulated times measured over simulated at the other fitted {naming.condition_plural}; "
+        f"95 % of measured {response.plural}.",
+    )
+    columns = (*place_head(naming), *(response.headed(word) for word in ("Measured", "Predicted", "95 %")))
     return Sheet("With one scale for what the model misses", columns, rows, foot=foot, claims=True)
 
 
-def _joint_sheet(joint: JointFitted) -> Sheet:
-    rows = [
-        (
-            short(row.diameter),
-            short(row.measured),
-            significant(row.predicted),
-            fixed(row.error_percent),
-            fixed(row.left_out_error_percent),
+def _joint_sheet(joint: JointFitted, naming: Naming) -> Sheet:
+    """Return what was measured beside the surfaces; the response and its unit in each row where there are several."""
+    response, several = naming.response, bool(naming.others)
+    others = "responses" if naming.condition is None else naming.condition_plural
+    rows = []
+    for row in joint.rows:
+        named = naming.named(row.response)
+        unit = named.beside if several else ""
+        rows.append(
+            (
+                *((named.noun,) if several else ()),
+                *place_cell(naming, row.diameter),
+                f"{short(row.measured)}{unit}",
+                f"{significant(row.predicted)}{unit}",
+                fixed(row.error_percent),
+                fixed(row.left_out_error_percent),
+            )
         )
-        for row in joint.rows
-    ]
     foot = (
         f"Largest error {fixed(joint.max_abs_error_percent)} %, left out "
         f"{fixed(joint.max_abs_left_out_error_percent)} %; no parameters in the region do better than "
         f"{fixed(joint.best_worst_error_percent)} %.",
-        "Left out: predicted from a fit to the other diameters.",
+        f"Left out: predicted from a fit to the other {others}.",
     )
-    columns = ("Diameter, mm", "Measured, N", "Surface, N", "Error, %", "Left out, %")
-    return Sheet("All diameters fitted together", columns, tuple(rows), foot=foot)
+    first = ("Response",) if several else ()
+    both = ("Measured", "Surface") if several else (response.headed("Measured"), response.headed("Surface"))
+    columns = (*first, *place_head(naming), *both, "Error, %", "Left out, %")
+    return Sheet(f"All {others} fitted together", columns, tuple(rows), texts=len(columns) - 4, foot=foot)
+
+
+def _desired_sheet(desired: Desired, naming: Naming) -> Sheet:
+    """Return the most desirable point: between which values each response is wanted, and what it is there."""
+    rows = []
+    for row in desired.rows:
+        named = naming.named(row.response)
+        values = (row.low, row.target, row.high, row.predicted)
+        told = (f"{significant(value)}{named.beside}" for value in values)
+        rows.append((named.noun, *place_cell(naming, row.diameter), *told, fixed(row.desirability, 3)))
+    where = ", ".join(f"{name} {significant(value)}" for name, value in desired.solution.items())
+    foot = (
+        f"Overall desirability {fixed(desired.overall, 3)} at {where}.",
+        "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest there.",
+    )
+    columns = ("Response", *place_head(naming), "From", "Measured", "To", "Surface", "Desir-\nability")
+    return Sheet("The most desirable point", columns, tuple(rows), texts=len(columns) - 5, foot=foot)
 
 
 def _interval_sheet(stage: InvertResult) -> Sheet:
@@ -103,7 +138,11 @@ def _interval_sheet(stage: InvertResult) -> Sheet:
         *dict.fromkeys(f"{part.source}: {part.taken}." for part in sets if part.taken),
     ]
     return Sheet(
-        "How well the forces fix the parameters", ("Factor", *columns), tuple(rows), foot=tuple(foot), claims=True
+        f"How well the {stage.naming.values} fix the parameters",
+        ("Factor", *columns),
+        tuple(rows),
+        foot=tuple(foot),
+        claims=True,
     )
 
 
@@ -127,10 +166,10 @@ def climb_sheet(stage: ClimbResult) -> Sheet:
         f"{name} {significant(entry.center)} ± {significant(entry.half_step)}" for name, entry in stage.coding.items()
     )
     foot = (
-        f"Target {short(stage.target)} N at {short(stage.diameter)} mm. Error = 100·(measured − simulated)/measured.",
+        f"Target {_target(stage)}. Error = 100·(measured − simulated)/measured.",
         f"The design of the surface: {centres} (coded 0 ± 1).",
     )
-    columns = ("Step", *stage.names, "Force, N", "Error, %")
+    columns = ("Step", *stage.names, stage.naming.response.heading(), "Error, %")
     return Sheet("Steps towards the target", columns, tuple(rows), 0, foot, frozenset({stage.best_step}))
 
 
@@ -144,13 +183,13 @@ def audit_sheet(stage: AuditResult) -> Sheet:
 
 def refine_sheet(stage: RefineResult) -> Sheet:
     """Return every iteration of the closed loop: where, what was predicted, what was simulated."""
-    names = list(stage.solution)
+    names, naming, response = list(stage.solution), stage.naming, stage.naming.response
     jointly = bool(stage.at_diameters)
     rows = [
         (
             str(row.iteration),
             row.how,
-            *([short(row.diameter)] if jointly else []),
+            *(place_cell(naming, row.diameter) if jointly else ()),
             *(significant(row.levels[name]) for name in names),
             significant(row.predicted),
             f"{'in' if row.inside_interval else 'out'}side" if row.inside_interval is not None else "",
@@ -161,15 +200,21 @@ def refine_sheet(stage: RefineResult) -> Sheet:
     ]
     verdict = "within" if stage.converged else "not within"
     foot = (
-        f"Target {'at each diameter' if jointly else _target(stage)}; the best point is {verdict} "
+        f"Target {f'at each {naming.condition_noun}' if jointly else _target(stage)}; the best point is {verdict} "
         f"{short(stage.tolerance_percent)} %, after {len(rows)} of {stage.budget} runs.",
-        "Surface: as it was then; the simulated force lies in- or outside its 95 % prediction interval.",
+        f"Surface: as it was then; the simulated {response.noun} lies in- or outside its 95 % prediction interval.",
     )
-    at = ("Diam.,\nmm",) if jointly else ()
-    columns = ("", "From", *at, *names, "Surface,\nN", "Inter-\nval", "Simulated,\nN", "Error,\n%")
+    at = _narrow_head(naming) if jointly else ()
+    surface, simulated = response.headed("Surface", ",\n"), response.headed("Simulated", ",\n")
+    columns = ("", "From", *at, *names, surface, "Inter-\nval", simulated, "Error,\n%")
     best = frozenset(i for i, row in enumerate(stage.rows) if row.iteration == stage.iteration)
     return Sheet("Simulated at the solution", columns, tuple(rows), texts=2, foot=foot, strong=best)
 
 
-def _target(stage: RefineResult) -> str:
-    return f"{short(stage.target)} N at {short(stage.diameter)} mm"
+def _narrow_head(naming: Naming) -> tuple[str, ...]:
+    """Return the head of the condition's column where a table is crowded."""
+    return ("Diam.,\nmm",) if naming.condition == DIAMETER else place_head(naming, ",\n")
+
+
+def _target(stage: RefineResult | ClimbResult) -> str:
+    return f"{short(stage.target)}{stage.naming.response.beside}{stage.naming.at(stage.diameter)}"

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stemcal.report.numbers import short, significant, unit_written
+from stemcal.report.tables.findings import response_sheets
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import cited_ranges, validation_sheet
 from stemcal.stages.results import Results
 from stemcal.stages.validate import ValidateResult
-from stemcal.words import counted
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
@@ -25,6 +25,7 @@ def final_sheets(study: Study, results: Results, holds: bool, taken: int) -> lis
     if results.validation is not None:
         left = LINES - 1 - taken - _AROUND - sum(len(sheet.rows) for sheet in sheets)
         sheets.append(shortened(results.validation, left))
+        sheets += response_sheets(results.validation) if results.validation.naming.others else []
     return sheets
 
 
@@ -61,5 +62,5 @@ def shortened(validation: ValidateResult, most: int) -> Sheet:
         key=lambda i: (validation.compared[i].role != "calibration", -abs(validation.compared[i].error_percent or 1e9)),
     )
     kept = sorted(ranked[: most - 1])
-    left = f"{counted(len(sheet.rows) - len(kept), 'other diameter')} of smaller error in the report"
+    left = f"{validation.naming.counted(len(sheet.rows) - len(kept), 'other ')} of smaller error in the report"
     return replace(sheet, rows=tuple(sheet.rows[i] for i in kept), foot=(*sheet.foot, f"{left}."))

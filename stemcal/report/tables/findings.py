@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import fixed, short, significant
-from stemcal.report.tables.sheet import Sheet
+from stemcal.naming import CUTTING, Naming
+from stemcal.report.numbers import fixed, interval, probability, short, significant
+from stemcal.report.tables.sheet import Sheet, place_cell, place_head
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
@@ -16,33 +17,57 @@ from stemcal.stages.validate import ValidateResult
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-Row = tuple[str, float, float, float, str, float | None]
-"""Response, diameter, measured, predicted or simulated, unit, error."""
+Row = tuple[str, float, float, float, float | None]
+"""Response, diameter, measured, predicted or simulated, error."""
 
 
 def response_sheets(stage: StageResult) -> list[Sheet]:
-    """Return travel and work of a joint fit, or of a validation."""
+    """Return travel and work, or a study's own further responses, of a joint fit or of a validation."""
     rows: list[Row] = []
     if isinstance(stage, InvertResult) and stage.joint is not None:
-        rows = [(r.response, r.diameter, r.measured, r.predicted, r.unit, r.error_percent) for r in stage.joint.further]
+        rows = [(r.response, r.diameter, r.measured, r.predicted, r.error_percent) for r in stage.joint.further]
     if isinstance(stage, ValidateResult):
         rows = [
-            (r.response, row.compared.diameter, r.measured, r.simulated, r.unit, r.error_percent)
+            (r.response, row.compared.diameter, r.measured, r.simulated, r.error_percent)
             for row in stage.rows
             for r in row.further
         ]
-    return [responses_sheet(rows, "Predicted" if isinstance(stage, InvertResult) else "Simulated")] if rows else []
+    told = "Predicted" if isinstance(stage, InvertResult) else "Simulated"
+    tests = [_test_sheet(stage)] if isinstance(stage, ValidateResult) and _tested(stage) else []
+    return [responses_sheet(rows, told, stage.naming), *tests] if rows else []
 
 
-def responses_sheet(rows: Sequence[Row], told: str) -> Sheet:
-    """Return travel and work at each diameter: measured beside the surface's, or beside the simulated."""
-    cells = [
-        (response, short(diameter), f"{short(measured)} {unit}", f"{significant(found)} {unit}", fixed(error))
-        for response, diameter, measured, found, unit, error in rows
-    ]
-    columns = ("Response", "Diameter, mm", "Measured", told, "Error, %")
-    foot = ("Travel and work of the blade from first touch to the maximum force.",)
-    return Sheet("Beside the force", columns, tuple(cells), foot=foot)
+def _tested(stage: ValidateResult) -> bool:
+    return any(one.p_different is not None for row in stage.rows for one in row.further)
+
+
+def _test_sheet(stage: ValidateResult) -> Sheet:
+    """Return Welch's and the equivalence test of the further responses."""
+    rows = []
+    for row in stage.rows:
+        for one in row.further:
+            named = stage.naming.named(one.response)
+            low_high = None if one.measured_low is None else (one.measured_low, one.measured_high or 0.0)
+            measured = f"{short(one.measured)} ± {short(one.sd)} ({one.n})" if one.n else short(one.measured)
+            tests = probability(one.p_different), probability(one.p_equivalent)
+            place = place_cell(stage.naming, row.compared.diameter)
+            rows.append((named.heading(), *place, measured, interval(low_high), significant(one.simulated), *tests))
+    places = place_head(stage.naming, ",\n")
+    columns = ("Response", *places, "Measured ± sd (n)", "95 % of the\nmean", "Simulated", "p differ-\nent", "p\nequal")
+    title = "Tests against the scatter of the further responses"
+    return Sheet(title, columns, tuple(rows), texts=1 + len(places), claims=True)
+
+
+def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING) -> Sheet:
+    """Return the further responses at each diameter: measured beside the surface's, or beside the simulated."""
+    cells = []
+    for name, diameter, measured, found, error in rows:
+        response = naming.named(name)
+        values = f"{short(measured)}{response.beside}", f"{significant(found)}{response.beside}"
+        cells.append((response.noun, *place_cell(naming, diameter), *values, fixed(error)))
+    columns = ("Response", *place_head(naming), "Measured", told, "Error, %")
+    foot = () if naming.others else ("Travel and work of the blade from first touch to the maximum force.",)
+    return Sheet(f"Beside the {naming.response.noun}", columns, tuple(cells), foot=foot)
 
 
 def spoken(stage: StageResult) -> list[RenderableType]:

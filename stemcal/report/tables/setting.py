@@ -1,11 +1,12 @@
-"""What was held while the factors were varied: the virtual shear test, the other parameters, the measured forces."""
+"""What was held while the factors were varied: the virtual shear test, the other parameters, what was measured."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from stemcal.report.numbers import short, significant, unit_written
-from stemcal.report.tables.sheet import Sheet
+from stemcal.report.tables.sheet import Sheet, place_cell, place_head
+from stemcal.words import joined
 
 if TYPE_CHECKING:
     from stemcal.study.model import EmbeddedSolver, Study
@@ -32,12 +33,24 @@ def _factors(study: Study) -> Sheet:
 
 
 def _measured(study: Study) -> Sheet:
-    at = study.targets.calibrate_at
-    rows = tuple((short(t.diameter), short(t.force), short(t.sd), str(t.n or "–")) for t in study.targets.forces)
-    strong = frozenset(i for i, t in enumerate(study.targets.forces) if t.diameter == at)
-    columns = ("Diameter, mm", "Measured, N", "SD, N", "n")
-    foot = (f"Bold: what the parameters are fitted to ({short(at)} mm).",)
-    return Sheet("Measured maximum force", columns, rows, texts=0, foot=foot, strong=strong)
+    at, naming, targets = study.targets.calibrate_at, study.naming, study.targets.forces
+    rows = tuple(
+        (
+            *place_cell(naming, target.diameter),
+            short(target.force),
+            short(target.sd),
+            *(short(value) for other in naming.others for value in target.mean_of(other.name)),
+            str(target.n or "–"),
+        )
+        for target in targets
+    )
+    strong = frozenset(i for i, t in enumerate(targets) if t.diameter == at and naming.condition is not None)
+    others = (head for other in naming.others for head in (other.heading(), other.headed("SD")))
+    first = naming.response.heading() if naming.others else naming.response.headed("Measured")
+    columns = (*place_head(naming), first, naming.response.headed("SD"), *others, "n")
+    foot = (f"Bold: what the parameters are fitted to ({naming.place(at)}).",) if strong else ()
+    title = f"Measured {joined([response.long for response in (naming.response, *naming.others)])}"
+    return Sheet(title, columns, rows, texts=0, foot=foot, strong=strong)
 
 
 def _parts(study: Study) -> Rows:

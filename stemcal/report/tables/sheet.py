@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from stemcal.report.numbers import probability, significant
+from stemcal.naming import FORCE, Named, Naming
+from stemcal.report.numbers import decimals, probability, short, significant
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,21 @@ def borne(sheets: Iterable[Sheet], holds: bool) -> list[Sheet]:
 def starred(p: float | None, stars: str) -> str:
     """Return a p-value with its stars, the digits aligned."""
     return f"{probability(p)}{stars:<2}" if p is not None else ""
+
+
+def place_head(naming: Naming, between: str = ", ") -> tuple[str, ...]:
+    """Return the head of the column that tells the condition; none where a study has none."""
+    return () if naming.condition is None else (naming.condition.heading(between),)
+
+
+def place_cell(naming: Naming, value: float | None) -> tuple[str, ...]:
+    """Return the cell below it."""
+    return () if naming.condition is None else (short(value),)
+
+
+def response_decimals(response: Named, values: Iterable[float | None], usual: int = 2) -> int:
+    """Return the decimals of a response's values: those of forces in N, more where a response is small."""
+    return usual if response == FORCE else decimals(values, usual)
 
 
 def force_or_reason(force: float | None, reason: str) -> str:

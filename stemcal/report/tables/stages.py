@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from stemcal.report.numbers import alike, fixed, interval, percent, probability, short, significant
 from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet, share_of
 from stemcal.report.tables.mesh import budget_sheet, mesh_sheet
-from stemcal.report.tables.sheet import Sheet, force_or_reason, starred
+from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head, response_decimals, starred
 from stemcal.report.terms import equation, written
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import StageResult
@@ -21,19 +22,36 @@ from stemcal.words import joined
 def sheets_of(stage: StageResult) -> list[Sheet]:
     """Return the tables of a stage."""
     sheets = [make(stage) for make in _SHEETS[stage.name]]
-    return [*sheets, *further_sheets(stage)]
+    return [*sheets, *_of_others(stage), *further_sheets(stage)]
+
+
+def _of_others(stage: StageResult) -> list[Sheet]:
+    """Return the tables of the further responses that a study itself has named: effects, analyses of variance."""
+    if isinstance(stage, ScreenResult):
+        return [screening_sheet(one) for one in stage.of_each[1:]]
+    if not isinstance(stage, SurfaceResult):
+        return []
+    own = {response.name for response in stage.naming.others}
+    fitted = [(part.diameter, name) for part in stage.diameters for name in part.responses or {} if name in own]
+    seen = [(place, stage.seen_by(name, place)) for place, name in fitted]
+    made = [(place, one, make(one)) for place, one in seen for make in _SHEETS["rsm"]]
+    return [
+        replace(sheet, title=f"{sheet.title}: {one.naming.response.noun}{one.naming.at(place)}")
+        for place, one, sheet in made
+    ]
 
 
 def screening_sheet(stage: ScreenResult) -> Sheet:
     """Return the effects as papers print them, with Lenth's t and the p-value adjusted by Holm."""
-    effects = stage.effects
+    effects, response = stage.effects, stage.naming.response
+    places = response_decimals(response, [e.effect for e in effects])
     residual = stage.residual
     squares = alike([residual.sum_of_squares, *(e.sum_of_squares for e in effects)])
     rows = [
         (
             e.symbol,
             e.factor,
-            fixed(e.effect),
+            fixed(e.effect, places),
             percent(e.contribution_percent),
             squares(e.sum_of_squares),
             fixed(e.f, 4) if e.f is not None and e.f < 0.01 else significant(e.f),
@@ -46,8 +64,18 @@ def screening_sheet(stage: ScreenResult) -> Sheet:
     share = 100.0 * residual.sum_of_squares / (stage.total_sum_of_squares or 1.0)
     rows.append(("", "Residual", "", percent(share), squares(residual.sum_of_squares), "", "", "", ""))
     return Sheet(
-        "Effects on the maximum force",
-        ("", "Factor", "Effect,\nN", "Share,\n%", "Sum of\nsquares", "F", "p", "p\nHolm", "Lenth\nt"),
+        f"Effects on the {response.long}",
+        (
+            "",
+            "Factor",
+            response.headed("Effect", ",\n"),
+            "Share,\n%",
+            "Sum of\nsquares",
+            "F",
+            "p",
+            "p\nHolm",
+            "Lenth\nt",
+        ),
         tuple(rows),
         texts=2,
         foot=(*_lenth_foot(stage), "** p < 0.01, * p < 0.05. Share: of the total sum of squares."),
@@ -56,13 +84,13 @@ def screening_sheet(stage: ScreenResult) -> Sheet:
 
 
 def _lenth_foot(stage: ScreenResult) -> list[str]:
-    lenth = stage.lenth
+    lenth, unit = stage.lenth, stage.naming.response.beside
     if lenth is None or lenth.pse is None:
         return []
     return [
-        f"Lenth: pseudo standard error {significant(lenth.pse)} N; an effect beyond "
-        f"±{significant(lenth.me)} N is active, "
-        f"beyond ±{significant(lenth.sme)} N even among all factors."
+        f"Lenth: pseudo standard error {significant(lenth.pse)}{unit}; an effect beyond "
+        f"±{significant(lenth.me)}{unit} is active, "
+        f"beyond ±{significant(lenth.sme)}{unit} even among all factors."
     ]
 
 
@@ -101,13 +129,14 @@ def _source(source: str, symbols: Mapping[str, str]) -> str:
 def coefficient_sheet(stage: SurfaceResult) -> Sheet:
     """Return the coefficients with their intervals, the equation below."""
     symbols = stage.symbols()
+    places = response_decimals(stage.naming.response, [row.value for row in stage.coefficients[1:]], 3)
     rows = [
         (
             _source(row.term, symbols),
-            fixed(row.value, 3),
-            fixed(row.standard_error, 3),
-            fixed(row.low, 3),
-            fixed(row.high, 3),
+            fixed(row.value, places),
+            fixed(row.standard_error, places),
+            fixed(row.low, places),
+            fixed(row.high, places),
         )
         for row in stage.coefficients
     ]
@@ -117,21 +146,22 @@ def coefficient_sheet(stage: SurfaceResult) -> Sheet:
     )
     return Sheet(
         "Response surface in coded units",
-        ("Term", "Coefficient, N", "Std. error", "95 % low", "95 % high"),
+        ("Term", stage.naming.response.headed("Coefficient"), "Std. error", "95 % low", "95 % high"),
         tuple(rows),
-        foot=(equation(stage.coefficients, symbols), "; ".join(coded)),
+        foot=(equation(stage.coefficients, symbols, stage.naming.response), "; ".join(coded)),
         detail=True,
     )
 
 
 def fit_sheet(stage: SurfaceResult) -> Sheet:
     """Return how well the surface fits."""
+    squared = replace(stage.naming.response, unit=stage.naming.response.squared)
     rows = (
         ("R²", fixed(stage.r2, 4)),
         ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
         ("Predicted R²", fixed(stage.predicted_r2, 4)),
         ("Adequate precision", fixed(stage.adequate_precision, 2)),
-        ("PRESS, N²", significant(stage.press, 6)),
+        (squared.headed("PRESS"), significant(stage.press, 6)),
         ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
     )
     return Sheet("Quality of the fit", ("Statistic", "Value"), rows)
@@ -146,13 +176,14 @@ def calibration_sheet(stage: InvertResult) -> Sheet:
         rows.append((*row, short(published.get(name))) if published else row)
     share = ("of its\nrange",) if stage.certainty is not None else ()
     columns = ("Factor", "Calibrated", head, *share, "Coded", *(("Published",) if published else ()))
+    noun, unit = stage.naming.response.noun, stage.naming.response.beside
     intervals = (
-        f"95 % interval of the mean force {interval(point.mean_interval)} N, of one simulated force "
-        f"{interval(point.prediction_interval)} N."
+        f"95 % interval of the mean {noun} {interval(point.mean_interval)}{unit}, of one simulated {noun} "
+        f"{interval(point.prediction_interval)}{unit}."
     )
     other = _other_ranges(stage)
     foot = (
-        f"Target {short(stage.target)} N; predicted {significant(point.predicted)} N; coded radius "
+        f"Target {short(stage.target)}{unit}; predicted {significant(point.predicted)}{unit}; coded radius "
         f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
         intervals,
         *belonging(stage),
@@ -162,7 +193,7 @@ def calibration_sheet(stage: InvertResult) -> Sheet:
 
 
 def joint_sheets(stage: InvertResult) -> list[Sheet]:
-    """Return the tables of a joint fit: each diameter, and what it leaves of each parameter; none of a single force."""
+    """Return the tables of a joint fit: each diameter, what it leaves of each parameter; none of a single response."""
     return further_sheets(stage) if stage.joint is not None else []
 
 
@@ -174,8 +205,8 @@ def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
     return "95 % range", {name: interval(known.get(name)) for name in stage.point.solution}
 
 
-def _taken(known: Certainty) -> str:
-    return f"the force ({known.taken})" if known.taken else "the measured force and its scatter"
+def _taken(known: Certainty, noun: str) -> str:
+    return f"the {noun} ({known.taken})" if known.taken else f"the measured {noun} and its scatter"
 
 
 def _share(stage: InvertResult, name: str) -> list[str]:
@@ -188,8 +219,9 @@ def _other_ranges(stage: InvertResult) -> list[str]:
     if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
         return []
     exact = "; ".join(f"{name} {interval(stage.ranges[name])}" for name in stage.point.solution)
+    taken = _taken(stage.certainty, stage.naming.response.noun)
     return [
-        f"Cite the 95 % range: what is compatible with {_taken(stage.certainty)}, all other parameters free (profile "
+        f"Cite the 95 % range: what is compatible with {taken}, all other parameters free (profile "
         "likelihood); free: three quarters of the range or more. The points where the surface meets the target exactly "
         f"({exact}) leave its error out."
     ]
@@ -203,10 +235,11 @@ def belonging(stage: InvertResult) -> list[str]:
 
 def validation_sheet(stage: ValidateResult) -> Sheet:
     """Return measured against simulated force over the diameters."""
+    naming, response = stage.naming, stage.naming.response
     meshed = any(row.mesh_interval is not None for row in stage.rows)
     rows = [
         (
-            short(row.compared.diameter),
+            *place_cell(naming, row.compared.diameter),
             row.compared.role,
             short(row.compared.measured),
             force_or_reason(row.compared.simulated, row.reason or "failed"),
@@ -215,15 +248,18 @@ def validation_sheet(stage: ValidateResult) -> Sheet:
         )
         for row in stage.rows
     ]
-    foot = (
+    largest = (
         f"Largest error {fixed(stage.max_abs_error_percent)} %, mean "
-        f"{fixed(stage.mean_abs_error_percent)} % (absolute).",
-        "Error = 100·(measured − simulated)/measured.",
+        f"{fixed(stage.mean_abs_error_percent)} % (absolute)."
     )
-    columns: tuple[str, ...] = ("Diameter, mm", "Role", "Measured, N", "Simulated, N", "Error, %")
-    if meshed:
-        columns = ("Diameter,\nmm", "Role", "Measured,\nN", "Simulated,\nN", "Error,\n%", "95 % over\nmeshes, N")
-    return Sheet("Measured against simulated force", columns, tuple(rows), texts=2, foot=foot, claiming=columns[5:])
+    foot = (*([largest] if naming.condition is not None else []), "Error = 100·(measured − simulated)/measured.")
+    between = ",\n" if meshed else ", "
+    place = place_head(naming, between)
+    measured, simulated = response.headed("Measured", between), response.headed("Simulated", between)
+    over_meshes = (response.headed("95 % over\nmeshes"),) if meshed else ()
+    columns = (*place, "Role", measured, simulated, f"Error{between}%", *over_meshes)
+    title = f"Measured against simulated {response.noun}"
+    return Sheet(title, columns, tuple(rows), texts=len(place) + 1, foot=foot, claiming=over_meshes)
 
 
 _SHEETS: dict[str, tuple[Callable[[Any], Sheet], ...]] = {

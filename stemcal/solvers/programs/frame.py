@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.naming import Naming
 from stemcal.outputs import write_output
 from stemcal.solvers.processes import Ended, run_program
 from stemcal.solvers.programs.inputs import Inputs
@@ -55,6 +56,11 @@ class Program(ABC):
         assert isinstance(self.study.solver, ProgramOptions)
         return self.study.solver
 
+    @property
+    def naming(self) -> Naming:
+        """What the study calls what is asked and answered."""
+        return self.study.naming
+
     def placed(self, place: Path) -> Self:
         """Return the same solver with its run folders below `place`."""
         return replace(self, place=place)
@@ -83,7 +89,7 @@ class Program(ABC):
 
     def _condition(self, request: Request) -> dict[str, float]:
         """Return the condition that is asked for by its name, nothing where the study has none."""
-        condition = self.study.naming.condition
+        condition = self.naming.condition
         return {} if condition is None else {condition.name: request.diameter}
 
     def solve(self, request: Request) -> Answer:

@@ -1,4 +1,4 @@
-"""How well the measured forces fix the parameters: profiles, intervals, posterior, sentences."""
+"""How well the measured means fix the parameters: profiles, intervals, posterior, sentences."""
 
 from __future__ import annotations
 

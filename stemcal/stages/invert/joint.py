@@ -1,6 +1,6 @@
 """Several measured means at once: the parameters that fit them all.
 
-At a diameter each response (force, travel and work to the maximum force) has a surface of its own.
+At a condition (a diameter) each response (force, travel and work to the maximum force) has a surface of its own.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import compared, null_model
 from stemcal.files.rows import Rows
-from stemcal.naming import DIAMETER, FORCE
 from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
@@ -72,7 +71,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         joint=joint,
         certainty_alone=alone,
         desirability=_desired(study, means, misfit, region, coding),
-        notes=(*_notes(joint, misfit, fit, study.invert.ranges_chosen), *known.sentences, *alone.sentences),
+        notes=(*_notes(joint, misfit, fit, study), *known.sentences, *alone.sentences),
     )
 
 
@@ -105,8 +104,8 @@ def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: Join
     forces = [i for i, mean in enumerate(means) if mean.leads]
     worst, where = best_worst_error(misfit.only(forces), region)
     every, naming = _rows(means, fit, left_out), means[0].naming
-    grows = naming.response == FORCE and naming.condition == DIAMETER
     rows = Rows(every[i] for i in forces)
+    measured = [row.diameter for row in rows], [row.measured for row in rows]
     return JointFitted(
         rows=rows,
         further=Rows(row for i, row in enumerate(every) if i not in forces),
@@ -118,7 +117,7 @@ def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: Join
         max_abs_left_out_error_percent=max((abs(left_out[i]) for i in forces), default=None) if left_out else None,
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
-        null=null_model([row.diameter for row in rows], [row.measured for row in rows]) if grows else None,
+        null=null_model(*measured) if naming.is_force_on_stems else None,
     )
 
 
@@ -140,32 +139,32 @@ def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -
     ]
 
 
-def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, ranges_chosen: str) -> list[str]:
-    count = len(joint.rows)
+def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, study: Study) -> list[str]:
+    count, naming = len(joint.rows), study.naming
+    response, over = naming.response, "" if naming.condition is None else f"Over {naming.counted(count)} "
     notes = [
-        f"Over {count} {'diameter' if count == 1 else 'diameters'} the surfaces miss the measured forces by at most "
+        f"{over}{'the' if over else 'The'} surfaces miss the measured {response.plural} by at most "
         f"{joint.max_abs_error_percent:.1f} %; no point of the region brings the largest error below "
         f"{joint.best_worst_error_percent:.1f} %."
     ]
     notes += [
-        f"Fitted beside the force: {row.response} at {row.diameter:g} mm, measured {row.measured:.4g} "
-        f"{row.unit}, surface {row.predicted:.4g} {row.unit} ({row.error_percent:+.1f} %)."
+        f"Fitted beside the {response.noun}: {(named := naming.named(row.response)).noun}{naming.at(row.diameter)}, "
+        f"measured {named.text(row.measured, '.4g')}, surface {named.text(row.predicted, '.4g')} "
+        f"({row.error_percent:+.1f} %)."
         for row in joint.further
     ]
     if joint.further:
-        notes.append(
-            "Means of the same specimens count as independent here. The work goes with force and travel: fitted "
-            "together with both, it makes the intervals somewhat too narrow."
-        )
+        notes.append("Means of the same specimens count as independent here." + (_WORK if naming.is_cutting else ""))
     if joint.max_abs_left_out_error_percent is not None:
-        left_out = "diameter" if count > 1 else "response"
+        left_out = naming.condition_noun if count > 1 else "response"
         notes.append(
-            f"Each {left_out} predicted from a fit to the others: the force is missed by at most "
-            f"{joint.max_abs_left_out_error_percent:.1f} %." + (NO_CHECK if ranges_chosen == "after" else "")
+            f"Each {left_out} predicted from a fit to the others: the {response.noun} is missed by at most "
+            f"{joint.max_abs_left_out_error_percent:.1f} %."
+            + (NO_CHECK.format(response.plural) if study.invert.ranges_chosen == "after" else "")
         )
     if joint.null is not None:
         notes.append(compared(joint.null, joint.max_abs_error_percent, joint.max_abs_left_out_error_percent))
-    notes.append(_SCATTER[misfit.scatter])
+    notes.append(_SCATTER[misfit.scatter].format(response.plural))
     if fit.p_value is not None and fit.p_value < 0.05:
         notes.append(
             f"The misfit is {fit.misfit / fit.df:.1f} times what the known scatter explains (p = {fit.p_value:.2g}): "
@@ -174,10 +173,11 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, ranges_chosen: str
     return notes
 
 
-NO_CHECK = " The ranges were chosen after seeing the forces: that is no independent check."
+_WORK = " The work goes with force and travel: fitted together with both, it makes the intervals somewhat too narrow."
+NO_CHECK = " The ranges were chosen after seeing the {}: that is no independent check."
 _SCATTER = {
     "measured": "Weights: the measured scatter, one coefficient of variation for a kind, and the surface's error.",
     "pooled": "Weights: the measured scatter; means without sd take the coefficient of variation of the others.",
     "misfit": "No sd is given: equal relative weights, and the scatter is told by the misfit of the fit itself.",
-    "surface": "No sd is given: the measured forces are taken as exact, and only the surface's own error is counted.",
+    "surface": "No sd is given: the measured {} are taken as exact, and only the surface's own error is counted.",
 }

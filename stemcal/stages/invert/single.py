@@ -1,4 +1,4 @@
-"""One measured force: the point of the surface that gives it."""
+"""One measured mean: the point of the surface that gives it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from stemcal.study.model import Study
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
-    low, high = box_of(study, coding)
-    found = solve_target(surface.fitted, target.force, low, high, surface.radius, study.invert.rule)
+    low, high, response = *box_of(study, coding), study.naming.response
+    found = solve_target(surface.fitted, target.force, low, high, surface.radius, study.invert.rule, response)
     misfit = misfit_over(measured_of(target, ["force"], study.naming), [surface.fitted])
     region = Region(low, high, surface.radius)
     known = certainty_of(
@@ -51,14 +51,14 @@ def assess_published(study: Study, surface: SurfaceResult) -> tuple[PublishedPoi
     """Return what the surface says of the published solution, and remarks; (None, []) if there is none."""
     if study.published is None or not study.published.solution:
         return None, []
-    coding, given = surface.scales, study.published.solution
+    coding, given, response = surface.scales, study.published.solution, study.naming.response
     missing = [name for name in coding.names if name not in given]
     natural = [given.get(name, centre) for name, centre in zip(coding.names, coding.centre, strict=True)]
     point = surface.assess(study, coding.to_coded(natural))
     apart = point.predicted - study.calibration_target.force
     remarks = [
-        f"At the published solution the surface predicts {point.predicted:.2f} N, "
-        f"{apart:+.2f} N from the target; it is one point of the solution set."
+        f"At the published solution the surface predicts {response.text(point.predicted, '.2f')}, "
+        f"{response.text(apart, '+.2f')} from the target; it is one point of the solution set."
     ]
     if missing:
         remarks.append(f"The published solution has no {', '.join(missing)}; the centre is taken.")

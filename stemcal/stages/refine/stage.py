@@ -19,7 +19,7 @@ __all__ = ["RefineResult", "refine"]
 
 @a_stage
 def refine(work: Work) -> RefineResult:
-    """Simulate at the solution and correct it until the simulated force is right, at every diameter of a joint fit."""
+    """Simulate at the solution and correct it until the response is right, at every condition of a joint fit."""
     simulate = work.simulating("refine", pictured=True)
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
     head = work.head("refine")
@@ -73,48 +73,58 @@ def _merit(loop: Loop, entry: Iteration) -> float:
 
 def _learnt_of(loop: Loop, i: int, learnt: Learnt) -> LearntOf:
     mean, variance = loop.means[i], float(loop.misfit.variance[i])
-    return LearntOf(diameter=mean.diameter, response=mean.response, variance=variance, learnt=learnt)
+    return LearntOf(diameter=mean.diameter, response=mean.named.name, variance=variance, learnt=learnt)
 
 
 def _nothing_succeeded(loop: Loop) -> str:
     failed = [row.outcome.reason for row in loop.rows if row.outcome.force is None]
     if loop.alone:
         return f"refine: none of {len(loop.rows)} runs succeeded ({failed[-1]}); see the log for each reason"
-    reason = failed[0] if failed else "the records tell no travel or work"
-    return f"refine: no iteration of {len(loop.iterations)} succeeded at every diameter ({reason})"
+    naming = loop.study.naming
+    reason = failed[0] if failed else f"the records tell no {' or '.join(named.noun for named in naming.further)}"
+    at_every = "" if naming.condition is None else f" at every {naming.condition_noun}"
+    return f"refine: no iteration of {len(loop.iterations)} succeeded{at_every} ({reason})"
 
 
 def _notes_of_one(loop: Loop, best: Iteration) -> list[str]:
     first, error = loop.rows[0], abs(best.error_percent or 0.0)
     notes = [loop.learnt().sentence] if isinstance(loop, ProcessLoop) else []
-    if first.inside_interval is False:
+    response, simulated = loop.study.naming.response, first.outcome.force
+    if first.inside_interval is False and simulated is not None:
         notes.append(
-            f"At the surface's solution the simulated force, {first.outcome.force:.4g} N, lies outside the prediction "
-            "interval: the surface misses more there than its residuals show."
+            f"At the surface's solution the simulated {response.noun}, {response.text(simulated, '.4g')}, lies outside "
+            "the prediction interval: the surface misses more there than its residuals show."
         )
     if error > loop.options.tolerance_percent:
         notes.append(
-            f"After {len(loop.rows)} runs the simulated force is still {error:.2f} % from the target; "
-            "the best point is kept. Raise refine.budget, or refine the mesh: the force may jump between points."
+            f"After {len(loop.rows)} runs the simulated {response.noun} is still {error:.2f} % from the target; the "
+            f"best point is kept. Raise refine.budget{_finer(loop)}: the {response.noun} may jump between points."
         )
     if best.iteration > 1:
         notes.append("The point is the one found by simulation, no longer the one the rule of `invert` names.")
     return notes
 
 
+def _finer(loop: Loop) -> str:
+    """Advise a finer mesh where the solver has one."""
+    return ", or refine the mesh" if loop.study.naming.is_cutting else ", or compute more finely"
+
+
 def _notes_of_many(loop: Loop, best: Iteration) -> Sequence[str]:
+    naming = loop.study.naming
     first = [row for row in loop.rows if row.iteration == 1 and row.inside_interval is False]
     notes = []
     if first:
-        listed = ", ".join(f"{row.diameter:g}" for row in first)
+        places = naming.places(", ".join(f"{row.diameter:g}" for row in first))
         notes.append(
-            "At the joint solution of the surfaces the simulated force lies outside the prediction interval at "
-            f"{listed} mm: the surfaces miss more there than their residuals show."
+            f"At the joint solution of the surfaces the simulated {naming.response.noun} lies outside the prediction "
+            f"interval{places}: the surfaces miss more there than their residuals show."
         )
-    error = f"the largest error of the simulated force is {best.max_abs_error_percent:.2f} %"
+    every = "" if naming.condition is None else f" for every {naming.condition_noun}"
+    error = f"the largest error of the simulated {naming.response.noun} is {best.max_abs_error_percent:.2f} %"
     ends = {
         "tolerance": f"After {len(loop.rows)} runs {error}, within the tolerance.",
-        "budget": f"After {len(loop.rows)} runs {error}; refine.budget has no further run for every diameter.",
+        "budget": f"After {len(loop.rows)} runs {error}; refine.budget has no further run{every}.",
         "settled": f"After {len(loop.rows)} runs the joint fit no longer moves: {error}, and no parameters near by do "
         "better. What remains is the model's, or the measured scatter's, not the surfaces'.",
     }

@@ -38,8 +38,9 @@ def _summary(
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.response(response) is None]
     if silent:
         place = f"{study.naming.place(diameter)}: ".removeprefix(": ")
+        name = study.naming.named(response).name
         raise RunsFailed(
-            f"{place}the record of run {silent[0]} tells no {response}: it was made by another version or "
+            f"{place}the record of run {silent[0]} tells no {name}: it was made by another version or "
             "solver; take another study folder (--out), or leave the response out of invert.responses"
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)

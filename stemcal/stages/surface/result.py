@@ -97,7 +97,7 @@ class AtDiameter:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the surface says of a point: force and 95 % intervals, N; None where a saturated fit knows none."""
+    """What the surface says of a point: the response and 95 % intervals; None where a saturated fit knows none."""
 
     force: float
     mean_interval: Interval | None
@@ -107,7 +107,7 @@ class Prediction:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SurfaceResult(StageResult):
-    """The force as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics."""
+    """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics."""
 
     name: ClassVar[str] = "rsm"
 
@@ -255,7 +255,7 @@ class SurfaceResult(StageResult):
         """Yield label and outcome of every run, those of a joint fit's diameters first."""
         for part in self.diameters:
             for answered in part.runs:
-                yield f"rsm {answered.run} at {part.diameter:g} mm", answered.outcome
+                yield f"rsm {answered.run}{self.naming.at(part.diameter)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
 
@@ -269,7 +269,7 @@ class SurfaceResult(StageResult):
     def summary(self) -> str:
         """Tell the factors and how well the surface fits."""
         fit = "" if self.r2 is None else f", R² {self.r2:.4f}"
-        return f"force over {', '.join(self.names)} from {len(self.design.runs)} runs{fit}"
+        return f"{self.naming.response.noun} over {', '.join(self.names)} from {len(self.design.runs)} runs{fit}"
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:

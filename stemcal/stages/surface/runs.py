@@ -10,6 +10,7 @@ import numpy as np
 
 from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.files.typed import absent, inline
+from stemcal.naming import FORCE, Named
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study
@@ -65,7 +66,7 @@ def _within(outcomes: Sequence[Outcome], further: int) -> Within:
     )
 
 
-def error_remark(design: DesignRuns, by_chance: bool = False) -> str | None:
+def error_remark(design: DesignRuns, by_chance: bool = False, response: Named = FORCE) -> str | None:
     """Say what repeated runs, or mesh phases within the runs, tell; None if there are neither.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
@@ -83,13 +84,13 @@ def error_remark(design: DesignRuns, by_chance: bool = False) -> str | None:
     widest = max(repeated, key=lambda forces: max(forces) - min(forces))
     same = max(widest) - min(widest) <= 1e-9 * max(map(abs, widest))
     if by_chance:
-        return _chance_remark(repeated, same)
+        return _chance_remark(repeated, same, response)
     if same:
         return "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
-    return _unequal_remark(widest)
+    return _unequal_remark(widest, response)
 
 
-def _chance_remark(repeated: Sequence[Sequence[float]], same: bool) -> str:
+def _chance_remark(repeated: Sequence[Sequence[float]], same: bool, response: Named) -> str:
     """Say how widely a program with chance in it scatters."""
     df = sum(len(forces) - 1 for forces in repeated)
     if same:
@@ -98,11 +99,12 @@ def _chance_remark(repeated: Sequence[Sequence[float]], same: bool) -> str:
             "does not take {{seed}}."
         )
     square = sum(float(np.sum((np.array(forces) - np.mean(forces)) ** 2)) for forces in repeated) / df
-    return f"Every run has a seed of its own; runs at the same levels scatter with sd {square**0.5:.3g} ({df} df)."
+    told = response.text(square**0.5, ".3g")
+    return f"Every run has a seed of its own; runs at the same levels scatter with sd {told} ({df} df)."
 
 
-def _unequal_remark(widest: Sequence[float]) -> str:
+def _unequal_remark(widest: Sequence[float], response: Named) -> str:
     return (
-        f"{len(widest)} runs at the same levels gave {min(widest):g} to {max(widest):g} N. A deterministic "
-        "solver gives one force for one set of levels, so these runs differed in something not recorded."
+        f"{len(widest)} runs at the same levels gave {min(widest):g} to {response.text(max(widest))}. A deterministic "
+        f"solver gives one {response.noun} for one set of levels, so these runs differed in something not recorded."
     )

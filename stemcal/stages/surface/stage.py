@@ -53,7 +53,7 @@ def fit_response_surface(work: Work) -> SurfaceResult:
 def _result(
     study: Study, head: Head, design: Design, runs: DesignRuns, fit: Surface, reduction: Reduction | None
 ) -> tuple[SurfaceResult, list[str]]:
-    """Return the result without what other diameters add, and what the shape and the scale of the force say."""
+    """Return the result without what other diameters add, and what the shape and the scale of the response say."""
     beside, described = shape_of(study, design, fit, [run.block for run in runs.runs if run.force is not None])
     middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
     entries = [_entry(study, design, j) for j in range(len(design.names))]
@@ -88,7 +88,7 @@ def _result(
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
-        pure_error_note=error_remark(runs, study.replicates > 0),
+        pure_error_note=error_remark(runs, study.replicates > 0, study.naming.response),
         published=audit_surface(study, fit.anova, fit.coefficients),
     ), described
 

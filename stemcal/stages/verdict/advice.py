@@ -34,7 +34,7 @@ def region_of(surface: SurfaceResult) -> Region:
 
 
 def reach(surface: SurfaceResult) -> tuple[float, float]:
-    """Return the least and the greatest force of a surface within ranges and design region, N."""
+    """Return the least and the greatest response of a surface within ranges and design region."""
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, region_of(surface)))
     return float(low[0]), float(high[0])
 
@@ -54,7 +54,8 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> str:
     ]
     if found:
         return min(found)[1]
-    return f"no factor of {', '.join(surface.names)} reaches it by its range alone; check units, loading and specimen"
+    check = "units, loading and specimen" if study.naming.is_cutting else "units and what the simulation holds fixed"
+    return f"no factor of {', '.join(surface.names)} reaches it by its range alone; check {check}"
 
 
 def widened(factor: Factor, up: bool, width: float) -> str:

@@ -3,7 +3,7 @@
     unfinished   a stage that the study asks for is not there                                     not calibrated
     reach        the surface takes the target nowhere; in a joint fit no parameters bring the
                  largest error within the given percentage                                        not calibrated
-    target       the simulated force at the solution misses what it was fitted to by more than
+    target       the simulated response at the solution misses what it was fitted to by more than
                  the given percentage (in a joint fit: at half of the diameters or more)          not calibrated
                  by more than 2 %, or more than the refinement's tolerance                        reservation
     edge         the solution is on the edge of the region: |x| within 2 % of the radius, a
@@ -24,13 +24,14 @@ from dataclasses import dataclass
 
 from stemcal.doe.validation.diameters import ValidationRow
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import CUTTING, Naming
 from stemcal.stages.base import stages_of
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import Doubt, Physics, physics_of
 from stemcal.stages.verdict.result import Reason, Verdict, Weight
 from stemcal.study.model import Study
-from stemcal.words import counted, joined
+from stemcal.words import joined
 
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
@@ -47,14 +48,19 @@ class Evidence:
 
     @property
     def within(self) -> float:
-        """The percentage within which forces count as equal."""
+        """The percentage within which measured and simulated values count as equal."""
         return float(self.study.targets.equivalent_within_percent)
 
     @property
     def compared(self) -> list[ValidationRow]:
-        """Measured and simulated force at every diameter that was simulated with the parameters found here."""
+        """What was measured and simulated at every condition that was simulated with the parameters found here."""
         validation = self.results.validation
         return [] if validation is None or self.study.solver.kind == "table" else validation.compared
+
+    @property
+    def naming(self) -> Naming:
+        """What response and condition are called."""
+        return self.study.naming
 
 
 Rule = Callable[[Evidence], Iterator[Reason]]
@@ -71,25 +77,32 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 
 
 def _use(evidence: Evidence) -> str:
-    """Say at which diameters the simulated force agrees, and how far it is off where it is off most."""
+    """Say at which conditions the simulated response agrees, and how far it is off where it is off most."""
     rows = [row for row in evidence.compared if row.error_percent is not None]
     good = [f"{row.diameter:g}" for row in rows if abs(row.error_percent or 0.0) <= evidence.within]
     off = [row for row in rows if abs(row.error_percent or 0.0) > evidence.within]
     if not rows or evidence.physics.share > MAJORITY:
         return ""
     worst = max(off, key=lambda row: abs(row.error_percent or 0.0), default=None)
-    told = f"Good (within {evidence.within:g} %) at {joined(good)} mm" if good else "Good at no measured diameter"
-    return f"{told}{'' if worst is None else f'; {_miss(worst)}'}."
+    told = f"Good (within {evidence.within:g} %){evidence.naming.places(joined(good))}" if good else _nowhere(evidence)
+    return f"{told}{'' if worst is None else f'; {_miss(worst, evidence.naming)}'}."
 
 
-def _miss(row: ValidationRow) -> str:
-    """Say how far a simulated force is off, and to which side.
+def _nowhere(evidence: Evidence) -> str:
+    """Say that nothing that was simulated agrees."""
+    if evidence.naming.condition is None:
+        return f"Not within {evidence.within:g} %"
+    return f"Good at no measured {evidence.naming.condition_noun}"
+
+
+def _miss(row: ValidationRow, naming: Naming = CUTTING) -> str:
+    """Say how far a simulated response is off, and to which side.
 
     >>> _miss(ValidationRow(11.0, 100.0, 58.0, 42.0, "validation"))
     '42 % low at 11 mm'
     """
     error = row.error_percent or 0.0
-    return f"{_size(error)} % {'low' if error > 0.0 else 'high'} at {row.diameter:g} mm"
+    return f"{_size(error)} % {'low' if error > 0.0 else 'high'}{naming.at(row.diameter)}"
 
 
 def _size(percent: float) -> str:
@@ -124,7 +137,9 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
     low, high = advice.reach(surface) if found is None else (target, target)
     if not low <= target <= high:
         side = "above" if target > high else "below"
-        sentence = f"the measured {target:g} N is {side} what the ranges reach, {low:.4g} to {high:.4g} N"
+        response = evidence.naming.response
+        ends = f"{low:.4g} to {response.text(high, '.4g')}"
+        sentence = f"the measured {response.text(target)} is {side} what the ranges reach, {ends}"
         yield Reason("reach", "not_calibrated", sentence, advice.to_reach(study, surface, target))
 
 
@@ -133,15 +148,23 @@ def _no_joint_fit(evidence: Evidence) -> Reason:
     assert surface is not None and found is not None and found.joint is not None
     place = found.joint.best_worst_solution
     coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
+    naming, least = evidence.naming, f"{found.joint.best_worst_error_percent:.0f} %"
+    of = "" if naming.condition is None else f" of {naming.counted(len(found.joint.rows))}"
     return Reason(
         "reach",
         "not_calibrated",
-        f"no parameters within the ranges bring the largest error of {counted(len(found.joint.rows), 'diameter')} "
-        f"below {found.joint.best_worst_error_percent:.0f} %",
-        advice.from_the_edge(evidence.study, surface, coded)
-        if _on_edge(evidence, coded)
-        else "calibrate at the diameter of use alone: within the ranges the force grows otherwise with the diameter",
+        f"no parameters within the ranges bring the largest error{of} below {least}",
+        advice.from_the_edge(evidence.study, surface, coded) if _on_edge(evidence, coded) else _fit_less(naming),
     )
+
+
+def _fit_less(naming: Naming) -> str:
+    """Say what to fit where no parameters within the ranges do for everything."""
+    if naming.condition is None:
+        return "vary a further factor, or fit fewer responses (`invert.responses`)"
+    noun, verb = naming.condition_noun, "grows" if naming.is_force_on_stems else "changes"
+    held = f"within the ranges the {naming.response.noun} {verb} otherwise with the {noun}"
+    return f"calibrate at the {noun} of use alone: {held}"
 
 
 def _target(evidence: Evidence) -> Iterator[Reason]:
@@ -150,7 +173,7 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
         return
     worst = max(fitted, key=lambda row: abs(row.error_percent or 0.0))
     size = abs(worst.error_percent or 0.0)
-    refine = evidence.study.refine
+    refine, noun = evidence.study.refine, evidence.naming.response.noun
     tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
     if size <= (evidence.within if evidence.study.joint_targets else tolerance):
         return
@@ -159,9 +182,9 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
     remedy = (
         "add `refine: {}` to the spec: it simulates at the solution and corrects it"
         if refine is None
-        else f"raise `budget` under `refine` to {2 * refine.budget}, or look whether the force jumps between points"
+        else f"raise `budget` under `refine` to {2 * refine.budget}, or look whether the {noun} jumps between points"
     )
-    sentence = f"the simulated force misses the one it was fitted to: {_miss(worst)}"
+    sentence = f"the simulated {noun} misses the one it was fitted to: {_miss(worst, evidence.naming)}"
     yield Reason("target", weight, sentence, remedy)
 
 
@@ -213,34 +236,50 @@ def _misfit(evidence: Evidence) -> Iterator[Reason]:
         return
     times = f"{joint.misfit / joint.df:.1f} times what the measured scatter explains"
     sentence = f"the misfit is {times} (p = {joint.p:.2g})"
-    remedy = "vary a further factor, or fit fewer diameters (`invert.diameters`): the model is wrong somewhere"
+    naming = evidence.naming
+    fewer = f"{naming.condition_plural} (`{naming.fitted_at}`)"
+    if naming.condition is None:
+        fewer = "responses (`invert.responses`)"
+    remedy = f"vary a further factor, or fit fewer {fewer}: the model is wrong somewhere"
     yield Reason("misfit", "with_reservations", sentence, remedy)
 
 
 def _validation(evidence: Evidence) -> Iterator[Reason]:
     if evidence.results.validation is None:
         return
+    naming, response = evidence.naming, evidence.naming.response
     if evidence.study.solver.kind == "table":
-        sentence = "the validation forces are read from a table, not simulated with these parameters"
+        sentence = f"the validation {response.plural} are read from a table, not simulated with these parameters"
         yield Reason("validation", "with_reservations", sentence, "validate with a solver that simulates")
         return
     independent = [row for row in evidence.compared if row.role != "calibration"]
     failed = [f"{row.diameter:g}" for row in independent if row.simulated is None]
     if failed:
-        sentence = f"the validation has no force at {joined(failed)} mm: the run failed"
+        sentence = f"the validation has no {response.noun}{naming.places(joined(failed))}: the run failed"
         yield Reason("validation", "with_reservations", sentence, "`stemcal retry SPEC`, then `stemcal validate SPEC`")
     off = [row for row in independent if abs(row.error_percent or 0.0) > evidence.within]
     if off:
         worst = max(off, key=lambda row: abs(row.error_percent or 0.0))
-        remedy = "`invert: {diameters: all}` fits all diameters together; until then use it where it is good"
-        yield Reason("validation", "with_reservations", f"the simulated force is {_miss(worst)}", remedy)
+        together = f"`invert: {{{naming.fitted_at.removeprefix('invert.')}: all}}`"
+        remedy = f"{together} fits all {naming.condition_plural} together; until then use it where it is good"
+        sentence = f"the simulated {response.noun} is {_miss(worst, naming)}"
+        yield Reason("validation", "with_reservations", sentence, remedy)
     if not independent and not _left_out(evidence):
-        remedy = "measure another diameter, or leave one out of `invert.diameters`"
-        yield Reason("validation", "with_reservations", "no diameter checks the result independently", remedy)
+        yield Reason("validation", "with_reservations", *_unchecked(naming))
+
+
+def _unchecked(naming: Naming) -> tuple[str, str]:
+    """Say that nothing checks the result independently, and what would."""
+    if naming.condition is None:
+        remedy = "measure it under another condition too, or a further response that `invert.responses` leaves out"
+        return "nothing checks the result independently", remedy
+    noun = naming.condition_noun
+    remedy = f"measure another {noun}, or leave one out of `{naming.fitted_at}`"
+    return f"no {noun} checks the result independently", remedy
 
 
 def _left_out(evidence: Evidence) -> bool:
-    """Whether diameters left out of a joint fit in turn are predicted within the percentage, and are a check at all."""
+    """Whether what is left out of a joint fit in turn is predicted within the percentage, and is a check at all."""
     if evidence.study.invert.ranges_chosen == "after":
         return False
     found = evidence.results.inversion

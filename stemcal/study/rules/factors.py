@@ -152,7 +152,8 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
         return
     off = draft.embedded is not None and draft.embedded.rate_law == "none"
     meant = {nearest(name, PARAMETERS) for name in draft.names}
-    given = {*draft.material.given(), *draft.names, *meant, *(RATE if off else ())}
+    wrong = {name for name in PARAMETERS if not hasattr(draft.material, name)}  # told of already
+    given = {*draft.material.given(), *wrong, *draft.names, *meant, *(RATE if off else ())}
     for name, parameter in PARAMETERS.items():
         if name in given:
             continue

@@ -70,7 +70,8 @@ def joint_diameters_measured(draft: Draft) -> Iterator[Finding]:
         return
     if draft.solver and draft.solver.kind == "table":
         message = f"the tables hold {draft.naming.response.plural} of one {draft.naming.condition_noun} only"
-        yield Finding(("invert", "diameters"), message, "remove it, or use the embedded solver")
+        other = "the embedded solver" if draft.naming.is_cutting else "a solver that simulates"
+        yield Finding(("invert", "diameters"), message, f"remove it, or use {other}")
     if draft.invert.diameters == "all":
         return
     measured = [target.diameter for target in draft.targets.forces]
@@ -89,13 +90,16 @@ def _listing(values: Sequence[float], draft: Draft) -> str:
 
 
 def process_fits_one_force(draft: Draft) -> Iterator[Finding]:
-    """A Gaussian process proposes points for one measured force."""
+    """A Gaussian process proposes points for one measured mean."""
     invert, refine = draft.invert, draft.refine
     if invert is None or refine is None or refine.model == "quadratic":
         return
     if invert.diameters is not None or len(invert.responses) > 1:
         message = "a joint fit is refined on quadratics"
-        yield Finding(("refine", "model"), message, "leave it out, or fit one force: leave invert.diameters out")
+        named = draft.naming
+        others = "invert.responses" if invert.diameters is None else named.fitted_at
+        remedy = f"leave it out, or fit one {named.response.noun}: leave {others} out"
+        yield Finding(("refine", "model"), message, remedy)
 
 
 def responses_measured(draft: Draft) -> Iterator[Finding]:

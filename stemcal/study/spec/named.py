@@ -17,10 +17,39 @@ from stemcal.naming import CUTTING, DIAMETER, FORCE, Named, Naming
 from stemcal.study import units
 from stemcal.study.spec.fields import MOST, Quantity, complain
 
-__all__ = ["OwnCondition", "OwnResponse", "internal_names", "naming_of", "quantity", "respelled", "spelled"]
+__all__ = [
+    "OwnCondition",
+    "OwnResponse",
+    "inner_options",
+    "internal_names",
+    "naming_of",
+    "quantity",
+    "respelled",
+    "spelled",
+]
 
 Wrong = tuple[tuple[str | int, ...], str, str]
 """Where something is wrong below a section, the message and the remedy."""
+# What the files of runs and stages hold beside responses and conditions, on the same level.
+_RESERVED = (
+    *("run", "row", "stage", "status", "censored", "key", "reason", "message", "levels", "coded", "block", "weight"),
+    *("phases", "sd", "n", "unit", "response", "responses", "role", "measured", "simulated", "predicted", "corrected"),
+    *("error_percent", "step", "iteration", "how", "place", "rows", "notes", "head", "target", "parameters", "fit"),
+    *("identity", "request", "details", "provenance", "record_version", "naming", "pictured", "element_size", "again"),
+    *(
+        "replicate",
+        "replicates",
+        "seed",
+        "interval",
+        "inside",
+        "runs",
+        "further",
+        "left_out_error_percent",
+        "published",
+        "solution",
+        "certainty",
+    ),
+)
 _OF_TARGETS = ("calibrate_at", "values", "equivalent_within_percent")
 
 
@@ -255,10 +284,26 @@ def spelled(path: tuple[str | int, ...], naming: Naming, as_list: bool) -> tuple
     return ("targets", *(steps[1:] if as_list and steps[:1] == ["values"] else steps))
 
 
+def inner_options(given: Any, naming: Naming) -> tuple[Any, list[Wrong]]:
+    """Return the section ``invert`` with ``conditions`` as the study calls them inside, and what is wrong with it.
+
+    >>> inner_options({"conditions": "all"}, Naming(condition=Named("moisture", "", "", "", "%")))
+    ({'diameters': 'all'}, [])
+    """
+    if naming.condition == DIAMETER or not isinstance(given, Mapping) or "conditions" not in given:
+        return given, []
+    rest = {key: value for key, value in given.items() if key != "conditions"}
+    if naming.condition is None:
+        return rest, [(("conditions",), "the study has no conditions", "declare one under conditions, or remove this")]
+    if "diameters" in given:
+        return rest, [(("conditions",), "diameters means the same", "remove one of them")]
+    return {**rest, "diameters": given["conditions"]}, []
+
+
 def declared_once(naming: Naming, factors: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Yield names that stand for two things, with what they clash with."""
     taken = dict.fromkeys(factors, "a factor")
-    reserved = dict.fromkeys(("run", "row", "status", "key", "reason", "sd", "n", "measured", "simulated"), "a column")
+    reserved = dict.fromkeys(_RESERVED, "a column")
     others = [] if naming.condition is None else [naming.condition]
     for named in (*naming.responses, *others):
         if (of := {**reserved, **taken}.get(named.name)) is not None:

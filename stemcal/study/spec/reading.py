@@ -21,7 +21,7 @@ from stemcal.study.rules import broken_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.spec.draft import Draft, Finding
 from stemcal.study.spec.messages import finding_of
-from stemcal.study.spec.named import naming_of, respelled, spelled
+from stemcal.study.spec.named import inner_options, naming_of, respelled, spelled
 from stemcal.study.spec.partly import partly
 from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
@@ -180,6 +180,15 @@ def _validate_targets(
             findings += _findings(error, (name,))
 
 
+def _validate_invert(
+    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
+) -> None:
+    """What is fitted together is chosen by ``diameters``, or ``conditions`` where these are of the study's own."""
+    inner, wrong = inner_options(given, context["naming"])
+    findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
+    _validate(name, inner, context, sections, findings)
+
+
 def _validate_solver(
     name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
 ) -> None:
@@ -214,7 +223,12 @@ def _validate_factors(
     sections[name] = good
 
 
-_VALIDATE = {"factors": _validate_factors, "targets": _validate_targets, "solver": _validate_solver}
+_VALIDATE = {
+    "factors": _validate_factors,
+    "targets": _validate_targets,
+    "solver": _validate_solver,
+    "invert": _validate_invert,
+}
 
 
 def _with_defaults(entry: Any, index: int) -> Any:
@@ -272,6 +286,9 @@ def _as_spelled(finding: Finding, data: Any, sections: dict[str, Any]) -> Findin
     naming = naming_of(sections.get("responses", ()), sections.get("conditions"))
     as_list = isinstance(data, dict) and isinstance(data.get("targets"), list)
     path = spelled(finding.path, naming, as_list)
+    invert = data.get("invert") if isinstance(data, dict) else None
+    if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
+        path = ("invert", "conditions", *path[2:])
     return finding._replace(path=("solver", "result", *path[2:]) if path[:2] == ("solver", "results") else path)
 
 

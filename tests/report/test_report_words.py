@@ -1,0 +1,270 @@
+"""A study of its own words is told in these: an angle of repose alone, or with a bulk density over moisture."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from stemcal.cli.check import _measured
+from stemcal.cli.runs import table_of, write_table
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.naming import CUTTING, Named, Naming
+from stemcal.overview.status import ledger
+from stemcal.report.export.latex import document
+from stemcal.report.export.paper import paper_tables
+from stemcal.report.figures.gallery import gallery
+from stemcal.report.figures.style import svg
+from stemcal.report.page.render import first_pictures, kind_of, question, run_sheets
+from stemcal.report.page.sentences import certainty, outcome_of
+from stemcal.report.progress import describe
+from stemcal.report.records import read_records
+from stemcal.report.tables.appendix import shape_sheets
+from stemcal.report.tables.final import final_sheets
+from stemcal.report.tables.setting import setting_sheets
+from stemcal.report.tables.sheet import Sheet
+from stemcal.report.tables.stages import coefficient_sheet, fit_sheet, screening_sheet, sheets_of, validation_sheet
+from stemcal.report.terms import equation
+from stemcal.stages.results import Results, fresh_results
+from stemcal.study.model import Study
+from stemcal.study.spec import load_study
+from stemcal.workflow import calibrate
+
+CASE = Path(__file__).parents[1] / "cases" / "repose"
+OF_STEMS = re.compile(r"\b((?i:forces?|diameters?|stems?|blades?|cut|cutting)|N|N²|mm|mJ)\b|\bF =|Shear Force")
+ANGLE = "  - {name: angle, label: Angle of repose, symbol: θ, unit: deg}\n"
+BULK = "  - {name: bulk, label: Bulk density, symbol: ρ, unit: kg/m3}\n"
+MOIST = """\
+targets:
+  calibrate_at: 12
+  values:
+    - {moisture: 12, angle: 32.6 deg, sd: 0.8 deg, n: 5, bulk: 745 kg/m3, bulk_sd: 6}
+    - {moisture: 16, angle: 33.0 deg, sd: 0.9 deg, n: 5, bulk: 741 kg/m3, bulk_sd: 6}
+climb: {}
+refine: {}
+invert: {diameters: all, responses: all}
+"""
+Told = tuple[Study, StudyFolder, Results]
+
+
+def done(folder: Path, changed: Iterable[tuple[str, str]]) -> Told:
+    """Calibrate the heap with a changed spec."""
+    shutil.copytree(CASE, folder / "case")
+    spec = folder / "case" / "angle.yaml"
+    text = spec.read_text(encoding="utf-8").replace("[python,", f"[{sys.executable!r},")
+    for old, new in changed:
+        assert old in text
+        text = text.replace(old, new)
+    spec.write_text(text, encoding="utf-8")
+    template = spec.with_name("given.json")
+    if "conditions" in text:
+        given = template.read_text(encoding="utf-8").replace('{"static"', '{"moisture": {{moisture}}, "static"')
+        template.write_text(given, encoding="utf-8")
+    study, results = load_study(spec), StudyFolder(folder / "out")
+    calibrate(study, results, InlineExecutor())
+    return study, results, fresh_results(study, results)
+
+
+@pytest.fixture(scope="module")
+def angle(tmp_path_factory: pytest.TempPathFactory) -> Told:
+    """One response, no condition."""
+    return done(tmp_path_factory.mktemp("angle"), [])
+
+
+@pytest.fixture(scope="module")
+def moist(tmp_path_factory: pytest.TempPathFactory) -> Told:
+    """Two responses over moisture, fitted together, with a climb and a refinement."""
+    one = "{kind: json, file: out.json, path: angle}"
+    both = f"{{angle: {one}, bulk: {one.replace('path: angle', 'path: bulk')}}}"
+    changes = [
+        (ANGLE, ANGLE + BULK + "conditions: [{name: moisture, unit: '%'}]\n"),
+        (one, both),
+        ("targets:\n  - {angle: 32.6 deg, sd: 0.8 deg, n: 5}\n", MOIST),
+    ]
+    return done(tmp_path_factory.mktemp("moist"), changes)
+
+
+@pytest.fixture(params=["angle", "moist"])
+def told(request: pytest.FixtureRequest) -> Told:
+    """Each of both."""
+    found: Told = request.getfixturevalue(request.param)
+    return found
+
+
+def all_sheets(told: Told) -> list[Sheet]:
+    """Return every table of terminal and page."""
+    study, folder, results = told
+    stages = [sheet for stage in results.done() for sheet in (*sheets_of(stage), *shape_sheets(stage))]
+    runs = table_of("Runs", ledger(study, folder), study.naming)
+    ends = [sheet for taken in (4, 40) for sheet in final_sheets(study, results, True, taken)]
+    return [*stages, *setting_sheets(study), *run_sheets(results, read_records(results, folder)), *ends, runs]
+
+
+def words_of(sheet: Sheet) -> list[str]:
+    return [sheet.title, *sheet.columns, *(cell for row in sheet.rows for cell in row), *sheet.foot]
+
+
+def of_stems(texts: Iterable[str]) -> list[str]:
+    """Return the texts that speak of the shear test."""
+    return [text for text in texts if OF_STEMS.search(text)]
+
+
+def test_tables_speak_of_no_stem(told: Told) -> None:
+    sheets = all_sheets(told)
+    assert len(sheets) > 12
+    assert of_stems(word for sheet in sheets for word in words_of(sheet)) == []
+
+
+def test_tables_have_the_studys_own_heads(angle: Told) -> None:
+    screen, surface, validation = angle[2].screen, angle[2].surface, angle[2].validation
+    assert screen is not None and surface is not None and validation is not None
+    assert screening_sheet(screen).title == "Effects on the angle of repose"
+    assert screening_sheet(screen).columns[2] == "Effect,\n°"
+    assert coefficient_sheet(surface).columns[1] == "Coefficient, °"
+    assert coefficient_sheet(surface).foot[0].startswith("θ = 29.")
+    assert "PRESS, (°)²" in [row[0] for row in fit_sheet(surface).rows]
+    assert validation_sheet(validation).columns == ("Role", "Measured, °", "Simulated, °", "Error, %")
+    assert validation_sheet(validation).texts == 1
+
+
+def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
+    validation = moist[2].validation
+    assert validation is not None
+    sheet = validation_sheet(validation)
+    assert sheet.title == "Measured against simulated angle of repose"
+    assert sheet.columns[:3] == ("Moisture, %", "Role", "Measured, °")
+    assert [row[0] for row in sheet.rows] == ["12", "16"]
+
+
+def test_further_responses_are_named_with_their_units(moist: Told) -> None:
+    sheets = {sheet.title: sheet for sheet in all_sheets(moist)}
+    beside = sheets["Beside the angle of repose"]
+    assert [row[:3] for row in beside.rows] == [
+        ("bulk density", "12", "745 kg/m³"),
+        ("bulk density", "16", "741 kg/m³"),
+    ]
+    assert beside.foot == ()
+    joint = sheets["All moistures fitted together"]
+    assert [row[:3] for row in joint.rows] == [
+        ("angle of repose", "12", "32.6°"),
+        ("bulk density", "12", "745 kg/m³"),
+        ("angle of repose", "16", "33°"),
+        ("bulk density", "16", "741 kg/m³"),
+    ]
+    assert sheets["Tests against the scatter of the further responses"].rows[0][:3] == (
+        "Bulk density, kg/m³",
+        "12",
+        "745 ± 6 (5)",
+    )
+    assert [row[0] for row in sheets["The most desirable point"].rows] == [row[0] for row in joint.rows]
+    measured = sheets["Measured angle of repose and bulk density"]
+    assert measured.columns == ("Moisture, %", "Angle of repose, °", "SD, °", "Bulk density, kg/m³", "SD, kg/m³", "n")
+    assert measured.rows[1] == ("16", "33", "0.9", "741", "6", "5")
+    assert sheets["Effects on the bulk density"].columns[2] == "Effect,\nkg/m³"
+    surface = sheets["Response surface in coded units: bulk density at moisture 16 %"]
+    assert surface.columns[1] == "Coefficient, kg/m³" and surface.foot[0].startswith("ρ = ")
+    assert sheets["Runs: screening"].columns[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")
+
+
+def test_papers_tables_speak_of_no_stem(told: Told) -> None:
+    study, _, results = told
+    tables = paper_tables(study, results)
+    assert of_stems([document(tables).partition("begin{document}")[2]]) == []
+    validation = next(table for table in tables if table.name == "validation")
+    assert "Angle of Repose Measured/°" in validation.columns
+    assert validation.caption.startswith("Comparison of the measured and simulated angle of repose")
+    assert r"$\theta$ = " in document(tables)
+
+
+def test_papers_tables_show_every_response(moist: Told) -> None:
+    study, _, results = moist
+    tables = {table.name: table for table in paper_tables(study, results)}
+    assert tables["screening-runs"].columns[-2:] == ("Angle of Repose/°", "Bulk Density/(kg/m³)")
+    assert tables["validation"].columns[0] == "Moisture/%"
+    assert tables["validation"].columns[4] == "Bulk Density Measured/(kg/m³)"
+    assert tables["validation"].rows[0][4] == "745"
+    assert tables["refinement"].columns[1] == "Moisture/%"
+
+
+def test_figures_speak_of_no_stem(told: Told) -> None:
+    study, folder, results = told
+    plots = gallery(study, results, read_records(results, folder))
+    texts = [text for plot in plots for text in re.findall(r"<text[^>]*>(.*?)</text>", svg(plot.draw()), re.DOTALL)]
+    assert len(texts) > 50
+    assert of_stems([*texts, *(plot.caption for plot in plots), *(plot.name for plot in plots)]) == []
+    assert not {"growth", "force-travel"} & {plot.name for plot in plots}
+
+
+def test_each_response_has_its_figure_of_validation(moist: Told) -> None:
+    study, folder, results = moist
+    plots = gallery(study, results, read_records(results, folder))
+    assert [plot.name for plot in first_pictures(study, plots)] == ["validation", "validation-bulk"]
+    (axes,) = next(plot for plot in plots if plot.name == "validation-bulk").draw().axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("moisture, %", "bulk density, kg/m³")
+    assert list(axes.lines[0].get_ydata()) == [745.0, 741.0]
+
+
+def test_without_a_condition_measured_and_simulated_stand_side_by_side(angle: Told) -> None:
+    study, folder, results = angle
+    plots = gallery(study, results, read_records(results, folder))
+    (axes,) = next(plot for plot in plots if plot.name == "validation").draw().axes
+    assert axes.get_ylabel() == "angle of repose, °"
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["measured", "simulated"]
+
+
+def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
+    assert kind_of(angle[0]) == "Calibration of a simulation to the measured angle of repose"
+    assert (
+        question(angle[0])
+        == "Which values of 5 parameters make the simulated angle of repose equal the measured 32.6°?"
+    )
+    assert question(moist[0]) == (
+        "Which values of 5 parameters make the simulated angle of repose and bulk density at moisture 12 % equal the "
+        "measured 32.6° and 745 kg/m³, and do they hold at 1 other moisture?"
+    )
+
+
+def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
+    outcomes = [sentence for told in (angle, moist) for stage in told[2].done() for sentence in outcome_of(stage)]
+    assert of_stems(outcomes) == []
+    assert of_stems(certainty(angle[2])) == []
+    validation, joint = angle[2].validation, moist[2].inversion
+    assert validation is not None and joint is not None
+    assert outcome_of(validation)[0].startswith("Simulated and measured angle of repose differ by ")
+    missed = (
+        r"Fitted to 2 moistures together, .* measured angles of repose by at most .* % and bulk densities by at most"
+    )
+    assert re.match(missed, outcome_of(joint)[0])
+
+
+def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told, tmp_path: Path) -> None:
+    heads = []
+    for study, folder, _ in (angle, moist):
+        write_table(ledger(study, folder), study.names, tmp_path / "runs.csv", study.naming)
+        heads.append((tmp_path / "runs.csv").read_text(encoding="utf-8").partition("\n")[0].split(",")[:8])
+    assert heads[0] == ["stage", "run", "key", "status", "angle", "reason", "message", "static"]
+    assert heads[1] == ["stage", "run", "key", "status", "angle", "reason", "message", "moisture"]
+    assert (_measured(angle[0]), _measured(moist[0])) == ("angle of repose", "angles of repose and bulk densities")
+
+
+def test_progress_tells_the_last_answer() -> None:
+    progress: Any = SimpleNamespace(
+        stage="screen", done=5, total=8, cached=0, failed=0, last_force=0.5312, last_diameter=12.0, waiting_for=""
+    )
+    restitution = Named("cor", "Restitution", "restitution", "e", "1")
+    assert describe(progress, Naming(restitution, None, ())) == "Screening: 5/8 runs, last 0.5312"
+    assert describe(progress, CUTTING) == "Screening: 5/8 runs, last 0.5 N at 12 mm"
+
+
+def test_small_responses_keep_their_digits() -> None:
+    restitution = Named("cor", "Restitution", "restitution", "e", "1")
+    coefficients: Any = [SimpleNamespace(term="1", value=0.5312), SimpleNamespace(term="a", value=-0.00312)]
+    assert equation(coefficients, {"a": "X1"}, restitution) == "e = 0.53120 − 0.00312·X1"
+    assert equation(coefficients, {"a": "X1"}) == "F = 0.53 − 0.00·X1"

@@ -1,0 +1,233 @@
+"""A study of its own words: no sentence, key, column or label of its stages speaks of cutting a stem."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stemcal import workflow
+from stemcal.errors import SpecError, TargetUnreachable
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.naming import Naming
+from stemcal.overview.plan import plan
+from stemcal.overview.status import ledger
+from stemcal.solvers import SOLVERS
+from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.stages.results import fresh_results
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import Study
+from stemcal.study.spec import load_study
+
+STEM_WORDS = re.compile(r"\b(forces?|diameters?|stems?|blades?|cut|cutting|stroke|travel|N|mm|mJ)\b|N²")
+FACTORS = """\
+name: heap
+factors:
+  - {name: static, label: Static friction, low: 0.2, high: 0.8}
+  - {name: rolling, label: Rolling friction, low: 0.02, high: 0.12}
+  - {name: restitution, label: Restitution, low: 0.2, high: 0.6}
+solver: {kind: command, command: [heap, "{{static}} {{rolling}} {{restitution}}"], result: RESULT}
+rsm: {factors: [static, rolling]}
+"""
+ANGLE = "  - {name: angle, label: Angle of repose, symbol: θ, unit: deg}\n"
+DENSITY = "  - {name: density, label: Bulk density, symbol: ρ, unit: kg/m3}\n"
+MOISTURE = 'conditions: [{name: moisture, label: Moisture content, symbol: w, unit: "%"}]\n'
+ONE = "targets: [{angle: 32.6 deg, sd: 0.8 deg, n: 5}]\n"
+THREE = """\
+targets:
+  calibrate_at: 12
+  values:
+    - {moisture: 12, angle: 32.6, sd: 0.8, n: 5}
+    - {moisture: 16, angle: 34.9, sd: 0.8, n: 5}
+    - {moisture: 20, angle: 37.8, sd: 0.8, n: 5}
+"""
+READER = "{kind: json, file: out.json, path: angle}"
+
+
+def spec_of(condition: str = "", targets: str = ONE, extra: str = "", further: str = "") -> str:
+    """Return a spec of a heap of grains."""
+    both = f"{{angle: {READER}, density: {READER}}}"
+    factors = FACTORS.replace("RESULT", both if further else READER)
+    return f"{factors}responses:\n{ANGLE}{further}{condition}{targets}{extra}"
+
+
+def written(folder: Path, text: str) -> Study:
+    """Write a spec and read it."""
+    path = folder / "heap.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_study(path)
+
+
+@dataclass(frozen=True)
+class Heap:
+    """A made-up heap; `low` scales what it gives in the validation."""
+
+    naming: Naming
+    low: float = 1.0
+
+    def prepare(self) -> None:
+        """Do nothing."""
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Levels and condition; the validation by itself where it differs."""
+        return {"levels": dict(request.levels), "at": request.diameter, "low": self._scale(request)}
+
+    def given_design(self, _stage: str) -> None:
+        """Any design is fine."""
+
+    def solve(self, request: Request) -> Answer:
+        """Answer an angle, and a density beside it."""
+        static, rolling = request.levels["static"], request.levels["rolling"]
+        moist = 0.6 * (request.diameter - 12.0) if self.naming.condition is not None else 0.0
+        wavy = 0.3 * (7919.0 * static * rolling % 1.0)
+        angle = 12.0 + 28.0 * static + 90.0 * rolling - 60.0 * static * rolling + moist + wavy
+        density = 800.0 * (1.0 - 0.12 * static - 0.9 * rolling)
+        return Answer("ok", force=self._scale(request) * angle, details={RESPONSES: {"density": density}})
+
+    def _scale(self, request: Request) -> float:
+        return self.low if request.stage == "validate" else 1.0
+
+
+def calibrated(
+    folder: Path, study: Study, monkeypatch: pytest.MonkeyPatch, low: float = 1.0
+) -> tuple[StudyFolder, Verdict]:
+    """Take a study through its stages."""
+    monkeypatch.setitem(SOLVERS, "command", lambda s: Heap(s.naming, low))
+    place = StudyFolder(folder / "out")
+    workflow.calibrate(study, place, InlineExecutor())
+    return place, verdict_of(study, place)
+
+
+def texts(folder: StudyFolder) -> Mapping[str, str]:
+    """Return all that the stages have left, by file name, without what names a function or a solver's identity."""
+    files = [*folder.path.glob("*.json"), *folder.path.glob("*.csv"), *folder.runs.glob("*.json")]
+    return {path.name: path.read_text(encoding="utf-8") for path in files}
+
+
+CASES = {
+    "no condition": spec_of(),
+    "moisture": spec_of(MOISTURE, THREE),
+    "joint": spec_of(MOISTURE, THREE, "invert: {conditions: all, discrepancy: scale}\n"),
+    "refined": spec_of(MOISTURE, THREE, "climb: {}\nrefine: {tolerance_percent: 0.01, budget: 3}\n"),
+    "joint, refined": spec_of(MOISTURE, THREE, "invert: {conditions: [12, 16]}\nrefine: {budget: 4}\n"),
+    "two responses": spec_of(
+        targets="targets: [{angle: 32.6, sd: 0.8, n: 5, density: 702, density_sd: 12}]\n", further=DENSITY
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = written(tmp_path, CASES[case])
+    place, verdict = calibrated(tmp_path, study, monkeypatch)
+    told = texts(place)
+    assert {"screen.json", "rsm.json", "invert.json", "validate.json", "validate.csv"} <= set(told)
+    results = fresh_results(study, place)
+    said = [*(label for label, _ in results.runs()), *(repr(result) for result in results.done()), *verdict.lines()]
+    said += [f"{reason.sentence} {reason.remedy}" for reason in verdict.reasons]
+    said += [repr(study), *plan(study, place).notes, *(entry.message for entry in ledger(study, place))]
+    for name, text in {**told, "what is said": "\n".join(said)}.items():
+        assert not (found := STEM_WORDS.search(text)), f"{name}: {text[found.start() - 80 : found.end() + 80]}"
+
+
+def test_a_single_target_is_good_nowhere_in_particular(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, verdict = calibrated(tmp_path, written(tmp_path, spec_of()), monkeypatch)
+    assert verdict.use == "Good (within 10 %)."
+    (reason,) = verdict.reasons
+    assert reason.sentence == "nothing checks the result independently"
+    assert reason.remedy.startswith("measure it under another condition too")
+
+
+def test_a_condition_is_told_with_its_noun_and_unit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, verdict = calibrated(tmp_path, written(tmp_path, spec_of(MOISTURE, THREE)), monkeypatch)
+    assert verdict.use == "Good (within 10 %) at moisture content 12, 16 and 20 %."
+
+
+@pytest.mark.parametrize(
+    ("condition", "targets", "use", "sentence"),
+    [
+        (
+            "",
+            ONE,
+            "Not within 10 %; 43 % low.",
+            "the simulated angle of repose misses the one it was fitted to: 43 % low",
+        ),
+        (
+            MOISTURE,
+            THREE,
+            "Good at no measured moisture content; ",
+            "the simulated angle of repose misses the one it was fitted to: 43 % low at moisture content 12 %",
+        ),
+    ],
+)
+def test_what_misses_is_told_in_these_words(
+    condition: str, targets: str, use: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, verdict = calibrated(tmp_path, written(tmp_path, spec_of(condition, targets)), monkeypatch, low=0.57)
+    assert verdict.use.startswith(use)
+    assert verdict.reasons[0].sentence == sentence
+    assert not any(STEM_WORDS.search(f"{r.sentence} {r.remedy}") for r in verdict.reasons)
+
+
+def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = written(tmp_path, spec_of(targets="targets: [{angle: 70 deg}]\n"))
+    with pytest.raises(TargetUnreachable, match=r"target 70° is above what the surface reaches .* to [\d.]+°\)"):
+        calibrated(tmp_path, study, monkeypatch)
+    verdict = verdict_of(study, StudyFolder(tmp_path / "out"))
+    assert re.match(r"the measured 70° is above what the ranges reach, [\d.]+ to [\d.]+°", verdict.reasons[0].sentence)
+
+
+def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither F = a·d^b nor a slope per mm has a sense for an angle over moisture."""
+    study = written(tmp_path, CASES["joint"])
+    place, _ = calibrated(tmp_path, study, monkeypatch)
+    results = fresh_results(study, place)
+    found, joint = results.validation, results.inversion and results.inversion.joint
+    assert found is not None and joint is not None and joint.null is None
+    assert found.measured_exponent is found.error_slope_percent_per_mm is found.formula_max_abs_error_percent is None
+    assert not any("d^" in note or "power law" in note for note in found.notes)
+
+
+def test_a_record_has_the_names_of_the_study_and_is_read_by_the_inner_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = written(tmp_path, CASES["moisture"])
+    place, _ = calibrated(tmp_path, study, monkeypatch)
+    key = place.keys()[0]
+    content = json.loads(place.record_path(key).read_text(encoding="utf-8"))
+    assert content["angle"] > 0.0 and content["request"]["moisture"] in (12.0, 16.0, 20.0)
+    record = place.peek(key)
+    assert record is not None
+    assert (record["force"], record["request"]["diameter"]) == (content["angle"], content["request"]["moisture"])
+
+
+def test_conditions_and_diameters_are_one_key(tmp_path: Path) -> None:
+    spelt = {key: spec_of(MOISTURE, THREE, f"invert: {{{key}: [12, 20]}}\n") for key in ("conditions", "diameters")}
+    assert len({written(tmp_path, text).invert.diameters for text in spelt.values()}) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        (
+            spec_of(MOISTURE, THREE, "invert: {conditions: [13]}\n"),
+            "invert.conditions[1]: no angle of repose is given for",
+        ),
+        (spec_of(MOISTURE, THREE, "invert: {conditions: all, diameters: all}\n"), "diameters means the same"),
+        (spec_of(extra="invert: {conditions: all}\n"), "the study has no conditions"),
+        (spec_of(MOISTURE.replace("moisture", "weight"), THREE.replace("moisture", "weight")), "the name of a column"),
+    ],
+)
+def test_wrong_conditions(text: str, complaint: str, tmp_path: Path) -> None:
+    with pytest.raises(SpecError) as error:
+        written(tmp_path, text)
+    assert complaint in str(error.value)
