@@ -138,7 +138,8 @@ def test_intervals_hold_the_truth_in_93_of_100_studies(tmp_path):
         misfit = misfit_over(measured_of(drawn.calibration_target, ["force"]), [surface.fitted])
         held.append(misfit.value(point) <= allowed_rise(misfit, 0.0))
         whole.append(all(holds(misfit, region, point)))
+    print(f"set {sum(held)}, factors {sum(whole)}, pure error {float(np.mean(scatter)) ** 0.5:.4f}")
     assert sum(held) >= 93
     assert sum(whole) >= 93
-    assert float(np.mean(scatter)) ** 0.5 == pytest.approx(NOISE, rel=0.02)
-    print(f"set {sum(held)}, factors {sum(whole)}, pure error {float(np.mean(scatter)) ** 0.5:.4f}")
+    # 3200 df: the standard error of this is 0.005
+    assert float(np.mean(scatter)) ** 0.5 == pytest.approx(NOISE, abs=0.017)
