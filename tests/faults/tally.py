@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import shutil
+import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,7 +47,9 @@ class Fault:
 
 
 def each(trial: Trial) -> Trials:
-    """Return the trials of which one is `trial(folder, number, random)`; an `AssertionError` tells of a loss."""
+    """Return the trials of which one is `trial(folder, number, random)`; a loss is an `AssertionError` or a
+    command that does not end.
+    """
 
     def trials(place: Path, times: int, rng: random.Random) -> Tally:
         tally = Tally()
@@ -56,7 +59,7 @@ def each(trial: Trial) -> Trials:
             tally.tried += 1
             try:
                 trial(folder, number, rng)
-            except AssertionError as error:
+            except (AssertionError, subprocess.TimeoutExpired) as error:
                 tally.broken.append(f"trial {number}: {str(error).strip()[:400]}")
             shutil.rmtree(folder, ignore_errors=True)
         return tally
