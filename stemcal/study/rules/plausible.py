@@ -40,12 +40,13 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 }
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
+_LEAST_SCATTER = 1e-4  # of a mean
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    return [*_sizes(study), *_mesh(study), *_targets(study), *_outliers(study), *_materials(study), *_factors(study),
-            *_agreement(study)]  # fmt: skip
+    return [*_sizes(study), *_mesh(study), *_targets(study), *_scatters(study), *_outliers(study),
+            *_materials(study), *_factors(study), *_agreement(study)]  # fmt: skip
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -97,6 +98,18 @@ def _targets(study: Study) -> Iterator[Finding]:
                 f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
             )
             yield Finding((*path, "travel"), message, "lengthen loading.duration")
+
+
+def _scatters(study: Study) -> Iterator[Finding]:
+    """Question a mean of the study's own responses whose scatter is not of its size: one of them has slipped."""
+    if study.naming.is_cutting:
+        return
+    for index, target in enumerate(study.targets.forces):
+        for named in study.naming.responses:
+            mean, sd = target.mean_of("force" if named == study.naming.response else named.name)
+            if mean and sd and not _LEAST_SCATTER <= sd / mean <= 1.0:
+                message = f"a scatter of {named.text(sd)} is not of the size of the mean, {named.text(mean)}"
+                yield Finding(("targets", "forces", index, named.name), message, "check both numbers and their units")
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
