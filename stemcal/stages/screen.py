@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.curvature import Curvature
@@ -71,6 +71,7 @@ class FurtherScreening:
     half_normal: Rows[HalfNormalPoint]
     pareto: Pareto | None
     two_stages: TwoStages | None = absent()
+    curvature: Curvature | None = absent()
     residual: Residual
     total_sum_of_squares: float
     significant: tuple[str, ...]
@@ -89,6 +90,7 @@ class FurtherScreening:
             half_normal=Rows(found.half_normal()),
             pareto=found.pareto(),
             two_stages=found.two_stages,
+            curvature=found.curvature,
             residual=Residual(found.residual_sum_of_squares, found.residual_df),
             total_sum_of_squares=found.total_sum_of_squares,
             significant=found.significant,
@@ -97,6 +99,10 @@ class FurtherScreening:
             runs_failed=found.runs_failed,
             notes=found.notes,
         )
+
+    def told(self) -> dict[str, Any]:
+        """Return it field by field, as a whole result has them too."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -136,9 +142,8 @@ class ScreenResult(StageResult):
     def seen_by(self, response: str) -> ScreenResult:
         """Return the screening of a further response as if it were the only one."""
         further = (self.responses or {})[response]
-        told = {field.name: getattr(further, field.name) for field in fields(further)}
         head = replace(self.head, naming=self.naming.led_by(response))
-        return replace(self, head=head, **told, responses=None, aliases=None, published=None)
+        return replace(self, head=head, **further.told(), responses=None, aliases=None, published=None)
 
     @property
     def matter(self) -> tuple[str, ...]:
@@ -238,27 +243,8 @@ def error_asked(study: Study) -> str:
 def _result(
     head: Head, runs: DesignRuns, found: Screening, published: Audited | None, notes: tuple[str, ...]
 ) -> ScreenResult:
-    error, lenth = found.error, found.lenth
-    return ScreenResult(
-        head=head,
-        design=runs,
-        effects=Rows(found.effects),
-        error=TestedAgainst(error.source, error.sum_of_squares, error.df, error.mean_square),
-        half_normal=Rows(found.half_normal()),
-        pareto=found.pareto(),
-        two_stages=found.two_stages,
-        curvature=found.curvature,
-        aliases=found.aliases(),
-        residual=Residual(found.residual_sum_of_squares, found.residual_df),
-        total_sum_of_squares=found.total_sum_of_squares,
-        significant=found.significant,
-        lenth=LenthMargins(lenth.pse, lenth.me, lenth.sme),
-        alpha=found.alpha,
-        runs_used=found.runs_used,
-        runs_failed=found.runs_failed,
-        published=published,
-        notes=notes,
-    )
+    told = FurtherScreening.of(found).told() | {"notes": notes}
+    return ScreenResult(head=head, design=runs, aliases=found.aliases(), alpha=found.alpha, published=published, **told)
 
 
 def sign_remarks(study: Study, found: Screening) -> list[str]:

@@ -265,17 +265,10 @@ class SurfaceResult(StageResult):
             self,
             head=replace(self.head, naming=self.naming.led_by(response)),
             design=replace(self.design, runs=Rows(told)),
-            coefficients=Rows(fit.coefficients),
             anova=Rows(fit.anova),
-            r2=fit.r2,
-            adjusted_r2=fit.adjusted_r2,
-            predicted_r2=fit.predicted_r2,
-            adequate_precision=fit.adequate_precision,
-            press=fit.press,
-            cv_percent=fit.cv_percent,
-            lack_of_fit_testable=fit.lack_of_fit_testable,
-            runs_failed=fit.runs_failed,
-            runs_diagnostics=Rows(fit.runs_diagnostics),
+            **told_by(fit),
+            coarse=None,
+            pure_error_note=None,
             canonical=None,
             ridge=None,
             box_cox=None,
@@ -334,6 +327,25 @@ class SurfaceResult(StageResult):
         """Tell the factors and how well the surface fits."""
         fit = "" if self.r2 is None else f", R² {self.r2:.4f}"
         return f"{self.naming.response.noun} over {', '.join(self.names)} from {len(self.design.runs)} runs{fit}"
+
+
+def told_by(fit: Surface) -> dict[str, Any]:
+    """Return what a result keeps of a fit as it is, field by field."""
+    return {
+        "coefficients": Rows(fit.coefficients),
+        "r2": fit.r2,
+        "adjusted_r2": fit.adjusted_r2,
+        "predicted_r2": fit.predicted_r2,
+        "adequate_precision": fit.adequate_precision,
+        "press": fit.press,
+        "cv_percent": fit.cv_percent,
+        "lack_of_fit_testable": fit.lack_of_fit_testable,
+        "runs_failed": fit.runs_failed,
+        "runs_diagnostics": Rows(fit.runs_diagnostics),
+        "block_effects": fit.block_effects or None,
+        "terms_dropped": fit.terms_dropped,
+        "error_source": None if fit.error_source == "residual" else fit.error_source,
+    }
 
 
 def _numbers(values: Sequence[float | None]) -> list[float]:

@@ -22,7 +22,7 @@ from stemcal.stages.design import Design, design_radius, runs_of, surface_design
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, read_fresh, reasons_given
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.diameters import fine_runs, run_diameters
-from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult
+from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, told_by
 from stemcal.stages.surface.runs import circumstances, error_remark, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage
@@ -104,20 +104,8 @@ def _result(
         fixed={name: level for name, level in middle.items() if name not in design.names},
         radius=design_radius(study, len(design.names)),
         design=runs,
-        coefficients=Rows(fit.coefficients),
         anova=Rows(in_sequence(fit.anova, fit.sequential_ss) if sequential else fit.anova),
-        r2=fit.r2,
-        adjusted_r2=fit.adjusted_r2,
-        predicted_r2=fit.predicted_r2,
-        adequate_precision=fit.adequate_precision,
-        press=fit.press,
-        cv_percent=fit.cv_percent,
-        lack_of_fit_testable=fit.lack_of_fit_testable,
-        runs_failed=fit.runs_failed,
-        runs_diagnostics=Rows(fit.runs_diagnostics),
-        block_effects=fit.block_effects or None,
-        terms_dropped=fit.terms_dropped,
-        error_source=None if fit.error_source == "residual" else fit.error_source,
+        **told_by(fit),
         inestimable=study.rsm.inestimable,
         weights=study.rsm.weights,
         sums_of_squares="sequential" if sequential else None,
