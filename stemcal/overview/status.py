@@ -195,7 +195,7 @@ def _running(entries: Sequence[Entry], stage: str, working: Holder | None) -> in
 
 
 def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tuple[str, list[str]]:
-    """Tell whether a stage has left its file, and what has changed since."""
+    """Tell whether a stage has left its file, and what has changed since: before it too, on which it rests."""
     if not folder.has_stage(stage):
         return "none", []
     try:
@@ -203,6 +203,9 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
         changed = changes_since(study, solver, folder, stage)
     except UsageError:
         return "damaged", []
+    before = stage_called(stage).needs(study)
+    if not changed and before is not None and _file(study, solver, folder, before)[0] != "fresh":
+        changed = [f"{before}.json"]
     return "stale" if changed else "fresh", changed
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
-from commanding import SMOKE, command
+from commanding import REPLAY, SMOKE, command
 from fakes import SPEC, FakeSolver, force, lines
 
 from stemcal.files.sealed import sealed
@@ -88,6 +89,21 @@ def test_status_of_a_study_at_work(known: Known) -> None:
         assert (stage(found, "screen")["running"], stage(found, "rsm")["running"]) == (3, 0)
         assert "works here since" in known("status").stdout
     assert known.json("status")["working"] is None
+
+
+def test_a_stage_is_stale_with_the_one_before_it(tmp_path: Path) -> None:
+    """The surface reads the section that has changed; inversion and validation rest on it."""
+    shutil.copytree(REPLAY.parent, tmp_path / "configs")
+    spec, out = tmp_path / "configs" / REPLAY.name, tmp_path / "out"
+    assert command("run", spec, "--out", out, "-q").exit_code in (0, 3)
+    text = spec.read_text("utf-8")
+    spec.write_text(text.replace("rsm:", "rsm:\n  reduce_alpha: 0.2", 1), "utf-8")
+    found = {
+        part["stage"]: part for part in json.loads(command("status", spec, "--out", out, "--json").stdout)["stages"]
+    }
+    assert found["screen"]["file"] == "fresh" and found["rsm"]["changed"] == ["rsm"]
+    assert (found["invert"]["file"], found["invert"]["changed"]) == ("stale", ["rsm.json"])
+    assert (found["validate"]["file"], found["validate"]["changed"]) == ("stale", ["invert.json"])
 
 
 def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
