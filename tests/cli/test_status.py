@@ -97,7 +97,7 @@ def test_a_stage_is_stale_with_the_one_before_it(tmp_path: Path) -> None:
     spec, out = tmp_path / "configs" / REPLAY.name, tmp_path / "out"
     assert command("run", spec, "--out", out, "-q").exit_code in (0, 3)
     text = spec.read_text("utf-8")
-    spec.write_text(text.replace("rsm:", "rsm:\n  reduce_alpha: 0.2", 1), "utf-8")
+    spec.write_text(text.replace("\nrsm:\n", "\nrsm:\n  reduce_alpha: 0.2\n"), "utf-8")
     found = {
         part["stage"]: part for part in json.loads(command("status", spec, "--out", out, "--json").stdout)["stages"]
     }
