@@ -25,7 +25,7 @@ material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, t
   hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8, internal_length: d/4.5}
 blade: {edge_spread: d/6}
 specimen: {length: 30 mm}
-loading: {duration: 0.75 s}
+loading: {duration: 1 s}
 solver: {kind: embedded, SOLVER, outputs: 200}
 targets:
   calibrate_at: 8 mm
