@@ -15,7 +15,7 @@ grid.
 The mesh: the study's own mesh stands at a place drawn at random, as do n others that its stage simulates. At each place
 the force differs by a part that all diameters share and a part of each diameter, both of 1 %. `mesh` takes the
 laboratory as known (30 specimens of 0.001 %), `both` has n specimens of 5 % and n places; the truth is the mean over
-all places. Four to six minutes for the laboratory, as long for the mesh.
+all places. Half an hour for the laboratory, ten minutes for the mesh.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ fill the region puts them, so that every branch of the solution set has some. Th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -93,7 +94,7 @@ def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in
         raise UsageError('invert.posterior needs emcee; install it with pip install "stemcal[bayes]"') from None
     random = np.random.default_rng(_SEED)
     walkers = max(WALKERS, 4 * region.k)
-    sampler = EnsembleSampler(walkers, region.k, lambda x: log_posterior(misfit, region, x), vectorize=True)
+    sampler = EnsembleSampler(walkers, region.k, density_of(misfit, region), vectorize=True)
     start = State(_starts(misfit, region, walkers, random), random_state=np.random.RandomState(_SEED).get_state())
     burnt = sampler.run_mcmc(start, burn_in, skip_initial_state_check=True)
     sampler.reset()
@@ -110,10 +111,23 @@ def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in
 
 def log_posterior(misfit: Misfit, region: Region, points: Array) -> Array:
     """Return the log density at (m, k) coded points, up to a constant."""
+    return density_of(misfit, region)(points)
+
+
+def density_of(misfit: Misfit, region: Region) -> Callable[[Array], Array]:
+    """Return the log density as a function of (m, k) coded points; what the variances may be is drawn once."""
     apart = _apart(misfit)
     several = misfit.scale_known and (misfit.meshed or sum(np.isfinite(source.df) for source in apart.sources) > 1)
-    found = _mean_log_likelihood(apart, points) if several else _log_likelihood(misfit, misfit.many(points))
-    return np.where(region.contains(points), found, -np.inf)
+    drawn = _drawn_variances(apart) if several else None
+
+    def density(points: Array) -> Array:
+        if drawn is None:
+            found = _log_likelihood(misfit, misfit.many(points))
+        else:
+            found = _mean_log_likelihood(apart, *drawn, points)
+        return np.where(region.contains(points), found, -np.inf)
+
+    return density
 
 
 def _apart(misfit: Misfit) -> Misfit:
@@ -125,19 +139,21 @@ def _apart(misfit: Misfit) -> Misfit:
     return replace(misfit, sources=tuple(sources))
 
 
-def _mean_log_likelihood(misfit: Misfit, points: Array) -> Array:
-    """Return the log of the likelihood's mean over what the variances of its sources may be."""
-    from scipy.special import logsumexp
-
+def _mean_log_likelihood(misfit: Misfit, own: Array, shared: Array, points: Array) -> Array:
+    """Return the log of the likelihood's mean over drawn variances, (draws, observations) each."""
     gap = misfit.measured - misfit.predict(points)
-    own, shared = _drawn_variances(misfit)
     found, size = (gap**2) @ (1.0 / own).T, np.log(own).sum(axis=1)
     for mine in misfit.kinds:
-        w = mine * shared / own
+        if not np.any(w := mine * shared / own):
+            continue
         inner = 1.0 + (shared * w).sum(axis=1)
-        found = found - (gap @ w.T) ** 2 / inner
+        found -= (gap @ w.T) ** 2 / inner
         size = size + np.log(inner)
-    return np.asarray(logsumexp(-0.5 * (found + size), axis=1))
+    found += size
+    found *= -0.5
+    most = found.max(axis=1, keepdims=True)
+    found -= most
+    return np.asarray(np.log(np.exp(found, out=found).sum(axis=1)) + most[:, 0])
 
 
 def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
