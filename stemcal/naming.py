@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-__all__ = ["CUTTING", "DIAMETER", "FORCE", "TRAVEL", "WORK", "Named", "Naming"]
+__all__ = ["CUTTING", "DIAMETER", "FORCE", "TRAVEL", "WORK", "Named", "Naming", "small"]
 
 _WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/cm³", "t/mm3": "t/mm³", "N/mm2": "N/mm²"}
 _PREPOSITIONS = (" of ", " to ", " in ", " at ", " per ")
@@ -32,7 +32,7 @@ class Named:
         >>> FORCE.long, Named("e", "COR", "COR", "e", "1").long
         ('maximum force', 'COR')
         """
-        return _small(self.label)
+        return small(self.label)
 
     @property
     def plural(self) -> str:
@@ -268,6 +268,6 @@ class Naming:
 CUTTING = Naming()
 
 
-def _small(label: str) -> str:
+def small(label: str) -> str:
     """Return a label with a small first letter, unless it begins with an abbreviation."""
     return label if label[1:2].isupper() else label[:1].lower() + label[1:]

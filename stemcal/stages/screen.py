@@ -154,8 +154,9 @@ class ScreenResult(StageResult):
     @property
     def shares(self) -> dict[str, float]:
         """The largest contribution of each factor to any response, per cent."""
+        each = self.of_each
         return {
-            effect.factor: max(one.effect(effect.factor).contribution_percent or 0.0 for one in self.of_each)
+            effect.factor: max(one.effect(effect.factor).contribution_percent or 0.0 for one in each)
             for effect in self.effects
         }
 

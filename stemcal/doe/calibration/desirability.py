@@ -129,15 +129,8 @@ def _searched(
     """Return the x at which SLSQP ends, whose first k variables are the coded factors; its start if it gets lost."""
     from scipy.optimize import minimize
 
-    k, more, radius, (low, high) = region.k, len(start) - region.k, region.radius, region.bounds()
-    rules = [rule]
-    if radius is not None:
-        inside = {
-            "type": "ineq",
-            "fun": lambda z: radius**2 - z[:k] @ z[:k],
-            "jac": lambda z: np.concatenate([-2.0 * z[:k], np.zeros(more)]),
-        }
-        rules.append(inside)
+    k, more, (low, high) = region.k, len(start) - region.k, region.bounds()
+    rules = [rule, *region.rules(more)]
     bounds = [*zip(low, high, strict=True), *[(_LEAST, 1.0)] * more]
     options = {"maxiter": 300, "ftol": 1e-12}
     result = minimize(value, start, jac=gradient, method="SLSQP", bounds=bounds, constraints=rules, options=options)

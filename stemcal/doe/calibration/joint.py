@@ -63,20 +63,19 @@ def nearest_alike(misfit: Misfit, region: Region, x: Array) -> Array:
     """Return the point nearest to the centre at which the surfaces predict what they do at `x`."""
     from scipy.optimize import minimize
 
-    wanted, radius = misfit.predict(x)[0], region.radius
+    wanted = misfit.predict(x)[0]
     same = {
         "type": "eq",
         "fun": lambda z: (misfit.predict(z)[0] - wanted) / misfit.measured,
         "jac": lambda z: misfit.beta @ term_gradient(z) / misfit.measured[:, None],
     }
-    inside = {"type": "ineq", "fun": lambda z: (radius or 0.0) ** 2 - z @ z, "jac": lambda z: -2.0 * z}
     found = minimize(
         lambda z: float(z @ z),
         x,
         jac=lambda z: 2.0 * z,
         method="SLSQP",
         bounds=list(zip(*region.bounds(), strict=True)),
-        constraints=[same, *([inside] if radius is not None else [])],
+        constraints=[same, *region.rules()],
         options={"maxiter": 300, "ftol": 1e-14},
     )
     z = np.asarray(found.x, dtype=float)
@@ -134,13 +133,13 @@ def _pressed(misfit: Misfit, region: Region, start: Array, worst: float) -> tupl
         jac=lambda z: only_t,
         method="SLSQP",
         bounds=[*zip(*region.bounds(), strict=True), (0.0, None)],
-        constraints=_rules(misfit, region.radius),
+        constraints=_rules(misfit, region),
     )
     x = region.nearest(np.asarray(result.x[:-1], dtype=float))
     return float(np.abs(misfit.errors_percent(x)).max()), x
 
 
-def _rules(misfit: Misfit, radius: float | None) -> list[dict[str, Any]]:
+def _rules(misfit: Misfit, region: Region) -> list[dict[str, Any]]:
     """Return t ± errorᵢ(x) ≥ 0, and |x| ≤ radius if there is one, as SLSQP takes them."""
 
     def room(z: Array) -> Array:
@@ -151,12 +150,4 @@ def _rules(misfit: Misfit, radius: float | None) -> list[dict[str, Any]]:
         slope = -100.0 * misfit.beta @ term_gradient(z[:-1]) / misfit.measured[:, None]
         return np.vstack([np.column_stack([sign * slope, np.ones(len(slope))]) for sign in (1.0, -1.0)])
 
-    rules: list[dict[str, Any]] = [{"type": "ineq", "fun": room, "jac": slopes}]
-    if radius is not None:
-        inside = {
-            "type": "ineq",
-            "fun": lambda z: radius**2 - z[:-1] @ z[:-1],
-            "jac": lambda z: np.append(-2.0 * z[:-1], 0.0),
-        }
-        rules.append(inside)
-    return rules
+    return [{"type": "ineq", "fun": room, "jac": slopes}, *region.rules(more=1)]

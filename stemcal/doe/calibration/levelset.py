@@ -175,7 +175,4 @@ def _constraints(region: Region, surface: Surface | None, target: float) -> list
             "jac": lambda x: surface.gradient(x) / scale,
         }
         constraints.append(on_level)
-    if (radius := region.radius) is not None:
-        in_sphere = {"type": "ineq", "fun": lambda x: radius**2 - x @ x, "jac": lambda x: -2.0 * x}
-        constraints.append(in_sphere)
-    return constraints
+    return [*constraints, *region.rules()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,18 @@ class Region:
         """Return the smallest box around the region's reach along each axis."""
         reach = np.inf if self.radius is None else self.radius
         return np.maximum(self.low, -reach), np.minimum(self.high, reach)
+
+    def rules(self, more: int = 0) -> list[dict[str, Any]]:
+        """Return |x| ≤ radius, if there is one, as SLSQP takes it; x is followed by so many further variables."""
+        if (radius := self.radius) is None:
+            return []
+        k, rest = self.k, np.zeros(more)
+        inside = {
+            "type": "ineq",
+            "fun": lambda z: radius**2 - z[:k] @ z[:k],
+            "jac": lambda z: np.concatenate([-2.0 * z[:k], rest]),
+        }
+        return [inside]
 
     def nearest(self, point: Array) -> Array:
         """Draw a point into the region: into the box, then along the ray to the box's point nearest the centre."""

@@ -85,13 +85,10 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
     wanted = study.invert.desirability
     if not (bool(study.own_further) if wanted is None else wanted):
         return None
-    values = [observation.surface.response for observation in misfit.observations]
-    ends = [(min(v.min(), m.value), max(v.max(), m.value)) for v, m in zip(values, means, strict=True)]
-    surfaces = [observation.surface for observation in misfit.observations]
-    aims = [
-        Aim(fitted, float(low), mean.value, float(high))
-        for fitted, mean, (low, high) in zip(surfaces, means, ends, strict=True)
-    ]
+    aims = []
+    for observation, mean in zip(misfit.observations, means, strict=True):
+        values = [mean.value, *observation.surface.response.tolist()]
+        aims.append(Aim(observation.surface, min(values), mean.value, max(values)))
     found = most_desirable(aims, region)
     told = zip(means, aims, found.predicted, found.each, strict=True)
     rows = [

@@ -18,11 +18,10 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     coding, target = surface.scales, study.calibration_target
     low, high, response = *box_of(study, coding), study.naming.response
     found = solve_target(surface.fitted, target.force, low, high, surface.radius, study.invert.rule, response)
-    misfit = misfit_over(measured_of(target, ["force"], study.naming), [surface.fitted])
+    force = measured_of(target, ["force"], study.naming)
+    misfit = misfit_over(force, [surface.fitted])
     region = Region(low, high, surface.radius)
-    known = certainty_of(
-        study, coding, misfit, region, f"{measured_of(target, ['force'], study.naming)[0].label} alone"
-    )
+    known = certainty_of(study, coding, misfit, region, f"{force[0].label} alone")
     point = Point.of(found.point, coding)
     natural = coding.to_natural(np.array(found.ranges).T).T
     ranges: dict[str, Interval] = {

@@ -13,7 +13,7 @@ from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from stemcal.files.typed import NOWHERE
-from stemcal.naming import CUTTING, DIAMETER, FORCE, Named, Naming
+from stemcal.naming import CUTTING, DIAMETER, FORCE, Named, Naming, small
 from stemcal.study import units
 from stemcal.study.spec.fields import MOST, Quantity, complain
 
@@ -79,8 +79,7 @@ def _named(declared: Declared) -> Named:
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):
             return own
     label = declared.label or declared.name.replace("_", " ").capitalize()
-    noun = label if label[1:2].isupper() else label[:1].lower() + label[1:]
-    return Named(declared.name, label, noun, declared.symbol, declared.unit)
+    return Named(declared.name, label, small(label), declared.symbol, declared.unit)
 
 
 def quantity(given: Any, named: Named) -> float:

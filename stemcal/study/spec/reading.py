@@ -65,8 +65,9 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
         raise SpecError(problems)
     sections, findings = _sections(document.data, path.absolute().parent)
     _fit_all_responses(sections, document.data)
-    findings += broken_rules(_draft(document.data, sections))
-    findings = [_as_spelled(finding, document.data, sections) for finding in findings]
+    naming = naming_of(sections.get("responses", ()), sections.get("conditions"))
+    findings += broken_rules(_draft(document.data, sections, naming))
+    findings = [_as_spelled(finding, document.data, naming) for finding in findings]
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
@@ -272,18 +273,16 @@ def _without_kind(path: NodePath) -> NodePath:
     return (path[0], *path[2:]) if len(path) > 1 and path[0] == "result" and path[1] in RESULT_KINDS else path
 
 
-def _draft(data: Any, sections: dict[str, Any]) -> Draft:
+def _draft(data: Any, sections: dict[str, Any], naming: Naming) -> Draft:
     entries = data.get("factors") if isinstance(data, dict) else None
     entries = entries if isinstance(entries, list) else []
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
     known = {key: value for key, value in sections.items() if key in Draft.__dataclass_fields__}
-    naming = naming_of(sections.get("responses", ()), sections.get("conditions"))
     return Draft(**{**known, "names": names, "naming": naming})
 
 
-def _as_spelled(finding: Finding, data: Any, sections: dict[str, Any]) -> Finding:
+def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
     """Return a finding with the path that the spec writes, under its own names."""
-    naming = naming_of(sections.get("responses", ()), sections.get("conditions"))
     as_list = isinstance(data, dict) and isinstance(data.get("targets"), list)
     path = spelled(finding.path, naming, as_list)
     invert = data.get("invert") if isinstance(data, dict) else None
