@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -64,6 +65,7 @@ class Results:
 def fresh_results(study: Study, folder: StudyFolder) -> Results:
     """Return the results that fit the spec and each other, and why the others are left out."""
     reasons: list[str] = []
+    solver = functools.cache(lambda: make_solver(study))  # one that is not needed is not made
 
     def read(kind: type[R]) -> R | None:
         if not folder.has_stage(kind.name):
@@ -71,7 +73,7 @@ def fresh_results(study: Study, folder: StudyFolder) -> Results:
         if (known := kept(kind, study, folder)) is not None:
             return known
         try:
-            require_fresh(study, make_solver(study), folder, kind.name)
+            require_fresh(study, solver(), folder, kind.name)
             return read_result(folder, kind)
         except UsageError as error:
             reasons.append(str(error))

@@ -11,7 +11,7 @@ import numpy as np
 
 from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
 from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
-from stemcal.doe.validation.equivalence import Sample, compare_means
+from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
@@ -65,9 +65,9 @@ class FurtherRow:
         row = cls(named.name, named.unit, mean.value, mean.sd, simulated, error, judged=mean.leads)
         if not mean.leads or mean.sd is None or mean.n is None:
             return row
-        share, df = (by_chance.share, by_chance.df) if by_chance is not None else (0.0, None)
-        computed = Sample(simulated, share * abs(simulated), df=df)
-        found = compare_means(Sample(mean.value, mean.sd, mean.n), computed, margin_percent / 100.0 * mean.value)
+        scatter = None if by_chance is None else (by_chance.share, by_chance.df)
+        measured = Sample(mean.value, mean.sd, mean.n)
+        found = compare_with_simulated(measured, simulated, margin_percent, scatter)
         return replace(
             row,
             n=mean.n,

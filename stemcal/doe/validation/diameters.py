@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stemcal.doe.regression.least_squares import fit_least_squares
-from stemcal.doe.validation.equivalence import Sample, compare_means
+from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.errors import UsageError
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.power_law import PowerLaw, fit_power_law
@@ -174,9 +174,7 @@ def _tested(
     row = replace(row, sd=sd, n=n, simulation_error_percent=-(row.error_percent or 0.0))
     if not sd or n is None or n < 2:
         return row
-    share, df = scatter or (0.0, None)
-    computed = Sample(simulated, share * simulated, df=df)
-    found = compare_means(Sample(row.measured, sd, n), computed, 0.01 * margin_percent * row.measured)
+    found = compare_with_simulated(Sample(row.measured, sd, n), simulated, margin_percent, scatter)
     return replace(
         row,
         measured_low=found.low,

@@ -69,6 +69,18 @@ def compare_means(measured: Sample, simulated: Sample, margin: float) -> Compari
     return Comparison(low, high, t, df, float(2.0 * stdtr(df, -abs(t))), margin, max(sides))
 
 
+def compare_with_simulated(
+    measured: Sample, simulated: float, margin_percent: float, scatter: tuple[float, float] | None
+) -> Comparison:
+    """Compare a measured mean with a simulated value; the margin is a percentage of the mean.
+
+    `scatter` is the standard deviation of the simulated value as a share of it, and the degrees of freedom behind it.
+    """
+    share, df = scatter or (0.0, None)
+    computed = Sample(simulated, share * abs(simulated), df=df)
+    return compare_means(measured, computed, 0.01 * margin_percent * measured.mean)
+
+
 def mean_interval(sample: Sample, level: float = 0.95) -> tuple[float | None, float | None]:
     """Return the interval of a mean: m ± t·sd/√n."""
     if sample.n < 2 or sample.sd == 0.0:
