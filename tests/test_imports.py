@@ -18,6 +18,7 @@ FLOORS = {
     "stemcal.outputs": 1,
     "stemcal.patience": 0,
     "stemcal.naming": 0,
+    "stemcal.remarks": 0,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,

@@ -85,7 +85,7 @@ def show_run(
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
-    from stemcal.report.notes import MOST, Note, notes_of, weighed
+    from stemcal.report.notes import MOST, notes_of, warned, weighed
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.findings import spoken
     from stemcal.report.tables.stages import joint_sheets
@@ -99,7 +99,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     if found is not None and verdict.holds:
         say(*spoken(found))
     physics = any(reason.rule == "physics" for reason in verdict.reasons)
-    warnings = [] if physics else [Note("runs", text) for text in run_warnings(read_records(results, folder))]
+    warnings = [] if physics else warned(run_warnings(read_records(results, folder)))
     told = {sentence for part in (found.known if found is not None else []) for sentence in part.sentences}
     notes = weighed([*warnings, *notes_of(results, verdict)], told)
     if quiet or not notes:

@@ -6,6 +6,7 @@ the verdict is "not calibrated" they are not shown, and it is said that they are
 
 from __future__ import annotations
 
+from stemcal.doe.validation.diameters import EQUAL
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.validate import ValidateResult
@@ -28,5 +29,5 @@ def claims_of(result: StageResult) -> set[str]:
     if isinstance(result, InvertResult):
         return {sentence for part in result.known for sentence in part.sentences}
     if isinstance(result, ValidateResult):
-        return {note for note in result.notes if note.startswith("Equal within ")}
+        return {note for note in result.notes if EQUAL.says(note)}
     return set()

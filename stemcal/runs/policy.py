@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.errors import RunsFailed
+from stemcal.remarks import Remark, Weight
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.model import RunsOptions
@@ -16,6 +17,11 @@ ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
 CENSORED = "censored"
 _MOST_REASONS = 10
+_LOWER_BOUND = Remark(
+    Weight.NUMBERS,
+    "In {runs} {numbers} {ended}: such a force is a lower bound. Give the blade a longer way (loading.duration) or say "
+    "what such runs count as (runs.censored).",
+)
 
 
 def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
@@ -64,8 +70,7 @@ def censored_remarks(answers: Sequence[Answer]) -> list[str]:
         if is_censored(answer):
             rows.setdefault(ending(answer), []).append(str(row + 1))
     return [
-        f"In {'run' if len(numbers) == 1 else 'runs'} {', '.join(numbers)} {ended}: such a force is a lower bound. "
-        "Give the blade a longer way (loading.duration) or say what such runs count as (runs.censored)."
+        _LOWER_BOUND(runs="run" if len(numbers) == 1 else "runs", numbers=", ".join(numbers), ended=ended)
         for ended, numbers in rows.items()
     ]
 

@@ -14,6 +14,7 @@ from stemcal.doe.validation.diameters import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
+from stemcal.remarks import Remark, Weight
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
@@ -21,6 +22,17 @@ from stemcal.stages.result import CodedScale, Head, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
+
+_NEAREST = Remark(
+    Weight.ASIDE,
+    "Of {steps} steps along the slope of the screening, step {step} is nearest to the target ({error:+.1f} %): the "
+    "surface is centred there.",
+)
+_SHORT = Remark(
+    Weight.NUMBERS,
+    "The walk ended at the edge of the ranges before the {response} passed the target: the target may lie outside; "
+    "widen the ranges, or see whether the {response} can reach it at all.",
+)
 
 
 @dataclass(frozen=True)
@@ -155,13 +167,5 @@ def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions
 
 
 def _notes(rows: Sequence[ClimbRow], best: ClimbRow, through: bool, response: str) -> list[str]:
-    notes = [
-        f"Of {len(rows)} steps along the slope of the screening, step {best.step} is nearest to the target "
-        f"({best.error_percent:+.1f} %): the surface is centred there."
-    ]
-    if not through:
-        notes.append(
-            f"The walk ended at the edge of the ranges before the {response} passed the target: the target may lie "
-            f"outside; widen the ranges, or see whether the {response} can reach it at all."
-        )
-    return notes
+    nearest = _NEAREST(steps=len(rows), step=best.step, error=best.error_percent)
+    return [nearest] if through else [nearest, _SHORT(response=response)]

@@ -17,6 +17,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import DIAMETER
+from stemcal.remarks import Remark, Weight
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
@@ -32,6 +33,11 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 from stemcal.words import an, counted, joined
+
+_FROM_A_TABLE = Remark(
+    Weight.USE,
+    "The simulated {responses} are read from a table: they belong to {where}, not to this calibration.",
+)
 
 _COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
             "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
@@ -344,5 +350,4 @@ def table_remarks(study: Study, solver: Solver) -> list[str]:
     published = study.published.solution if study.published is not None else {}
     levels = ", ".join(f"{name} {value:g}" for name, value in published.items())
     where = f"the published solution ({levels})" if levels else "the levels the table was made with"
-    told = f"The simulated {study.naming.response.plural} are read from a table"
-    return [f"{told}: they belong to {where}, not to this calibration."]
+    return [_FROM_A_TABLE(responses=study.naming.response.plural, where=where)]

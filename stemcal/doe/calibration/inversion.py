@@ -14,9 +14,19 @@ from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.naming import FORCE, Named
+from stemcal.remarks import Remark, Weight
 
 Interval = tuple[float, float]
 _SHARE_POINTS = 13  # 2^13 points give the share to about half a per cent
+
+_FREE = Remark(Weight.USE, "The target leaves {factors} free over the whole region.")
+_SHARE = Remark(Weight.ASIDE, "The 95 % prediction interval holds the target in {percent:.0f} % of the region.")
+_OUTSIDE = Remark(
+    Weight.NUMBERS,
+    "The solution lies {radius:.2f} coded units from the centre, outside the region the design supports (radius "
+    "{limit:.2f}): the surface extrapolates there.",
+)
+_TIE = Remark(Weight.ASIDE, "A second solution lies equally far from the centre; the one given has the higher levels.")
 
 
 @dataclass(frozen=True)
@@ -162,19 +172,16 @@ def _notes(
         if lo <= bottom + 1e-6 and hi >= top - 1e-6
     ]
     if full:
-        notes.append(f"The target leaves {', '.join(full)} free over the whole region.")
+        notes.append(_FREE(factors=", ".join(full)))
     if share is not None:
-        notes.append(f"The 95 % prediction interval holds the target in {100.0 * share:.0f} % of the region.")
+        notes.append(_SHARE(percent=100.0 * share))
     if not point.inside:
         limit = problem.surface.design_radius if region.radius is None else region.radius
-        notes.append(
-            f"The solution lies {point.coded_radius:.2f} coded units from the centre, outside the region the "
-            f"design supports (radius {limit:.2f}): the surface extrapolates there."
-        )
+        notes.append(_OUTSIDE(radius=point.coded_radius, limit=limit))
     return notes + _tie_note(solutions)
 
 
 def _tie_note(solutions: list[Array]) -> list[str]:
     if len(solutions) < 2 or not np.isclose(np.linalg.norm(solutions[0]), np.linalg.norm(solutions[1]), rtol=1e-5):
         return []
-    return ["A second solution lies equally far from the centre; the one given has the higher levels."]
+    return [_TIE()]

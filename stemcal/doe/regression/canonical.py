@@ -14,9 +14,18 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
+from stemcal.remarks import Remark, Weight
 
 # An axis whose curvature is below this share of the largest is a ridge: the stationary point slides along it.
 _RIDGE = 0.1
+
+_SHAPE = Remark(
+    Weight.ASIDE,
+    "The stationary point is a {kind} of {predicted:.4g} at coded radius {radius:.2f}, {where} the region of the runs.",
+)
+_NO_SHAPE = Remark(
+    Weight.ASIDE, "The surface has no single stationary point: it is a plane, or level along some direction."
+)
 _SINGULAR, _ROUNDING = 1e-10, 1e-13
 
 
@@ -39,12 +48,9 @@ class Canonical:
     def describe(self) -> str:
         """Say in a sentence what the surface looks like."""
         if self.point is None:
-            return "The surface has no single stationary point: it is a plane, or level along some direction."
+            return _NO_SHAPE()
         where = "inside" if self.inside else "outside"
-        return (
-            f"The stationary point is a {self.kind} of {self.predicted:.4g} at coded radius {self.radius:.2f}, "
-            f"{where} the region of the runs."
-        )
+        return _SHAPE(kind=self.kind, predicted=self.predicted, radius=self.radius, where=where)
 
 
 def quadratic_form(surface: Surface) -> tuple[float, Array, Array]:

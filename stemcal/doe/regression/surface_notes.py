@@ -8,11 +8,44 @@ from dataclasses import dataclass
 from stemcal.doe.regression.anova import LackOfFit
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import LeastSquares
+from stemcal.remarks import Remark, Weight
 
 DETERMINISTIC = "lack of fit cannot be tested: the solver is deterministic"
 # Rules of thumb: a ratio of 4 makes a surface usable, a Cook's distance of 1 one run too strong, a variance
 # inflation of 10 a coefficient too entangled with others.
 _ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
+
+_FAILED = Remark(
+    Weight.NUMBERS,
+    "{failed} of {runs} runs failed; the surface is fitted to the others, with {df} residual df; the design is no "
+    "longer as planned (largest variance inflation {inflation:.2f}, as planned {planned:.2f}).",
+)
+_DROPPED = Remark(
+    Weight.NUMBERS,
+    "The runs left cannot estimate {terms}: these terms are left out. What they stand for is now in the other "
+    "coefficients, and the surface must not be trusted beyond the runs it has.",
+)
+_FLAT = Remark(Weight.NUMBERS, "Every run gave the same response: the surface is flat.")
+_SATURATED = Remark(
+    Weight.NUMBERS, "As many coefficients as runs: the surface passes through every run and knows no error."
+)
+_NOISE = Remark(Weight.NUMBERS, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
+_ONE_RUN = Remark(
+    Weight.USE,
+    "Without run {run} ({response:g}) lack of fit has p = {without:.4f} in place of {p:.4f}: that verdict rests on one "
+    "run.",
+)
+_AGREE = Remark(Weight.ASIDE, f"All repeated points agree exactly, so {DETERMINISTIC}.")
+_REPEATED = Remark(
+    Weight.ASIDE,
+    "The {repeated} repeated runs add no information; they only raise the residual df to {df}, so standard errors and "
+    "p-values look better than they are.",
+)
+_REPEATED_OVER_MESHES = Remark(
+    Weight.ASIDE,
+    "{repeated} repeated runs add no information: they only raise the residual df to {df}; for the lack of fit every "
+    "point counts once.",
+)
 
 
 @dataclass(frozen=True)
@@ -36,29 +69,30 @@ def surface_notes(
     notes = []
     if losses.failed:
         notes.append(
-            f"{losses.failed} of {len(fit.response) + losses.failed} runs failed; the surface is fitted to the others, "
-            f"with {fit.df} residual df; the design is no longer as planned (largest variance inflation "
-            f"{max(inflation, default=1.0):.2f}, as planned {losses.inflation_planned:.2f})."
+            _FAILED(
+                failed=losses.failed,
+                runs=len(fit.response) + losses.failed,
+                df=fit.df,
+                inflation=max(inflation, default=1.0),
+                planned=losses.inflation_planned,
+            )
         )
     if losses.dropped:
-        notes.append(
-            f"The runs left cannot estimate {', '.join(losses.dropped)}: these terms are left out. What they stand for "
-            "is now in the other coefficients, and the surface must not be trusted beyond the runs it has."
-        )
+        notes.append(_DROPPED(terms=", ".join(losses.dropped)))
     if max(inflation, default=1.0) > _ENTANGLED:
         notes.append(
             f"The largest variance inflation is {max(inflation):.1f}: the runs hardly tell some terms apart, "
             "and their coefficients are uncertain one by one."
         )
     if fit.flat:
-        notes.append("Every run gave the same response: the surface is flat.")
+        notes.append(_FLAT())
     elif fit.df == 0:
-        notes.append("As many coefficients as runs: the surface passes through every run and knows no error.")
+        notes.append(_SATURATED())
     elif fit.exact:
         notes.append("The quadratic passes through every run exactly: no F can be formed.")
     notes += _within_notes(fit, split) if split.within_df else _lack_of_fit_notes(split)
     if precision is not None and precision < _ADEQUATE:
-        notes.append(f"Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
+        notes.append(_NOISE(precision=precision))
     return notes + _influence_notes(split, diagnostics)
 
 
@@ -77,21 +111,13 @@ def _within_notes(fit: LeastSquares, split: LackOfFit) -> list[str]:
     if fit.mean_square is None or scatter**2 > fit.mean_square:
         notes.append("It is larger than the residual: all intervals are made from it, the F tests from the residual.")
     if split.deterministic:
-        repeated = fit.df - split.df
-        notes.append(
-            f"{repeated} repeated runs add no information: they only raise the residual df to {fit.df}; for the lack "
-            "of fit every point counts once."
-        )
+        notes.append(_REPEATED_OVER_MESHES(repeated=fit.df - split.df, df=fit.df))
     return notes
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> list[str]:
     if split.deterministic:
-        return [
-            f"All repeated points agree exactly, so {DETERMINISTIC}.",
-            f"The {split.pure_df} repeated runs add no information; they only raise the residual df to "
-            f"{split.df + split.pure_df}, so standard errors and p-values look better than they are.",
-        ]
+        return [_AGREE(), _REPEATED(repeated=split.pure_df, df=split.df + split.pure_df)]
     if split.pure_df == 0:
         return ["Lack of fit cannot be tested: no design point is repeated."]
     if split.df == 0:
@@ -108,8 +134,5 @@ def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics]) ->
     for run in diagnostics:
         p, without = split.p, run.lack_of_fit_p_without
         if p is not None and without is not None and (p < 0.05) != (without < 0.05):
-            notes.append(
-                f"Without run {run.run} ({run.response:g}) lack of fit has p = {without:.4f} in place of "
-                f"{p:.4f}: that verdict rests on one run."
-            )
+            notes.append(_ONE_RUN(run=run.run, response=run.response, without=without, p=p))
     return notes

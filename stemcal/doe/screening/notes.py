@@ -14,10 +14,28 @@ from stemcal.doe.screening.fold import fold_over_gain
 from stemcal.doe.screening.lenth import Lenth, lenth
 from stemcal.doe.screening.unused import contrasts, unused_columns
 from stemcal.naming import FORCE, Named
+from stemcal.remarks import Remark, Weight
 from stemcal.words import joined
 
 # With so few residual degrees of freedom an F test says little.
 _WEAK_DF = 3
+_FAILED = Remark(
+    Weight.NUMBERS,
+    "{failed} of {runs} runs failed: the design is no longer orthogonal, and effects and sums of squares are "
+    "least-squares (type III) estimates with {df} residual df that do not add up to the total; Lenth's method is "
+    "approximate.",
+)
+_FLAT = Remark(Weight.NUMBERS, "Every run gave the same response: no factor has an effect.")
+_DISAGREE = Remark(
+    Weight.USE,
+    "The two methods disagree on {factor}: p = {p:.4f} {verdict} {alpha:g}, but its effect {effect:+.4g} {side} "
+    "Lenth's margin of error {margin:.4g}.",
+)
+_NOT_AFTER_HOLM = Remark(
+    Weight.USE,
+    "{factors} has p below {alpha:g} alone, not after Holm's correction: of {tested} factors without effect one at "
+    "least would with a probability of up to {by_chance:.0f} %.",
+)
 
 
 def screening_notes(
@@ -41,8 +59,15 @@ def screening_notes(
         verdict = "is below" if effect.p < alpha else "is not below"
         side = "exceeds" if stands_out(effect, size) else "stays within"
         notes.append(
-            f"The two methods disagree on {effect.factor}: p = {effect.p:.4f} {verdict} {alpha:g}, but its "
-            f"effect {effect.effect:+.4g} {side} Lenth's margin of error {size.me:.4g}."
+            _DISAGREE(
+                factor=effect.factor,
+                p=effect.p,
+                verdict=verdict,
+                alpha=alpha,
+                effect=effect.effect,
+                side=side,
+                margin=size.me,
+            )
         )
     return [
         *notes,
@@ -86,10 +111,7 @@ def _many_tests(effects: Sequence[Effect], size: Lenth, alpha: float) -> list[st
     if not lost:
         return []
     by_chance = 100.0 * (1.0 - (1.0 - alpha) ** len(effects))
-    return [
-        f"{joined(lost)} has p below {alpha:g} alone, not after Holm's correction: of {len(effects)} factors without "
-        f"effect one at least would with a probability of up to {by_chance:.0f} %."
-    ]
+    return [_NOT_AFTER_HOLM(factors=joined(lost), alpha=alpha, tested=len(effects), by_chance=by_chance)]
 
 
 def stands_out(effect: Effect, size: Lenth) -> bool:
@@ -101,13 +123,9 @@ def _error_notes(fit: LeastSquares, error: ErrorTerm, names: Sequence[str], n_fa
     """What the error term is worth."""
     notes = []
     if n_failed:
-        notes.append(
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed: the design is no longer orthogonal, "
-            f"and effects and sums of squares are least-squares (type III) estimates with {fit.df} residual "
-            "df that do not add up to the total; Lenth's method is approximate."
-        )
+        notes.append(_FAILED(failed=n_failed, runs=len(fit.response) + n_failed, df=fit.df))
     if fit.flat:
-        notes.append("Every run gave the same response: no factor has an effect.")
+        notes.append(_FLAT())
     elif error.source != "residual":
         notes.append(_chosen_error_note(error, names))
     elif fit.df == 0:

@@ -12,6 +12,22 @@ from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.errors import UsageError
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.power_law import PowerLaw, fit_power_law
+from stemcal.remarks import Remark, Weight
+
+_CALIBRATED = Remark(Weight.ASIDE, "{calibrated}: its error is not an independent check.")
+_FAILED = Remark(Weight.NUMBERS, "No simulated {response}{places}: the run failed.")
+EQUAL = Remark(Weight.TRUST, "Equal within ±{margin:g} % (equivalence test): {places}.")
+_DIFFERENT = Remark(Weight.USE, "Different (Welch) and not shown equal: {places}.")
+_TREND = Remark(
+    Weight.USE,
+    "The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor on the force "
+    "removes.",
+)
+_GROWTH = Remark(Weight.ASIDE, "Measured force grows as d^{measured:.2f}, simulated as d^{simulated:.2f}.")
+_CURVE = Remark(
+    Weight.ASIDE,
+    "Over the diameters {winner} describes the measured force better than {loser} (AICc lower by {gain:.1f}).",
+)
 
 
 @dataclass(frozen=True)
@@ -200,8 +216,8 @@ def _test_notes(rows: Sequence[ValidationRow], margin_percent: float, naming: Na
         found[_verdict(row)].append(naming.each(row.diameter))
     equal, apart, open_ = found.values()
     none = "none" if naming.condition is None else f"no {naming.condition_noun}"
-    notes = [f"Equal within ±{margin_percent:g} % (equivalence test): {', '.join(equal) or none}."]
-    notes += [f"Different (Welch) and not shown equal: {', '.join(apart)}."] if apart else []
+    notes = [EQUAL(margin=margin_percent, places=", ".join(equal) or none)]
+    notes += [_DIFFERENT(places=", ".join(apart))] if apart else []
     notes += [f"Neither shown different nor equal, too few specimens to tell: {', '.join(open_)}."] if open_ else []
     return notes
 
@@ -232,7 +248,7 @@ def _notes(rows: Sequence[ValidationRow], naming: Naming, left_out_checks: bool)
     fitted = [row.diameter for row in rows if row.role == "calibration"]
     notes = []
     if len(fitted) == 1:
-        notes.append(f"{_calibrated_at(fitted[0], naming)}: its error is not an independent check.")
+        notes.append(_CALIBRATED(calibrated=_calibrated_at(fitted[0], naming)))
     elif fitted:
         others = f"those of the {naming.condition_plural} left out in turn, in the inversion, are"
         if not left_out_checks:
@@ -243,7 +259,7 @@ def _notes(rows: Sequence[ValidationRow], naming: Naming, left_out_checks: bool)
     failed = [row.diameter for row in rows if row.simulated is None]
     if failed:
         places = f" at {', '.join(map(naming.place, failed))}" if naming.condition is not None else ""
-        notes.append(f"No simulated {naming.response.noun}{places}: the run failed.")
+        notes.append(_FAILED(response=naming.response.noun, places=places))
     return notes
 
 
@@ -262,12 +278,9 @@ def _growth_notes(
     """Say how error, measured and simulated force go with the stem's diameter."""
     notes = []
     if slope is not None and _is_trend(rows, slope):
-        notes.append(
-            f"The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor "
-            "on the force removes."
-        )
+        notes.append(_TREND(slope=slope))
     if lab is not None and model is not None:
-        notes.append(f"Measured force grows as d^{lab.value:.2f}, simulated as d^{model.value:.2f}.")
+        notes.append(_GROWTH(measured=lab.value, simulated=model.value))
     if (better := _better_curve(rows)) is not None:
         notes.append(better)
     return notes
@@ -298,6 +311,4 @@ def _better_curve(rows: Sequence[ValidationRow]) -> str | None:
         return None
     gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(force)))
     winner, loser = ("a power law", "a straight line") if gain > 0.0 else ("a straight line", "a power law")
-    return (
-        f"Over the diameters {winner} describes the measured force better than {loser} (AICc lower by {abs(gain):.1f})."
-    )
+    return _CURVE(winner=winner, loser=loser, gain=abs(gain))

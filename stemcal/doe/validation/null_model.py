@@ -12,10 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
+from stemcal.remarks import Remark, Weight
 
 # Bending and shearing of similar sections grow between d² and d³.
 FIXED_EXPONENT = 2.5
 _EXPONENTS = (-2.0, 8.0)
+
+_NO_BETTER = Remark(Weight.USE, "Without mechanics {told}: it predicts the diameters no better than a formula.")
+_BETTER = Remark(Weight.ASIDE, "Without mechanics {told}: it predicts the diameters better than a formula.")
+_NOT_COMPARED = Remark(Weight.TRUST, "Without mechanics {told}: nothing is left out to compare them by.")
 
 
 @dataclass(frozen=True)
@@ -114,10 +119,8 @@ F = a·d^2.5 by 3.8 % (4.7 %), the joint fit by 4.6 % (6.0 %): it predicts the d
         own = f"{null.max_abs_error_percent:.1f} % (left out in turn {_shown(null.max_abs_left_out_error_percent)})"
         told = f"F = a·d^{null.exponent:.2f} {through} {own}, F = a·d^{FIXED_EXPONENT:g} by {fixed}"
     formulas = [null.max_abs_left_out_error_percent, null.fixed_max_abs_left_out_error_percent]
-    return (
-        f"Without mechanics {told}, the joint fit by {error:.1f} % ({_shown(left_out)}): "
-        f"{_judged(left_out, min((value for value in formulas if value is not None), default=None))}."
-    )
+    least = min((value for value in formulas if value is not None), default=None)
+    return _judged(left_out, least)(told=f"{told}, the joint fit by {error:.1f} % ({_shown(left_out)})")
 
 
 def compared_elsewhere(formula: float, model: float, diameters: str) -> str:
@@ -127,16 +130,14 @@ def compared_elsewhere(formula: float, model: float, diameters: str) -> str:
     'Without mechanics F = a·d^2.5 through 8 mm misses the other diameters by at most 6.7 %, the model by 17.8 %: \
 it predicts the diameters no better than a formula.'
     """
-    return (
-        f"Without mechanics F = a·d^{FIXED_EXPONENT:g} through {diameters} misses the other diameters by at most "
-        f"{formula:.1f} %, the model by {model:.1f} %: {_judged(model, formula)}."
-    )
+    misses = f"F = a·d^{FIXED_EXPONENT:g} through {diameters} misses the other diameters by at most {formula:.1f} %"
+    return _judged(model, formula)(told=f"{misses}, the model by {model:.1f} %")
 
 
-def _judged(model: float | None, formula: float | None) -> str:
+def _judged(model: float | None, formula: float | None) -> Remark:
     if model is None or formula is None:
-        return "nothing is left out to compare them by"
-    return f"it predicts the diameters {'better' if model < formula else 'no better'} than a formula"
+        return _NOT_COMPARED
+    return _BETTER if model < formula else _NO_BETTER
 
 
 def _shown(percent: float | None) -> str:

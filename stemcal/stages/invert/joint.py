@@ -16,11 +16,27 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import compared, null_model
 from stemcal.files.rows import Rows
+from stemcal.remarks import Remark, Weight
 from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
+
+_MISSED = Remark(
+    Weight.USE,
+    "{surfaces} miss the measured {responses} by at most {error:.1f} %; no point of the region brings the largest "
+    "error below {best:.1f} %.",
+)
+_LEFT_OUT = Remark(
+    Weight.USE,
+    "Each {left_out} predicted from a fit to the others: the {response} is missed by at most {error:.1f} %.{after}",
+)
+_WRONG = Remark(
+    Weight.USE,
+    "The misfit is {times:.1f} times what the known scatter explains (p = {p:.2g}): the model is wrong somewhere, and "
+    "the intervals below are too narrow.",
+)
 
 
 def measured_means(study: Study) -> list[Measured]:
@@ -145,9 +161,12 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, study: Study) -> l
     count, naming = len(joint.rows), study.naming
     response, over = naming.response, "" if naming.condition is None else f"Over {naming.counted(count)} "
     notes = [
-        f"{over}{'the' if over else 'The'} surfaces miss the measured {response.plural} by at most "
-        f"{joint.max_abs_error_percent:.1f} %; no point of the region brings the largest error below "
-        f"{joint.best_worst_error_percent:.1f} %."
+        _MISSED(
+            surfaces=f"{over}{'the' if over else 'The'} surfaces",
+            responses=response.plural,
+            error=joint.max_abs_error_percent,
+            best=joint.best_worst_error_percent,
+        )
     ]
     notes += [
         f"Fitted beside the {response.noun}: {(named := naming.named(row.response)).noun}{naming.at(row.diameter)}, "
@@ -159,19 +178,14 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, study: Study) -> l
         notes.append("Means of the same specimens count as independent here." + (_WORK if naming.is_cutting else ""))
     if joint.max_abs_left_out_error_percent is not None:
         left_out = naming.condition_noun if count > 1 else "response"
-        notes.append(
-            f"Each {left_out} predicted from a fit to the others: the {response.noun} is missed by at most "
-            f"{joint.max_abs_left_out_error_percent:.1f} %."
-            + (NO_CHECK.format(response.plural) if study.invert.ranges_chosen == "after" else "")
-        )
+        after = NO_CHECK.format(response.plural) if study.invert.ranges_chosen == "after" else ""
+        error = joint.max_abs_left_out_error_percent
+        notes.append(_LEFT_OUT(left_out=left_out, response=response.noun, error=error, after=after))
     if joint.null is not None:
         notes.append(compared(joint.null, joint.max_abs_error_percent, joint.max_abs_left_out_error_percent))
     notes.append(_SCATTER[misfit.scatter].format(response.plural))
     if fit.p_value is not None and fit.p_value < 0.05:
-        notes.append(
-            f"The misfit is {fit.misfit / fit.df:.1f} times what the known scatter explains (p = {fit.p_value:.2g}): "
-            "the model is wrong somewhere, and the intervals below are too narrow."
-        )
+        notes.append(_WRONG(times=fit.misfit / fit.df, p=fit.p_value))
     return notes
 
 

@@ -6,11 +6,16 @@ import numpy as np
 
 from stemcal.doe.calibration.inversion import solve_target
 from stemcal.doe.calibration.region import Region
+from stemcal.remarks import Remark, Weight
 from stemcal.stages.invert.certainty import certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
+
+_PUBLISHED_OUTSIDE = Remark(
+    Weight.NUMBERS, "The published solution lies outside the design region: the surface extrapolates there."
+)
 
 
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
@@ -62,5 +67,5 @@ def assess_published(study: Study, surface: SurfaceResult) -> tuple[PublishedPoi
     if missing:
         remarks.append(f"The published solution has no {', '.join(missing)}; the centre is taken.")
     if not point.inside:
-        remarks.append("The published solution lies outside the design region: the surface extrapolates there.")
+        remarks.append(_PUBLISHED_OUTSIDE())
     return PublishedPoint(point=Point.of(point, coding), difference=apart), remarks

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stemcal.doe.regression.least_squares import Array
+from stemcal.remarks import Remark, Weight
 from stemcal.solvers.protocol import Belonging
 from stemcal.stages.design import half_spaces
 from stemcal.stages.invert.joint import solve_jointly
@@ -15,6 +16,11 @@ from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
 __all__ = ["InvertResult", "invert"]
+
+_BEYOND = Remark(
+    Weight.NUMBERS,
+    "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
+)
 
 
 @a_stage
@@ -32,4 +38,4 @@ def _beyond(study: Study, surface: SurfaceResult, point: Array) -> list[str]:
     """Say that a solution breaks a constraint of the surface's design: no run lies there."""
     if all(bool(half.holds(point[None])[0]) for half in half_spaces(study, surface.scales)):
         return []
-    return ["The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there."]
+    return [_BEYOND()]

@@ -11,6 +11,7 @@ from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor, scatter_of, si
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
+from stemcal.remarks import Remark, Weight
 from stemcal.solvers.protocol import Answer, Meshed, Request
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
@@ -23,6 +24,8 @@ from stemcal.study.model import MeshOptions, Study
 from stemcal.words import joined
 
 __all__ = ["MeshResult", "mesh"]
+
+_LEFT_OUT = Remark(Weight.NUMBERS, "No force with elements of {elements}: left out.")
 
 
 # What the details of a run over several places of the mesh call travel and work at each.
@@ -184,7 +187,7 @@ def _notes(scatter: MeshScatter, sizes: Sequence[SizeFactor], rows: Sequence[Mes
         for size in sizes
     ]
     failed = [f"{row.mesh} at {row.diameter:g} mm ({row.outcome.reason})" for row in rows if row.outcome.force is None]
-    return notes + ([f"No force with elements of {joined(failed)}: left out."] if failed else [])
+    return notes + ([_LEFT_OUT(elements=joined(failed))] if failed else [])
 
 
 def _percent(apart: float) -> str:

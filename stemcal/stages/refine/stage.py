@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
+from stemcal.remarks import Remark, Weight
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import Loop
 from stemcal.stages.refine.process import ProcessLoop, takes_process
@@ -15,6 +16,32 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 
 __all__ = ["RefineResult", "refine"]
+
+_OUTSIDE = Remark(
+    Weight.USE,
+    "At the surface's solution the simulated {response}, {simulated}, lies outside the prediction interval: the "
+    "surface misses more there than its residuals show.",
+)
+_JOINT_OUTSIDE = Remark(
+    Weight.USE,
+    "At the joint solution of the surfaces the simulated {response} lies outside the prediction interval{places}: the "
+    "surfaces miss more there than their residuals show.",
+)
+_STILL = Remark(
+    Weight.USE,
+    "After {runs} runs the simulated {response} is still {error:.2f} % from the target; the best point is kept. Raise "
+    "refine.budget{finer}: the {response} may jump between points.",
+)
+_FOUND = Remark(Weight.ASIDE, "The point is the one found by simulation, no longer the one the rule of `invert` names.")
+_ENDS = {
+    "tolerance": Remark(Weight.ASIDE, "After {runs} runs {error}, within the tolerance."),
+    "budget": Remark(Weight.USE, "After {runs} runs {error}; refine.budget has no further run{every}."),
+    "settled": Remark(
+        Weight.USE,
+        "After {runs} runs the joint fit no longer moves: {error}, and no parameters near by do better. What remains "
+        "is the model's, or the measured scatter's, not the surfaces'.",
+    ),
+}
 
 
 @a_stage
@@ -91,17 +118,11 @@ def _notes_of_one(loop: Loop, best: Iteration) -> list[str]:
     notes = [loop.learnt().sentence] if isinstance(loop, ProcessLoop) else []
     response, simulated = loop.study.naming.response, first.outcome.force
     if first.inside_interval is False and simulated is not None:
-        notes.append(
-            f"At the surface's solution the simulated {response.noun}, {response.text(simulated, '.4g')}, lies outside "
-            "the prediction interval: the surface misses more there than its residuals show."
-        )
+        notes.append(_OUTSIDE(response=response.noun, simulated=response.text(simulated, ".4g")))
     if error > loop.options.tolerance_percent:
-        notes.append(
-            f"After {len(loop.rows)} runs the simulated {response.noun} is still {error:.2f} % from the target; the "
-            f"best point is kept. Raise refine.budget{_finer(loop)}: the {response.noun} may jump between points."
-        )
+        notes.append(_STILL(runs=len(loop.rows), response=response.noun, error=error, finer=_finer(loop)))
     if best.iteration > 1:
-        notes.append("The point is the one found by simulation, no longer the one the rule of `invert` names.")
+        notes.append(_FOUND())
     return notes
 
 
@@ -116,16 +137,7 @@ def _notes_of_many(loop: Loop, best: Iteration) -> Sequence[str]:
     notes = []
     if first:
         places = naming.places(", ".join(f"{row.diameter:g}" for row in first))
-        notes.append(
-            f"At the joint solution of the surfaces the simulated {naming.response.noun} lies outside the prediction "
-            f"interval{places}: the surfaces miss more there than their residuals show."
-        )
+        notes.append(_JOINT_OUTSIDE(response=naming.response.noun, places=places))
     every = "" if naming.condition is None else f" for every {naming.condition_noun}"
     error = f"the largest error of the simulated {naming.response.noun} is {best.max_abs_error_percent:.2f} %"
-    ends = {
-        "tolerance": f"After {len(loop.rows)} runs {error}, within the tolerance.",
-        "budget": f"After {len(loop.rows)} runs {error}; refine.budget has no further run{every}.",
-        "settled": f"After {len(loop.rows)} runs the joint fit no longer moves: {error}, and no parameters near by do "
-        "better. What remains is the model's, or the measured scatter's, not the surfaces'.",
-    }
-    return [*notes, ends[loop.stopped]]
+    return [*notes, _ENDS[loop.stopped](runs=len(loop.rows), error=error, every=every)]
