@@ -43,7 +43,7 @@ def test_cells_as_printed(tables: dict[int, PaperTable]) -> None:
     assert tables[8].rows[0][0] == "1.682"
     assert tables[8].rows[1] == ("1", "17.97", "0.04", "95.95")
     assert [row[3] for row in tables[13].rows] == ["−7.8", "−6.2", "5.8", "6.3", "7.5"]
-    assert tables[12].rows[0] == ("X1", "Density (kg/m3)", "1100")
+    assert tables[12].rows[0] == ("X1", "Density (kg/m³)", "1100")
 
 
 def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> None:

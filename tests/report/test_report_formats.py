@@ -36,6 +36,8 @@ def test_dots_per_inch_of_tiff(stages: dict[str, Any], tmp_path: Path) -> None:
     with Image.open(path) as image:
         assert image.size[0] == pytest.approx(100 / 25.4 * 150, abs=1)
         assert image.info["dpi"][0] == pytest.approx(150) and image.info["compression"] == "tiff_lzw"
+        assert image.mode == "RGB"  # publishers refuse what is transparent
+        assert image.getpixel((0, 0)) == (255, 255, 255)
 
 
 def test_widths_and_formats_that_are_none() -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stemcal.naming import FORCE, Named, Naming
-from stemcal.report.numbers import MISSING, fixed, percent, probability, short, significant
+from stemcal.report.numbers import MISSING, fixed, percent, probability, short, significant, unit_written
 from stemcal.report.tables.sheet import force_or_reason, place_cell, response_decimals
 from stemcal.report.terms import equation, written
 from stemcal.stages.climb import ClimbResult
@@ -296,7 +296,8 @@ def starred(p: float | None, stars: str) -> str:
 def _named(study: Study, name: str) -> str:
     factor = study.factor(name)
     label = factor.label or name
-    return label if factor.unit == "1" else f"{label} ({factor.unit})"
+    unit = unit_written(factor.unit)
+    return f"{label} ({unit})" if unit else label
 
 
 def _square(value: float | None) -> str:

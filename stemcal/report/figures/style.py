@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from stemcal.outputs import open_output
 
@@ -161,10 +161,22 @@ def legend_above(axes: Axes, most: int = 3) -> None:
 def save(figure: Figure, path: Path, dpi: float = 200) -> None:
     """Write a figure for use outside the page, on white; the suffix says the format."""
     kind = path.suffix.lower().removeprefix(".")
-    packed: Any = {"pil_kwargs": {"compression": "tiff_lzw"}} if kind == "tiff" else {"metadata": _anonymous(kind)}
     logging.getLogger("matplotlib.backends.backend_ps").setLevel(logging.ERROR)  # EPS has no transparency: known
     with styled(), open_output(path) as file:
-        figure.savefig(file, format=kind, dpi=dpi, facecolor="white", **packed)
+        if kind == "tiff":
+            _save_tiff(figure, file, dpi)
+        else:
+            figure.savefig(file, format=kind, dpi=dpi, facecolor="white", metadata=_anonymous(kind))
+
+
+def _save_tiff(figure: Figure, file: IO[bytes], dpi: float) -> None:
+    """Write a figure as TIFF in red, green and blue alone: publishers refuse what may be transparent."""
+    from PIL import Image
+
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=dpi, facecolor="white")
+    with Image.open(drawn) as image:
+        image.convert("RGB").save(file, "TIFF", compression="tiff_lzw", dpi=(dpi, dpi))
 
 
 def resize(figure: Figure, width: float) -> None:
