@@ -14,7 +14,7 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
-from stemcal.report.page.render import render, shown, write_page
+from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 
 VOID = {"meta", "br", "link", "img"}
@@ -73,6 +73,11 @@ def test_the_first_screen_shows_verdict_parameters_and_what_was_measured(page: s
     assert first.index("Why, and what next") < first.index("<svg") < first.index("Which values of 9 parameters")
     assert "Measured and simulated maximum force" in first
     assert page.count("Measured and simulated maximum force; the ringed diameter is the calibration&#39;s.</fig") == 1
+
+
+def test_commands_and_keys_stand_as_code_and_no_mark_is_left(page: str) -> None:
+    assert "<code>stemcal augment SPEC --fold-over</code>" in page
+    assert "`" not in page
 
 
 def test_details_are_folded_and_named(page: str) -> None:
@@ -139,6 +144,11 @@ def test_markup_is_escaped(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     text = render(study.model_copy(update={"title": hostile, "warnings": (hostile,)}), StudyFolder(tmp_path))
     assert "<script" not in text
     assert text.count("&lt;script&gt;") > 12
+
+
+def test_what_stands_between_backticks_is_escaped_too() -> None:
+    assert coded("a < b: `<script>` or `plan`") == "a &lt; b: <code>&lt;script&gt;</code> or <code>plan</code>"
+    assert coded("one ` alone") == "one ` alone"
 
 
 def test_unfinished_study(replayed: tuple[Any, Any], tmp_path: Path) -> None:

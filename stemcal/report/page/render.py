@@ -5,6 +5,7 @@ The page depends on the spec, the stage files and the records only, so the same 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -34,6 +35,8 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.words import counted, joined
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
     from stemcal.study.model import Study
 
 
@@ -120,6 +123,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["coded"] = coded
     return environment.get_template("page.html").render(
         study=study,
         title=study.title or study.name,
@@ -143,6 +147,13 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         runs=part_of([replace(sheet, detail=True) for sheet in run_sheets(results, records)], _plots_of("runs", plots)),
         provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
     )
+
+
+def coded(text: str) -> Markup:
+    """Return text for the page, what stands between backticks as code."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def kind_of(study: Study) -> str:
