@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from stemcal.naming import DIAMETER, Naming
-from stemcal.report.numbers import fixed, interval, probability, short, significant
+from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.findings import response_sheets
 from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head
+from stemcal.report.tables.tested import tested_sheets
 from stemcal.stages.audit.stage import AuditResult
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import Certainty, Desired, InvertResult, JointFitted
@@ -24,38 +25,7 @@ def further_sheets(stage: StageResult) -> list[Sheet]:
     sheets += response_sheets(stage)
     if isinstance(stage, ValidateResult) and stage.discrepancy is not None:
         sheets.append(_corrected_sheet(stage))
-    if isinstance(stage, ValidateResult) and any(row.p_different is not None for row in stage.compared):
-        sheets.append(_test_sheet(stage))
-    return sheets
-
-
-def _test_sheet(stage: ValidateResult) -> Sheet:
-    naming, response = stage.naming, stage.naming.response
-    rows = [
-        (
-            *place_cell(naming, row.diameter),
-            f"{short(row.measured)} ± {short(row.sd)} ({row.n})" if row.sd else short(row.measured),
-            interval(None if row.measured_low is None else (row.measured_low, row.measured_high or 0.0), missing=""),
-            significant(row.simulated),
-            probability(row.p_different),
-            probability(row.p_equivalent),
-        )
-        for row in stage.compared
-    ]
-    foot = (
-        f"Different: Welch's test. Equal: two one-sided tests; a small p shows that the {response.plural} agree within "
-        "the margin.",
-    )
-    columns = (
-        *place_head(naming, ",\n"),
-        response.headed("Measured ± sd (n)", ",\n"),
-        response.headed("95 % of the\nmean"),
-        response.headed("Simulated", ",\n"),
-        "p differ-\nent",
-        "p\nequal",
-    )
-    title = f"Tests against the scatter of the measured {response.noun}"
-    return Sheet(title, columns, tuple(rows), texts=len(place_head(naming)) or 1, foot=foot, claims=True)
+    return [*sheets, *(tested_sheets(stage) if isinstance(stage, ValidateResult) else [])]
 
 
 def _corrected_sheet(stage: ValidateResult) -> Sheet:

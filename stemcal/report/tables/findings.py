@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stemcal.naming import CUTTING, Naming
-from stemcal.report.numbers import fixed, interval, probability, short, significant
+from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head
+from stemcal.report.tables.tested import further_tested_sheets
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
@@ -41,29 +42,8 @@ def response_sheets(stage: StageResult) -> list[Sheet]:
             if r.mesh_interval is not None
         ]
     told = "Predicted" if isinstance(stage, InvertResult) else "Simulated"
-    tests = [_test_sheet(stage)] if isinstance(stage, ValidateResult) and _tested(stage) else []
+    tests = further_tested_sheets(stage) if isinstance(stage, ValidateResult) else []
     return [responses_sheet(rows, told, stage.naming, foot), *tests] if rows else []
-
-
-def _tested(stage: ValidateResult) -> bool:
-    return any(one.p_different is not None for row in stage.rows for one in row.further)
-
-
-def _test_sheet(stage: ValidateResult) -> Sheet:
-    """Return Welch's and the equivalence test of the further responses."""
-    rows = []
-    for row in stage.rows:
-        for one in row.further:
-            named = stage.naming.named(one.response)
-            low_high = None if one.measured_low is None else (one.measured_low, one.measured_high or 0.0)
-            measured = f"{short(one.measured)} ± {short(one.sd)} ({one.n})" if one.n else short(one.measured)
-            tests = probability(one.p_different), probability(one.p_equivalent)
-            place = place_cell(stage.naming, row.compared.diameter)
-            rows.append((named.heading(), *place, measured, interval(low_high), significant(one.simulated), *tests))
-    places = place_head(stage.naming, ",\n")
-    columns = ("Response", *places, "Measured ± sd (n)", "95 % of the\nmean", "Simulated", "p differ-\nent", "p\nequal")
-    title = "Tests against the scatter of the further responses"
-    return Sheet(title, columns, tuple(rows), texts=1 + len(places), claims=True)
 
 
 def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING, foot: Sequence[str] = ()) -> Sheet:
