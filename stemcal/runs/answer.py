@@ -8,7 +8,6 @@ says, and once more by the next command.
 from __future__ import annotations
 
 import logging
-import math
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import closing
@@ -93,11 +92,6 @@ def answer_all(
     found = [known[key] for key in keys]
     require_quorum(requests, found, policy)
     return found
-
-
-def forces(answers: Sequence[Answer]) -> list[float]:
-    """Return the forces, NaN where a run failed, so that it cannot pass for a number."""
-    return [answer.force if answer.ok and answer.force is not None else math.nan for answer in answers]
 
 
 def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> dict[str, Answer]:

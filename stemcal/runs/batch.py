@@ -16,9 +16,9 @@ from stemcal.errors import SimulationFailed
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.folder.store import now, provenance
-from stemcal.naming import FORCE, Named
+from stemcal.naming import CUTTING, Naming
 from stemcal.runs.policy import ACCIDENTS, TIMEOUT
-from stemcal.solvers.protocol import Answer, Readied, Request, Solver, words_of
+from stemcal.solvers.protocol import RESPONSES, Answer, Readied, Request, Solver, words_of
 
 logger = logging.getLogger(__name__)
 
@@ -37,7 +37,7 @@ class Computed:
 def compute(solver: Solver, request: Request) -> Computed:
     """Answer one request. Runs in a worker."""
     started, clock = now(), time.perf_counter()
-    answer = sound(solver.solve(request), words_of(solver).response)
+    answer = sound(solver.solve(request), words_of(solver))
     wall = time.perf_counter() - clock
     return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
 
@@ -59,20 +59,22 @@ class Run:
         return compute(self.solver, self.request)
 
 
-def sound(answer: Answer, response: Named = FORCE) -> Answer:
-    """Return the answer, or a failed one in its place if its force, or other response, is no number.
+def sound(answer: Answer, naming: Naming = CUTTING) -> Answer:
+    """Return the answer, or a failed one in its place if its force, or any of its responses, is no number.
 
     >>> sound(Answer("ok", force=float("nan"))).reason
     'nan'
     """
     if answer.status != "ok":
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
-    if answer.force is None or not math.isfinite(answer.force):
-        return Answer("failed", None, "nan", f"the solver gave the {response.noun} {answer.force}", answer.details)
-    if abs(answer.force) > MOST:
-        given = f"the solver gave the {response.noun} {answer.force:g}"
-        message = f"{given}, more than statistics can compute with ({MOST:g})"
-        return Answer("failed", None, "bad_result", message, answer.details)
+    further = {naming.named(name): value for name, value in answer.details.get(RESPONSES, {}).items()}
+    for response, value in {naming.response: answer.force, **further}.items():
+        if value is None or not math.isfinite(value):
+            return Answer("failed", None, "nan", f"the solver gave the {response.noun} {value}", answer.details)
+        if abs(value) > MOST:
+            given = f"the solver gave the {response.noun} {value:g}"
+            message = f"{given}, more than statistics can compute with ({MOST:g})"
+            return Answer("failed", None, "bad_result", message, answer.details)
     return answer
 
 

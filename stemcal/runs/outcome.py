@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +69,15 @@ class Outcome:
         if self.responses is not None and name in self.responses:
             return self.responses[name]
         return {"force": self.force, "travel": self.travel, "work": self.work}.get(name)
+
+    def number(self, name: str) -> float:
+        """Return a response for statistics: NaN where there is none, so that a failed run cannot pass for a number.
+
+        >>> Outcome(force=0.0).number("force"), Outcome(force=None, status="failed").number("force")
+        (0.0, nan)
+        """
+        value = self.response(name)
+        return value if self.ok and value is not None else math.nan
 
 
 def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:

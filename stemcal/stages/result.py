@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -80,8 +79,7 @@ class DesignRun:
 
     def response(self, name: str) -> float:
         """Return a response, NaN where the run failed."""
-        value = self.outcome.response(name)
-        return math.nan if value is None else value
+        return self.outcome.number(name)
 
 
 @dataclass(frozen=True)

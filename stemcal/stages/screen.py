@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
@@ -12,8 +12,6 @@ from stemcal.doe.screening.definitive import TwoStages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
-from stemcal.naming import Named
-from stemcal.runs.answer import forces
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
 from stemcal.stages.audit.cells import Audited, audit_screening, sentences
@@ -209,29 +207,24 @@ def screen(work: Work) -> ScreenResult:
     answers = work.answers(requests)
     runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
-        found = _analysed(study, design, forces(answers), study.naming.response)
-        further = {
-            name: FurtherScreening.of(
-                _analysed(study, design, [run.response(name) for run in runs.runs], study.naming.named(name))
-            )
-            for name in study.own_further
-        }
+        found = _analysed(study, design, runs, "force")
+        further = {name: FurtherScreening.of(_analysed(study, design, runs, name)) for name in study.own_further}
     published = audit_screening(study, found.effects)
     notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
     result = _result(head, runs, found, published, (*found.notes, *notes))
     return replace(result, responses=further) if further else result
 
 
-def _analysed(study: Study, design: Design, values: Sequence[float], response: Named) -> Screening:
+def _analysed(study: Study, design: Design, runs: DesignRuns, response: str) -> Screening:
     return analyse_screening(
         design.coded,
-        values,
+        [run.response(response) for run in runs.runs],
         design.names,
         [factor.symbol for factor in study.factors],
         study.screen.alpha,
         error_asked(study),
         {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
-        response,
+        study.naming.named(response),
     )
 
 

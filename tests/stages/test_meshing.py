@@ -121,7 +121,9 @@ def test_every_interval_is_wider_with_the_mesh(made: Made) -> None:
 
 def test_the_page_says_what_the_ranges_rest_on(made: Made) -> None:
     study, folder, _ = made()
-    rests = "What the ranges rest on: the mesh stays in its place (a section `mesh` tells what that is worth)."
+    rests = (
+        "What the ranges rest on: the mesh stays in its place (a section <code>mesh</code> tells what that is worth)"
+    )
     assert rests in render(study, folder)
     study, folder, _ = made(MESH)
     assert "What the ranges rest on" not in render(study, folder)

@@ -162,7 +162,7 @@ def _simulated(rows: Sequence[MeshRun], response: str) -> Simulated:
         for name, of in by_mesh.items()
         if name not in ("own", "phases") and all(row.outcome.response(response) for row in of)
     ]
-    sized = [[row.outcome.response(response) or np.nan for row in by_mesh[name]] for name in whole]
+    sized = [[row.outcome.number(response) for row in by_mesh[name]] for name in whole]
     own = [row.outcome.response(response) for row in by_mesh["own"]]
     return Simulated(
         np.array(own, dtype=float),

@@ -120,7 +120,7 @@ class Loop:
             self._keep(point, how, at, {diameter: next(found) for diameter in self.diameters})
 
     def _keep(self, point: Array, how: str, levels: dict[str, float], runs: Mapping[float, Outcome]) -> None:
-        values = np.array([runs[mean.diameter].response(mean.response) or np.nan for mean in self.means])
+        values = np.array([runs[mean.diameter].number(mean.response) for mean in self.means])
         told = [self._told(point, i, float(value)) for i, value in enumerate(values)]
         trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
         errors = [t.error_percent for t in told if t.mean.leads and t.error_percent is not None]

@@ -212,20 +212,20 @@ class SurfaceResult(StageResult):
         runs = self.design.runs
         rows = [run.run - 1 for run in fine]
         points = [[runs[i].coded[name] for name in self.names] for i in rows]
-        coarse = [answered[i].outcome.response(response) for i in rows]
+        coarse = [answered[i].outcome.number(response) for i in rows]
+        told = [run.outcome.number(response) for run in fine] + [value for _, value in further]
         new = np.array([x for x, _ in further], dtype=float).reshape(len(further), len(self.names))
         return correction_of(
             surface,
             np.vstack([np.array(points), new]),
-            np.array([*_numbers(coarse), *surface.predict(new)]),
-            np.array(_numbers([run.outcome.response(response) for run in fine]) + [value for _, value in further]),
+            np.array([*coarse, *surface.predict(new)]),
+            np.array(told),
         )
 
     def _fitted_to(self, answered: Sequence[Answered], further: Further, response: str) -> Surface:
         runs, new = self.design.runs, len(further)
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
-        found = [run.outcome.response(response) for run in answered]
-        values = _numbers(found) + [value for _, value in further]
+        values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
         blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
         known = circumstances(blocks, answered, response, new)
         terms = [row.term for row in self.coefficients]
@@ -346,11 +346,6 @@ def told_by(fit: Surface) -> dict[str, Any]:
         "terms_dropped": fit.terms_dropped,
         "error_source": None if fit.error_source == "residual" else fit.error_source,
     }
-
-
-def _numbers(values: Sequence[float | None]) -> list[float]:
-    """Return NaN where a run failed."""
-    return [float("nan") if value is None else value for value in values]
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:

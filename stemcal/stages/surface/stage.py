@@ -146,7 +146,7 @@ def fit_terms(study: Study, design: Design, runs: Sequence[DesignRun]) -> tuple[
     rsm, drop = study.rsm, study.rsm.inestimable == "drop"
     blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
     known = circumstances(blocks, runs, "force")
-    forces = [float("nan") if run.force is None else run.force for run in runs]
+    forces = [run.response("force") for run in runs]
     if rsm.reduce == "none":
         return fit_surface(design.coded, forces, design.names, None, *known, drop=drop), None
     reduced = reduce_surface(design.coded, forces, design.names, rsm.reduce, rsm.reduce_alpha, *known, drop=drop)

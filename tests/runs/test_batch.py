@@ -1,0 +1,38 @@
+"""What of a solver's answer may enter an analysis."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from stemcal.naming import Named, Naming
+from stemcal.runs.batch import sound
+from stemcal.solvers.protocol import RESPONSES, Answer
+
+HEAP = Naming(
+    Named("angle", "Angle of repose", "angle of repose", "θ", "deg"),
+    None,
+    (Named("density", "Bulk density", "bulk density", "ρ", "kg/m3"),),
+)
+
+
+def of(angle: float | None, density: float = 745.0) -> Answer:
+    return sound(Answer("ok", angle, details={RESPONSES: {"density": density}}), HEAP)
+
+
+def test_an_answer_in_numbers_stands() -> None:
+    assert of(32.6) == Answer("ok", 32.6, details={RESPONSES: {"density": 745.0}})
+    assert of(0.0, -1e30).ok
+
+
+@pytest.mark.parametrize(("value", "reason"), [(1e300, "bad_result"), (-2e30, "bad_result"), (math.nan, "nan")])
+def test_every_response_is_bounded_and_named(value: float, reason: str) -> None:
+    first, further = of(value), of(32.6, value)
+    assert (first.status, first.reason, further.status, further.reason) == ("failed", reason, "failed", reason)
+    assert "the angle of repose" in first.message and "the bulk density" in further.message
+    assert first.force is None and further.force is None
+
+
+def test_no_response_is_no_number() -> None:
+    assert of(None).reason == "nan"
