@@ -67,14 +67,15 @@ def sound(answer: Answer, naming: Naming = CUTTING) -> Answer:
     """
     if answer.status != "ok":
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
-    further = {naming.named(name): value for name, value in answer.details.get(RESPONSES, {}).items()}
+    rest = dict(answer.details)
+    further = {naming.named(name): value for name, value in rest.pop(RESPONSES, {}).items()}
     for response, value in {naming.response: answer.force, **further}.items():
+        given = f"the solver gave the {response.noun} {value}"
         if value is None or not math.isfinite(value):
-            return Answer("failed", None, "nan", f"the solver gave the {response.noun} {value}", answer.details)
+            return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:
-            given = f"the solver gave the {response.noun} {value:g}"
             message = f"{given}, more than statistics can compute with ({MOST:g})"
-            return Answer("failed", None, "bad_result", message, answer.details)
+            return Answer("failed", None, "bad_result", message, rest)
     return answer
 
 

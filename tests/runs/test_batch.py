@@ -32,6 +32,7 @@ def test_every_response_is_bounded_and_named(value: float, reason: str) -> None:
     assert (first.status, first.reason, further.status, further.reason) == ("failed", reason, "failed", reason)
     assert "the angle of repose" in first.message and "the bulk density" in further.message
     assert first.force is None and further.force is None
+    assert further.details == {}  # nothing that no file of JSON could hold
 
 
 def test_no_response_is_no_number() -> None:
