@@ -329,6 +329,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "predicted, or "
         "the one with all factors but the strongest at their centre.",
         "diameters": "Fit several diameters at once: `all`, or a list. The surface's design is then run at each.",
+        "conditions": "The same where `conditions` names the study's own: `diameters` by its name there.",
         "responses": "What is fitted: the force alone, or also travel and work to the maximum.",
         "posterior": "Sample what the forces leave possible (extra `bayes`).",
         "ranges_chosen": "Whether the factors' ranges were fixed before the measured forces were seen; after that no "

@@ -34,6 +34,10 @@ def json_schema() -> dict[str, Any]:
             {"type": "object", "properties": of_own, "required": ["values"], "additionalProperties": False},
         ],
     }
+    schema["$defs"]["InvertOptions"]["properties"]["conditions"] = {
+        "description": MEANINGS["InvertOptions"]["conditions"],
+        "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
+    }
     command = schema["$defs"]["CommandSolver"]["properties"]
     command["result"]["anyOf"] += [
         {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}

@@ -50,6 +50,15 @@ def test_keys_are_found_by_path() -> None:
     assert keys_of(("nowhere", "at", "all")) == ()
 
 
+def test_conditions_of_the_studys_own_may_be_fitted_together_by_their_name() -> None:
+    keys = json_schema()["$defs"]["InvertOptions"]["properties"]
+    assert list(keys["conditions"]) == ["description", "anyOf"]
+    spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
+    assert isinstance(spec, dict)
+    for given, wrong in (("all", 0), ([12, "16 %"], 0), ("some", 1), ([{}], 1)):
+        assert len(complaints({**spec, "invert": {"conditions": given}})) == wrong, given
+
+
 def test_the_section_of_a_key_is_known_if_it_is_one() -> None:
     assert section_with("clearance") == "supports"
     assert section_with("mass_scaling") == "solver"
