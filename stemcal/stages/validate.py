@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stemcal.doe.validation.diameters import Exponent, ValidationRow, compare_diameters, error_percent
+from stemcal.doe.validation.diameters import Exponent, Validation, ValidationRow, compare_diameters, error_percent
 from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
@@ -178,42 +178,94 @@ class ValidateResult(StageResult):
 @a_stage
 def validate(work: Work) -> ValidateResult:
     """Simulate at every measured condition with the calibrated parameters."""
-    study, solver, targets = work.study, work.solver, work.study.targets.forces
+    study, solver = work.study, work.solver
     parameters = calibrated_parameters(study, solver, work.folder)
     head = work.head("validate")
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
     meshes = work.fresh(MeshResult) if study.mesh is not None else None
-    scatter = None if meshes is None else meshes.scatter
-    own = scatter.over(solver.phases) if scatter is not None and isinstance(solver, Meshed) else None
-    scatters = {named.name: pooled(outcomes, named.name) for named in study.naming.further}
+    found = _compared(study, outcomes, _scatter_of(outcomes, meshes, solver))
+    missed = _missed(work, found.rows)
+    rows = _rows(study, found.rows, outcomes, meshes, missed)
+    published = audit_validation(study)
+    remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
+    return _result(study, head, parameters, found, missed, rows, published, remarks)
+
+
+def _scatter_of(outcomes: Sequence[Outcome], meshes: MeshResult | None, solver: Solver) -> tuple[float, float] | None:
+    """Return the relative scatter of simulated forces and its df: of their replicates, or else over meshes."""
     by_chance = pooled(outcomes)
-    spread = None if own is None else (sqrt(own.variance), own.df)
-    found = compare_diameters(
+    if by_chance is not None:
+        return by_chance.share, by_chance.df
+    if meshes is None or meshes.scatter is None or not isinstance(solver, Meshed):
+        return None
+    own = meshes.scatter.over(solver.phases)
+    return sqrt(own.variance), own.df
+
+
+def _compared(study: Study, outcomes: Sequence[Outcome], scatter: tuple[float, float] | None) -> Validation:
+    targets = study.targets.forces
+    return compare_diameters(
         [target.diameter for target in targets],
         [target.force for target in targets],
         [outcome.force for outcome in outcomes],
         [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
-        spread if by_chance is None else (by_chance.share, by_chance.df),
+        scatter,
         study.invert.ranges_chosen == "before",
         study.naming,
     )
-    published = audit_validation(study)
-    formula = _formula(found.rows) if study.naming.is_force_on_stems else None
-    asked = study.invert.discrepancy
-    ratios = {} if asked == "none" else _ratios(found.rows)
+
+
+@dataclass(frozen=True)
+class _Missed:
+    """What the model misses, if that is asked for: measured over simulated at the fitted diameters, and its scale.
+
+    `seen` counts the directions of the parameters that these see.
+    """
+
+    ratios: Mapping[float, float]
+    seen: int
+    scale: Discrepancy | None
+    smooth: bool
+
+
+def _missed(work: Work, compared: Sequence[ValidationRow]) -> _Missed:
+    asked = work.study.invert.discrepancy
+    ratios = {} if asked == "none" else _ratios(compared)
     seen = _directions_seen(work) if ratios else 1
-    rows = [
-        replace(_row(study, *parts, meshes, scatters), corrected=_corrected(parts[1], ratios, seen, asked == "process"))
-        for parts in zip(targets, found.rows, outcomes, strict=True)
+    return _Missed(ratios, seen, discrepancy(ratios, seen), asked == "process")
+
+
+def _rows(
+    study: Study,
+    compared: Sequence[ValidationRow],
+    outcomes: Sequence[Outcome],
+    meshes: MeshResult | None,
+    missed: _Missed,
+) -> list[ValidateRow]:
+    scatters = {named.name: pooled(outcomes, named.name) for named in study.naming.further}
+    return [
+        replace(_row(study, target, row, outcome, meshes, scatters), corrected=_corrected(row, missed))
+        for target, row, outcome in zip(study.targets.forces, compared, outcomes, strict=True)
     ]
+
+
+def _result(
+    study: Study,
+    head: Head,
+    parameters: dict[str, float],
+    found: Validation,
+    missed: _Missed,
+    rows: list[ValidateRow],
+    published: Audited | None,
+    remarks: list[str],
+) -> ValidateResult:
     errors = [abs(error) for row in rows for error in row.errors_percent]
-    missed = discrepancy(ratios, seen)
+    formula = _formula(found.rows) if study.naming.is_force_on_stems else None
     beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
-    remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
     return ValidateResult(
         head=head,
         parameters=parameters,
@@ -226,9 +278,9 @@ def validate(work: Work) -> ValidateResult:
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
         formula_max_abs_error_percent=formula,
-        discrepancy=missed,
+        discrepancy=missed.scale,
         published=published,
-        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, seen, rows), *remarks),
+        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, rows), *remarks),
     )
 
 
@@ -238,11 +290,12 @@ def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
     return {row.diameter: row.measured / (row.simulated or 1.0) for row in fitted}
 
 
-def _corrected(row: ValidationRow, ratios: Mapping[float, float], seen: int, smooth: bool) -> Corrected | None:
+def _corrected(row: ValidationRow, missed: _Missed) -> Corrected | None:
     """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
-    others = {diameter: ratio for diameter, ratio in ratios.items() if diameter != row.diameter}
-    enough = row.simulated and len(ratios) >= needed(seen)
-    return corrected(row.simulated or 0.0, row.diameter, others, seen, smooth) if enough else None
+    if not row.simulated or len(missed.ratios) < needed(missed.seen):
+        return None
+    others = {diameter: ratio for diameter, ratio in missed.ratios.items() if diameter != row.diameter}
+    return corrected(row.simulated, row.diameter, others, missed.seen, missed.smooth)
 
 
 def _directions_seen(work: Work) -> int:
@@ -257,20 +310,20 @@ def _directions_seen(work: Work) -> int:
     return max(1, misfit.only(forces).directions_seen(point)) if forces else 1
 
 
-def _discrepancy_notes(study: Study, missed: Discrepancy | None, seen: int, rows: Sequence[ValidateRow]) -> list[str]:
-    named = study.naming
+def _discrepancy_notes(study: Study, missed: _Missed, rows: Sequence[ValidateRow]) -> list[str]:
+    named, scale, seen = study.naming, missed.scale, missed.seen
     if study.invert.discrepancy == "none":
         return []
-    if missed is None:
+    if scale is None:
         because = f" where the parameters are seen in {counted(seen, 'direction')}" if seen > 1 else ""
         fitted = f"{needed(seen)} fitted {named.condition_plural} with {an(named.response.noun)}"
         return [f"What the model misses needs {fitted}{because} ({named.fitted_at})."]
     told = [(row.compared.measured, row.corrected.interval) for row in rows if row.corrected is not None]
     held = sum(low <= measured <= high for measured, (low, high) in told)
-    smooth = f", smooth over the {named.condition_noun}" if study.invert.discrepancy == "process" else ""
+    smooth = f", smooth over the {named.condition_noun}" if missed.smooth else ""
     return [
-        f"One scale for what the model misses: measured = {missed.scale:.3f}·simulated, sd {missed.sd_percent:.1f} % "
-        f"over {missed.diameters} fitted {named.condition_plural}{smooth}. The 95 % interval predicted without the "
+        f"One scale for what the model misses: measured = {scale.scale:.3f}·simulated, sd {scale.sd_percent:.1f} % "
+        f"over {scale.diameters} fitted {named.condition_plural}{smooth}. The 95 % interval predicted without the "
         f"{named.condition_noun} itself holds the measured {named.response.noun} at {held} of {len(told)}."
     ]
 
