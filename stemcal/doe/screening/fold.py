@@ -22,6 +22,7 @@ from stemcal.doe.screening.lenth import critical_t, pseudo_standard_error
 from stemcal.naming import FORCE, Named
 
 _DRAWS, _SEED, _PARENT, _SMALL = 2000, 12, 0.5, 0.25
+_WORTH = 0.05  # share of the cases that it must find more
 
 
 @dataclass(frozen=True)
@@ -53,15 +54,16 @@ def fold_over_gain(design: Array, found: Sequence[tuple[int, float]], effect: fl
     effect : float
         Size of the further one.
 
-    Returns None where main effects are clear of interactions already, fewer than two effects are real, or all are.
+    Returns None where main effects are clear of interactions already, fewer than two effects are real, or all are; and
+    where it would find hardly more, as of four factors, whose effects alone tell Lenth's method little of the noise.
     """
     k = design.shape[1]
     free = [j for j in range(k) if j not in dict(found)]
     if len(found) < 2 or not free or k < 3 or np.abs(alias_matrix(design)).max(initial=0.0) < 1e-9:
         return None
     truth = _drawn(k, found, free, effect)
-    missed = [_missed(half, truth, alpha) for half in (design, fold_over(design))]
-    return FoldOver(len(design), effect, *missed)
+    now, folded = (_missed(half, truth, alpha) for half in (design, fold_over(design)))
+    return FoldOver(len(design), effect, now, folded) if now - folded >= _WORTH else None
 
 
 @dataclass(frozen=True)

@@ -61,3 +61,8 @@ def test_power_does_not_count_copies() -> None:
     whole = central_composite(2, 6, "rotatable")
     once = np.unique(np.round(whole, 9), axis=0)
     assert (judge_design(whole, ["a", "b"]).residual_df, judge_design(once, ["a", "b"]).residual_df) == (8, 3)
+
+
+def test_no_runs_are_advised_that_would_find_no_more() -> None:
+    """Of four factors Lenth's margin is that of 1.3 degrees of freedom: an effect beside two found is missed anyway."""
+    assert fold_over_gain(plackett_burman(4, runs=8), [(1, 90.0), (3, 26.0)], 20.0, 0.05) is None
