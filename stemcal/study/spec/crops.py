@@ -31,11 +31,11 @@ class Crop(NamedTuple):
 
 _CHANDIO = "F. A. Chandio et al., African Journal of Biotechnology 12 (2013) 1068, doi 10.5897/AJB12.2342"
 _CHANDIO_BENDING = "F. A. Chandio et al., Bulgarian Journal of Agricultural Science (no volume on its abstract, no DOI)"
-_ODOGHERTY = "M. J. O'Dogherty et al., Journal of Agricultural Engineering Research 62 (1995) 133"
-_HOSEINZADEH = "B. Hoseinzadeh, A. Shirneshan, American-Eurasian J. Agric. & Environ. Sci. 12 (2012) 275"
-_SEFLEK = "A. Y. Seflek, The Journal of Animal & Plant Sciences 27 (2017) 855"
-_BASTIAN = "J. Bastian, B. Shridar, Indian Journal of Applied Research (ISSN 2249-555X) 4, issue 9 (2014)"
-_TAGHIJARAH = "H. Taghijarah et al., Australian Journal of Crop Science 5 (2011) 630"
+_ODOGHERTY = "M. J. O'Dogherty et al., Journal of Agricultural Engineering Research 62 (2), 1995, 133-142"
+_HOSEINZADEH = "B. Hoseinzadeh, A. Shirneshan, American-Eurasian J. Agric. & Environ. Sci. 12 (3), 2012, 275-281"
+_SEFLEK = "A. Y. Seflek, The Journal of Animal & Plant Sciences 27 (3), 2017, 855-860"
+_BASTIAN = "J. Bastian, B. Shridar, Indian Journal of Applied Research (ISSN 2249-555X) 4 (9), 2014"
+_TAGHIJARAH = "H. Taghijarah et al., Australian Journal of Crop Science 5 (6), 2011, 630-634"
 _SHAHBAZI = "F. Shahbazi, Agricultural Engineering International: CIGR Journal, article 4573"
 
 CROPS: dict[str, Crop] = {
