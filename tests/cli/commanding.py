@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -39,3 +40,9 @@ def process(folder: Path, *args: object, **environment: str) -> subprocess.Compl
         encoding="utf-8",
         timeout=120,
     )
+
+
+def undrawn(folder: Path, to: Path) -> Path:
+    """Copy a study folder without its pictures; returns the copy."""
+    drawn = shutil.ignore_patterns("figures", "tables", "report.html")
+    return Path(shutil.copytree(folder, to, ignore=drawn))

@@ -7,18 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commanding import REPLAY, ROOT, SMOKE, command, process
+from commanding import REPLAY, ROOT, SMOKE, command, process, undrawn
 
 DATA = ROOT / "configs" / "data"
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def done(finished: tuple[Path, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the replayed study, all stages done."""
-    folder = tmp_path_factory.mktemp("replay")
-    for name in ("screen", "rsm", "invert", "validate"):
-        assert command(name, REPLAY, "--out", folder, "-q").exit_code == 0
-    return folder
+    return undrawn(finished[0], tmp_path_factory.mktemp("replay") / "study")
 
 
 def test_measure_diameters(tmp_path: Path) -> None:

@@ -10,13 +10,6 @@ import pytest
 from commanding import REPLAY, STAGES, command, process
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
-    """Run the replay; return its folder and what the command said."""
-    folder = tmp_path_factory.mktemp("finished") / "study"
-    return folder, command("run", REPLAY, "--out", folder)
-
-
 def test_run_leaves_every_file_and_shows_the_result(finished: tuple[Path, Any]) -> None:
     folder, result = finished
     assert result.exit_code == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from commanding import REPLAY, command
@@ -111,9 +112,8 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
     assert told["verdict"] == "not_calibrated" and told["reasons"][0]["rule"] == "reach"
 
 
-@pytest.mark.slow
-def test_forces_of_a_table_are_a_reservation(tmp_path: Path) -> None:
-    said = command("run", REPLAY, "--out", tmp_path / "out")
+def test_forces_of_a_table_are_a_reservation(finished: tuple[Path, Any]) -> None:
+    folder, said = finished
     ending = " ".join(said.stdout.split())
     assert "Calibrated, with reservations: the validation forces are read from a table" in ending
-    assert "Calibrated, with reservations" in command("status", REPLAY, "--out", tmp_path / "out").stdout
+    assert "Calibrated, with reservations" in command("status", REPLAY, "--out", folder).stdout
