@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined
 from stemcal.fem.kernels.numbers import ZERO
-from stemcal.fem.kernels.vectors import RUN, prefetch, read_run, subtract_run
+from stemcal.fem.kernels.vectors import RUN, prefetch, read_corners, subtract_run
 
 Array = NDArray[np.float64]
 Floats = Any
@@ -29,16 +29,16 @@ RUNS = LANES // RUN
 STRESS = 0
 BACK_STRESS = 6
 PLASTIC_STRAIN = 12
-HOURGLASS_FORCE = 13
+HOURGLASS_FORCE = 13  # on the modal sums
 INTERNAL_ENERGY = 25
 HOURGLASS_ENERGY = 26
 ALIVE = 27
 RATE_FACTOR = 28
-YIELD_RATE = 29
+YIELDING = 29  # Δε:Δε of the step of an element that yields, else 0
 VOLUME = 30
 VISCOUS_PRESSURE = 31
 # Rows that stay as they were at the start.
-HOURGLASS_STIFFNESS = 32
+HOURGLASS_STIFFNESS = 32  # of a modal sum over the corners
 VISCOUS_LENGTH = 33
 FAILURE_STRAIN = 34
 # What rounding has kept from the energies so far.
@@ -65,14 +65,12 @@ def fetch(scratch: Array, runs: Any, x: Array, v: Array, states: Array, followin
     That state begins at ``states[following]``, all states in a row. Its rows are read with strides that the processor
     does not foresee: without the prefetch a model that exceeds the caches is computed at half the speed.
     """
-    line, share = CACHE_LINE // states.itemsize, STATE_ROWS * LANES // 8
-    for a in range(8):
-        for place in range(a * share, (a + 1) * share, line):
-            prefetch(states, following + place)
-        for r in range(RUNS):
-            first, n, place = np.intp(runs[0, r]), np.intp(runs[a, r]), a * LANES + r * RUN
-            read_run(x, n, first, scratch, COORDINATES * LANES + place, 8 * LANES)
-            read_run(v, n, first, scratch, VELOCITIES * LANES + place, 8 * LANES)
+    line = CACHE_LINE // states.itemsize
+    for place in range(0, STATE_ROWS * LANES, line):
+        prefetch(states, following + place)
+    for r in range(0, RUNS, 2):
+        read_corners(x, runs, r, scratch, COORDINATES * LANES + r * RUN, LANES)
+        read_corners(v, runs, r, scratch, VELOCITIES * LANES + r * RUN, LANES)
 
 
 @inlined
@@ -124,10 +122,10 @@ def book(values: Array, row: int, remainder: int, lane: int, value: float) -> No
 
 
 @inlined
-def load8(values: Array, row: int, lane: int) -> Floats:
-    """Return eight successive rows of one lane."""
+def load_corners(values: Array, row: int, lane: int) -> Floats:
+    """Return eight successive rows of one lane, of which the first is that of the corner all are relative to: zero."""
     return (
-        values[row * LANES + lane],
+        ZERO,
         values[(row + 1) * LANES + lane],
         values[(row + 2) * LANES + lane],
         values[(row + 3) * LANES + lane],
@@ -162,16 +160,16 @@ def load3(values: Array, row: int, lane: int) -> Floats:
 
 
 @inlined
-def store8(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
-    """Store eight successive rows of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
-    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
-    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
-    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
-    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
-    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
-    values[(row + 6) * LANES + lane] = f[6] if alive > ZERO else ZERO
-    values[(row + 7) * LANES + lane] = f[7] if alive > ZERO else ZERO
+def store8(values: Array, row: int, lane: int, f: Floats) -> None:
+    """Store eight successive rows of one lane."""
+    values[row * LANES + lane] = f[0]
+    values[(row + 1) * LANES + lane] = f[1]
+    values[(row + 2) * LANES + lane] = f[2]
+    values[(row + 3) * LANES + lane] = f[3]
+    values[(row + 4) * LANES + lane] = f[4]
+    values[(row + 5) * LANES + lane] = f[5]
+    values[(row + 6) * LANES + lane] = f[6]
+    values[(row + 7) * LANES + lane] = f[7]
 
 
 @inlined
@@ -186,8 +184,8 @@ def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
 
 
 @inlined
-def store3(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
-    """Store a vector of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
-    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
-    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
+def store3(values: Array, row: int, lane: int, f: Floats) -> None:
+    """Store a vector of one lane."""
+    values[row * LANES + lane] = f[0]
+    values[(row + 1) * LANES + lane] = f[1]
+    values[(row + 2) * LANES + lane] = f[2]

@@ -51,7 +51,7 @@ def frequency(
 ) -> Floats:
     """Return a bound of ω² of the fastest mode of a free element, 1/s², and its volume.
 
-    ω² ≤ 8 V k / m for its uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have ω² = k/m.
+    ω² ≤ 8 V k / m for its uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have ω² = 64 a/m.
     """
     hexes = topology.hexes
     mx, my, mz = (
@@ -62,7 +62,7 @@ def frequency(
     bx, by, bz = minor_derivatives(my, mz), minor_derivatives(mz, mx), minor_derivatives(mx, my)
     volume = contract(mx, bx)
     uniform = 8.0 * volume * stiffness_bound(bx, by, bz, volume, lame, shear)
-    hourglass = memory * held(state, topology.slots[e], HOURGLASS_STIFFNESS)
+    hourglass = 64.0 * memory * held(state, topology.slots[e], HOURGLASS_STIFFNESS)
     return max(uniform, hourglass) / mass[e], volume
 
 
