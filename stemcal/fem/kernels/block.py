@@ -46,11 +46,11 @@ INTERNAL_REMAINDER = 35
 HOURGLASS_REMAINDER = 36
 STATE_ROWS = 37
 
-# Rows of the scratch: corner coordinates, velocities and forces (x, y, z by eight).
+# Rows of the scratch: corner coordinates and velocities (x, y, z by eight), then forces in the place of the coordinates.
 COORDINATES = 0
 VELOCITIES = 24
-FORCES = 48
-SCRATCH_ROWS = 72
+FORCES = COORDINATES
+SCRATCH_ROWS = 48
 
 CACHE_LINE = 64  # bytes
 
