@@ -18,7 +18,16 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined
 from stemcal.fem.kernels.numbers import ZERO
-from stemcal.fem.kernels.vectors import RUN, prefetch, read_corners, subtract_run
+from stemcal.fem.kernels.vectors import (
+    RUN,
+    prefetch,
+    read_corners,
+    read_scratch,
+    read_state,
+    subtract_run,
+    write_scratch,
+    write_state,
+)
 
 Array = NDArray[np.float64]
 Floats = Any
@@ -99,13 +108,13 @@ def held(state: Array, slot: int, row: int) -> float:
 @inlined
 def load(values: Array, row: int, lane: int) -> Floats:
     """Return one row of one lane."""
-    return values[row * LANES + lane]
+    return read_state(values, row * LANES + lane)
 
 
 @inlined
 def store(values: Array, row: int, lane: int, value: float) -> None:
     """Store one row of one lane."""
-    values[row * LANES + lane] = value
+    write_state(values, row * LANES + lane, value)
 
 
 @inlined
@@ -114,11 +123,11 @@ def book(values: Array, row: int, remainder: int, lane: int, value: float) -> No
 
     Kahan, Comm. ACM 8, 40 (1965): in single precision many small energies would else stop to count.
     """
-    old = values[row * LANES + lane]
-    added = value - values[remainder * LANES + lane]
+    old = read_state(values, row * LANES + lane)
+    added = value - read_state(values, remainder * LANES + lane)
     new = old + added
-    values[remainder * LANES + lane] = (new - old) - added
-    values[row * LANES + lane] = new
+    write_state(values, remainder * LANES + lane, (new - old) - added)
+    write_state(values, row * LANES + lane, new)
 
 
 @inlined
@@ -126,13 +135,13 @@ def load_corners(values: Array, row: int, lane: int) -> Floats:
     """Return eight successive rows of one lane, of which the first is that of the corner all are relative to: zero."""
     return (
         ZERO,
-        values[(row + 1) * LANES + lane],
-        values[(row + 2) * LANES + lane],
-        values[(row + 3) * LANES + lane],
-        values[(row + 4) * LANES + lane],
-        values[(row + 5) * LANES + lane],
-        values[(row + 6) * LANES + lane],
-        values[(row + 7) * LANES + lane],
+        read_scratch(values, (row + 1) * LANES + lane),
+        read_scratch(values, (row + 2) * LANES + lane),
+        read_scratch(values, (row + 3) * LANES + lane),
+        read_scratch(values, (row + 4) * LANES + lane),
+        read_scratch(values, (row + 5) * LANES + lane),
+        read_scratch(values, (row + 6) * LANES + lane),
+        read_scratch(values, (row + 7) * LANES + lane),
     )
 
 
@@ -140,12 +149,12 @@ def load_corners(values: Array, row: int, lane: int) -> Floats:
 def load6(values: Array, row: int, lane: int) -> Floats:
     """Return a symmetric tensor of one lane."""
     return (
-        values[row * LANES + lane],
-        values[(row + 1) * LANES + lane],
-        values[(row + 2) * LANES + lane],
-        values[(row + 3) * LANES + lane],
-        values[(row + 4) * LANES + lane],
-        values[(row + 5) * LANES + lane],
+        read_state(values, row * LANES + lane),
+        read_state(values, (row + 1) * LANES + lane),
+        read_state(values, (row + 2) * LANES + lane),
+        read_state(values, (row + 3) * LANES + lane),
+        read_state(values, (row + 4) * LANES + lane),
+        read_state(values, (row + 5) * LANES + lane),
     )
 
 
@@ -153,39 +162,39 @@ def load6(values: Array, row: int, lane: int) -> Floats:
 def load3(values: Array, row: int, lane: int) -> Floats:
     """Return a vector of one lane."""
     return (
-        values[row * LANES + lane],
-        values[(row + 1) * LANES + lane],
-        values[(row + 2) * LANES + lane],
+        read_state(values, row * LANES + lane),
+        read_state(values, (row + 1) * LANES + lane),
+        read_state(values, (row + 2) * LANES + lane),
     )
 
 
 @inlined
 def store8(values: Array, row: int, lane: int, f: Floats) -> None:
     """Store eight successive rows of one lane."""
-    values[row * LANES + lane] = f[0]
-    values[(row + 1) * LANES + lane] = f[1]
-    values[(row + 2) * LANES + lane] = f[2]
-    values[(row + 3) * LANES + lane] = f[3]
-    values[(row + 4) * LANES + lane] = f[4]
-    values[(row + 5) * LANES + lane] = f[5]
-    values[(row + 6) * LANES + lane] = f[6]
-    values[(row + 7) * LANES + lane] = f[7]
+    write_scratch(values, row * LANES + lane, f[0])
+    write_scratch(values, (row + 1) * LANES + lane, f[1])
+    write_scratch(values, (row + 2) * LANES + lane, f[2])
+    write_scratch(values, (row + 3) * LANES + lane, f[3])
+    write_scratch(values, (row + 4) * LANES + lane, f[4])
+    write_scratch(values, (row + 5) * LANES + lane, f[5])
+    write_scratch(values, (row + 6) * LANES + lane, f[6])
+    write_scratch(values, (row + 7) * LANES + lane, f[7])
 
 
 @inlined
 def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store a symmetric tensor of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
-    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
-    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
-    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
-    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
-    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
+    write_state(values, row * LANES + lane, f[0] if alive > ZERO else ZERO)
+    write_state(values, (row + 1) * LANES + lane, f[1] if alive > ZERO else ZERO)
+    write_state(values, (row + 2) * LANES + lane, f[2] if alive > ZERO else ZERO)
+    write_state(values, (row + 3) * LANES + lane, f[3] if alive > ZERO else ZERO)
+    write_state(values, (row + 4) * LANES + lane, f[4] if alive > ZERO else ZERO)
+    write_state(values, (row + 5) * LANES + lane, f[5] if alive > ZERO else ZERO)
 
 
 @inlined
 def store3(values: Array, row: int, lane: int, f: Floats) -> None:
     """Store a vector of one lane."""
-    values[row * LANES + lane] = f[0]
-    values[(row + 1) * LANES + lane] = f[1]
-    values[(row + 2) * LANES + lane] = f[2]
+    write_state(values, row * LANES + lane, f[0])
+    write_state(values, (row + 1) * LANES + lane, f[1])
+    write_state(values, (row + 2) * LANES + lane, f[2])

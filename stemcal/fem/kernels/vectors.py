@@ -53,7 +53,8 @@ def _read_corners(_typing: Any, nodal: Any, runs: Any, r: Any, values: Any, plac
             origins: list[Any] = []
             for a in range(8):
                 first = builder.add(builder.mul(width, width.type(a)), index)
-                pair = [runs.number(builder.add(first, width.type(k))) for k in range(2)]
+                pair = [builder.load(runs.number(builder.add(first, width.type(k)))) for k in range(2)]
+                pair = [builder.sext(node, width.type) for node in pair]
                 read = [_load(builder, nodal.run(_of_component(builder, nodal, node, i), _RUN)) for node in pair]
                 if a == 0:
                     origins = read
@@ -90,6 +91,53 @@ def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, 
     return types.void(nodal, node, values, place, stride), build
 
 
+def _reading(name: str) -> Any:
+    """Return an intrinsic that reads a number of the array of this name."""
+
+    def read(_typing: Any, values: Any, place: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array = _Value(context, builder, signature.args[0], arguments[0])
+            return _set_apart(builder, builder.load(array.number(arguments[1])), name)
+
+        return values.dtype(values, place), build
+
+    return intrinsic(read)
+
+
+def _writing(name: str) -> Any:
+    """Return an intrinsic that writes a number to the array of this name."""
+
+    def write(_typing: Any, values: Any, place: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array = _Value(context, builder, signature.args[0], arguments[0])
+            _set_apart(builder, builder.store(arguments[2], array.number(arguments[1])), name)
+            return context.get_dummy_value()
+
+        return types.void(values, place, values.dtype), build
+
+    return intrinsic(write)
+
+
+_APART = ("scratch", "state")  # arrays that share no memory
+
+
+def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
+    """Tell LLVM that an access to one of the arrays above meets none of the others.
+
+    It would find that out each time a loop begins, and keep a second, slow loop for the case that they do.
+    """
+    module = builder.module
+
+    def node(*operands: Any) -> Any:
+        return module.add_metadata(list(operands))
+
+    domain = node(ir.MetaDataString(module, "stemcal blocks"))
+    scopes = {one: node(ir.MetaDataString(module, one), domain) for one in _APART}
+    instruction.set_metadata("alias.scope", node(scopes[name]))
+    instruction.set_metadata("noalias", node(*(scope for one, scope in scopes.items() if one != name)))
+    return instruction
+
+
 class _Value:
     """A value that an intrinsic is given; of an array, what lies where in it."""
 
@@ -108,8 +156,8 @@ class _Value:
         return self._builder.extract_value(self._array.shape, axis)
 
     def number(self, place: Any) -> Any:
-        """Return the integer at a place of the array, as wide as places are."""
-        return self._builder.sext(self._builder.load(self._builder.gep(self._array.data, [place])), place.type)
+        """Return the address of a number in the array."""
+        return self._builder.gep(self._array.data, [place])
 
     def run(self, place: Any, form: Any) -> Any:
         """Return the address of a vector in the array."""
@@ -138,3 +186,5 @@ def _store(builder: Any, vector: Any, address: Any) -> None:
 prefetch: Any = intrinsic(_prefetch)
 read_corners: Any = intrinsic(_read_corners)
 subtract_run: Any = intrinsic(_subtract_run)
+read_scratch, write_scratch = _reading("scratch"), _writing("scratch")
+read_state, write_state = _reading("state"), _writing("state")
