@@ -143,7 +143,7 @@ def _precision(model: Model) -> np.dtype[Any]:
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
-    sums = np.zeros((-(-nodes // CHUNK), 5))
+    sums = np.zeros((-(-nodes // CHUNK), 4))
     return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
 
 

@@ -91,12 +91,12 @@ def scatter(scratch: Array, runs: Any, f: Array) -> None:
 
 
 @inlined
-def living(state: Array) -> int:
-    """Return how many elements of a block are alive."""
-    count = 0
+def count(state: Array, row: int) -> int:
+    """Return how many elements of a block have more than zero in a row: are alive, or yield."""
+    some = 0
     for lane in range(LANES):
-        count += state[ALIVE, lane] > 0.0
-    return count
+        some += state[row, lane] > ZERO
+    return some
 
 
 @inlined

@@ -31,8 +31,8 @@ from stemcal.fem.kernels.block import (
     VOLUME,
     YIELDING,
     book,
+    count,
     fetch,
-    living,
     load,
     load3,
     load6,
@@ -209,6 +209,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     store(state, PLASTIC_STRAIN, lane, strain)
     store(state, ALIVE, lane, alive)
     store(state, YIELDING, lane, double_dot(de, de) if q > static_yield else ZERO)
+    store(state, RATE_FACTOR, lane, ONE)  # unless it yields: see `follow_rates`
     store(state, VOLUME, lane, volume)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
@@ -223,11 +224,7 @@ def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
 @inlined
 def follow_rates(state: Array, dt: float, material: Floats) -> None:
     """Work out the rate factors of a block's next step; most blocks do not yield, and powers take their time."""
-    most = ZERO
-    for lane in range(LANES):
-        most = max(most, state[YIELDING, lane])
-        state[RATE_FACTOR, lane] = ONE
-    if most > ZERO:
+    if count(state, YIELDING) > 0:
         per_dt = ONE / max(dt, TINY)
         for lane in range(LANES):
             rate = sqrt(state[YIELDING, lane]) * per_dt
@@ -254,9 +251,9 @@ def add_internal_forces(
     """
     failed, step = 0, like(state[0, 0, 0], dt)
     for b in range(runs.shape[0]):
-        alive = living(state[b])
+        alive = count(state[b], ALIVE)
         if alive > 0:
             run_block(b, scratch, runs, x, v, state, step, material)
             scatter(scratch, targets[b], f)
-            failed += alive - living(state[b])
+            failed += alive - count(state[b], ALIVE)
     return failed

@@ -76,7 +76,7 @@ class Ledger(NamedTuple):
     tool_work: Array  # (1,) of the moving tools
     external_work: Array  # (1,) of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) carried away by nodes without elements
-    node_sums: Array  # (chunks, 5) of the last step, as `kick_and_drift` leaves them
+    node_sums: Array  # (chunks, 4) of the last step, as `kick_and_drift` leaves them
 
 
 class Settings(NamedTuple):

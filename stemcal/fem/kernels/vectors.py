@@ -91,6 +91,16 @@ def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, 
     return types.void(nodal, node, values, place, stride), build
 
 
+def _maximum(_typing: Any, a: Any, b: Any) -> Any:
+    """Return the larger of two numbers, NaN if either is: unlike `max` it goes through a loop as a vector."""
+
+    def build(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        form = ir.FunctionType(_NUMBER, [_NUMBER, _NUMBER])
+        return builder.call(builder.module.declare_intrinsic("llvm.maximum", (_NUMBER,), form), arguments)
+
+    return types.float64(types.float64, types.float64), build
+
+
 def _reading(name: str) -> Any:
     """Return an intrinsic that reads a number of the array of this name."""
 
@@ -186,5 +196,6 @@ def _store(builder: Any, vector: Any, address: Any) -> None:
 prefetch: Any = intrinsic(_prefetch)
 read_corners: Any = intrinsic(_read_corners)
 subtract_run: Any = intrinsic(_subtract_run)
+maximum: Any = intrinsic(_maximum)
 read_scratch, write_scratch = _reading("scratch"), _writing("scratch")
 read_state, write_state = _reading("state"), _writing("state")
