@@ -111,7 +111,7 @@ def _targets(runs: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints
 
 
 def nodal(values: Array, rows: int = 0) -> Array:
-    """Return a copy of values per node (N, 3) that lies component by component, with more rows (N + `rows`, 3) of zeros.
+    """Return a copy of values per node (N, 3) that lies component by component, (N + `rows`, 3) with rows of zeros.
 
     Behind the last component there are `RUN` numbers to spare, which a run of the last nodes may reach into.
     """

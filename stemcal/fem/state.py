@@ -15,9 +15,11 @@ from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays
 from stemcal.fem.kernels.block import (
     ALIVE,
     CACHE_LINE,
+    ELEMENT_MASS,
     FAILURE_STRAIN,
     HOURGLASS_STIFFNESS,
     LANES,
+    PLASTIC_STRAIN,
     RATE_FACTOR,
     SCRATCH_ROWS,
     STATE_ROWS,
@@ -83,10 +85,8 @@ def start(model: Model) -> State:
     volumes, shares = model.mesh.volumes(), element_shares(model)
     size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(
-        topology, body.x, body.state, body.element_mass, model.material.lame_modulus,
-        model.material.shear_modulus,
-        material.hourglass_memory,
-    )  # fmt: skip
+        body, topology.slots, model.material.lame_modulus, model.material.shear_modulus, material.hourglass_memory
+    )
     if not volume > 0.0:
         raise SimulationFailed("inverted", "the mesh has an element without volume at the start")
     return State(
@@ -97,7 +97,12 @@ def start(model: Model) -> State:
         spread=spread_edge(model.tools, body.x, body.ghosts, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes)),
         exchange=exchange(
-            model.mesh, topology.neighbours, shares, model.material.failure_strain, model.material.internal_length
+            model.mesh,
+            topology.neighbours,
+            shares,
+            model.material.failure_strain,
+            model.material.internal_length,
+            body.state[:, PLASTIC_STRAIN],
         ),
         lanes=lanes,
         shares=lanes.spread(shares, 0.0),
@@ -152,6 +157,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
     x = nodal(mesh.nodes)
     element_state = _element_state(model, material, lanes)
     element_mass = _element_masses(model, material, element_state, topology)
+    element_state[:, ELEMENT_MASS] = lanes.spread(element_mass, 1.0)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
     v = nodal(np.zeros_like(x) if model.velocity is None else model.velocity)

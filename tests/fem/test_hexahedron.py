@@ -149,7 +149,7 @@ def estimate(model: Model) -> tuple[float, int, float]:
     state = start(model)
     body, m = state.body, model.material
     lame = m.bulk_modulus - 2.0 / 3.0 * m.shear_modulus
-    found = stable_step(state.topology, body.x, body.state, body.element_mass, lame, m.shear_modulus, 1.0)
+    found = stable_step(body, state.topology.slots, lame, m.shear_modulus, 1.0)
     return float(found[0]), int(found[1]), float(found[2])
 
 

@@ -42,11 +42,11 @@ HOURGLASS_FORCE = 13  # on the modal sums
 INTERNAL_ENERGY = 25
 HOURGLASS_ENERGY = 26
 ALIVE = 27
-RATE_FACTOR = 28
-YIELDING = 29  # Δε:Δε of the step of an element that yields, else 0
-VOLUME = 30
-VISCOUS_PRESSURE = 31
+RATE_FACTOR = 28  # within a step −Δε:Δε of an element that yields
+VOLUME = 29
+VISCOUS_PRESSURE = 30
 # Rows that stay as they were at the start.
+ELEMENT_MASS = 31
 HOURGLASS_STIFFNESS = 32  # of a modal sum over the corners
 VISCOUS_LENGTH = 33
 FAILURE_STRAIN = 34
@@ -55,11 +55,14 @@ INTERNAL_REMAINDER = 35
 HOURGLASS_REMAINDER = 36
 STATE_ROWS = 37
 
-# Rows of the scratch: corner coordinates and velocities (x, y, z by eight), then forces in the place of the coordinates.
+# Rows of the scratch: corner coordinates and velocities (x, y, z by eight); forces take the place of the coordinates.
 COORDINATES = 0
 VELOCITIES = 24
 FORCES = COORDINATES
 SCRATCH_ROWS = 48
+# What the time step needs, in the place of the corner that all are relative to.
+RATES = COORDINATES
+VOLUMES = VELOCITIES
 
 CACHE_LINE = 64  # bytes
 
@@ -91,18 +94,27 @@ def scatter(scratch: Array, runs: Any, f: Array) -> None:
 
 
 @inlined
-def count(state: Array, row: int) -> int:
-    """Return how many elements of a block have more than zero in a row: are alive, or yield."""
-    some = 0
+def living(state: Array) -> int:
+    """Return how many elements of a block are alive."""
+    count = 0
     for lane in range(LANES):
-        some += state[row, lane] > ZERO
-    return some
+        count += state[ALIVE, lane] > ZERO
+    return count
 
 
 @inlined
 def held(state: Array, slot: int, row: int) -> float:
     """Return one row of the element in a slot, block · `LANES` + lane."""
     return state[slot // LANES, row, slot % LANES]
+
+
+@inlined
+def place_of(slots: Any, slot: int) -> int:
+    """Return the element that lies in a slot, −1 if none does."""
+    for e in range(slots.shape[0]):
+        if slots[e] == slot:
+            return e
+    return -1
 
 
 @inlined

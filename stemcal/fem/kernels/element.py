@@ -29,10 +29,9 @@ from stemcal.fem.kernels.block import (
     VISCOUS_LENGTH,
     VISCOUS_PRESSURE,
     VOLUME,
-    YIELDING,
     book,
-    count,
     fetch,
+    living,
     load,
     load3,
     load6,
@@ -87,10 +86,15 @@ class MaterialNumbers(NamedTuple):
 
 
 @inlined
+def per_time(dt: Floats) -> Floats:
+    """Return 1/Δt, a number even for the first step, before which no time has passed; LLVM works it out once a loop."""
+    return ONE / max(dt, TINY)
+
+
+@inlined
 def bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> Floats:
     """Return von Neumann and Richtmyer's pressure, q = ρ l (c₂ l ε̇ᵥ² + c₁ c |ε̇ᵥ|) in compression, 0 in expansion."""
-    per_dt = ONE / max(dt, TINY)
-    closing = max(-(de[0] + de[1] + de[2]) * per_dt, ZERO)
+    closing = max(-(de[0] + de[1] + de[2]) * per_time(dt), ZERO)
     quadratic = material.viscosity_quadratic * length * closing
     linear = material.viscosity_linear * material.sound_speed
     return material.density * length * closing * (quadratic + linear)
@@ -208,8 +212,8 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     book(state, HOURGLASS_ENERGY, HOURGLASS_REMAINDER, lane, dt * power if alive > ZERO else ZERO)
     store(state, PLASTIC_STRAIN, lane, strain)
     store(state, ALIVE, lane, alive)
-    store(state, YIELDING, lane, double_dot(de, de) if q > static_yield else ZERO)
-    store(state, RATE_FACTOR, lane, ONE)  # unless it yields: see `follow_rates`
+    yielded = double_dot(de, de) if q > static_yield else ZERO
+    store(state, RATE_FACTOR, lane, -yielded if yielded > ZERO else ONE)  # see `follow_rates`
     store(state, VOLUME, lane, volume)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
@@ -224,11 +228,15 @@ def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
 @inlined
 def follow_rates(state: Array, dt: float, material: Floats) -> None:
     """Work out the rate factors of a block's next step; most blocks do not yield, and powers take their time."""
-    if count(state, YIELDING) > 0:
-        per_dt = ONE / max(dt, TINY)
+    yielding = 0
+    for lane in range(LANES):
+        yielding += state[RATE_FACTOR, lane] < ZERO
+    if yielding > 0:
         for lane in range(LANES):
-            rate = sqrt(state[YIELDING, lane]) * per_dt
-            state[RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
+            squared = -state[RATE_FACTOR, lane]
+            if squared > ZERO:
+                rate = sqrt(squared) * per_time(dt)
+                state[RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
 
 
 @inlined
@@ -251,9 +259,9 @@ def add_internal_forces(
     """
     failed, step = 0, like(state[0, 0, 0], dt)
     for b in range(runs.shape[0]):
-        alive = count(state[b], ALIVE)
+        alive = living(state[b])
         if alive > 0:
             run_block(b, scratch, runs, x, v, state, step, material)
             scatter(scratch, targets[b], f)
-            failed += alive - count(state[b], ALIVE)
+            failed += alive - living(state[b])
     return failed

@@ -8,10 +8,10 @@ one constant, three linear and four hourglass modes. In modal form the volume is
 
     V = 8 ( [x₁,x₂,x₃] + ⅓[x₅,x₄,x₃] + ⅓[x₆,x₂,x₄] + ⅓[x₁,x₆,x₅] ),   [a,b,c] = a·(b×c),
 
-and its derivatives bₘ = ∂V/∂xₘ give the volume mean of any gradient, ⟨∂v/∂x⟩ = Σ vₘ⊗bₘ / V. The sums over the corners
-that make the modes are eight times as large, Xₘ = 8 xₘ, and with them everything is as simple: Bₘ = 8 bₘ, Σ Xₘ Bₘ = 64 V,
-⟨∂v/∂x⟩ = Σ Vₘ⊗Bₘ / 64 V. This is the uniform gradient of Flanagan and Belytschko (Int. J. Numer. Meth. Eng. 17, 679-706, 1981), exact for any shape of the
-element, so distorted meshes pass the patch test.
+and its derivatives bₘ = ∂V/∂xₘ give the volume mean of any gradient, ⟨∂v/∂x⟩ = Σ vₘ⊗bₘ / V. The element loop works
+with the sums over the corners that make the modes, Xₘ = 8 xₘ, and saves their scaling: Bₘ = 8 bₘ, Σ Xₘ Bₘ = 64 V,
+⟨∂v/∂x⟩ = Σ Vₘ⊗Bₘ / 64 V. This is the uniform gradient of Flanagan and Belytschko (Int. J. Numer. Meth. Eng. 17,
+679-706, 1981), exact for any shape of the element, so distorted meshes pass the patch test.
 
 Corners are numbered as in LS-DYNA: 1-4 around the face ζ = −1, 5-8 above them.
 """
@@ -113,7 +113,7 @@ def contract(m: Floats, b: Floats) -> Floats:
 
 @inlined
 def velocity_gradient(u: Floats, v: Floats, w: Floats, bx: Floats, by: Floats, bz: Floats, per_volume: float) -> Floats:
-    """Return the nine components L = Σ vₘ⊗bₘ / V, row by row (∂u/∂x, ∂u/∂y, …), with 1/V; likewise of the sums with 1/64 V."""
+    """Return the nine components L = Σ vₘ⊗bₘ / V, row by row (∂u/∂x, ∂u/∂y, …): 1/V given, or 1/64 V with sums."""
     return (
         contract(u, bx) * per_volume,
         contract(u, by) * per_volume,

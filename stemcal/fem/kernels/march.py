@@ -96,13 +96,7 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
     if clock.steps[0] % STEP_LIFE != 0:
         return REACHED
     stable, element, volume = stable_step(
-        topology,
-        body.x,
-        body.state,
-        body.element_mass,
-        settings.lame,
-        settings.shear,
-        material.hourglass_memory,
+        body, topology.slots, settings.lame, settings.shear, material.hourglass_memory
     )
     clock.trouble[0] = element
     if not volume > 0.0:

@@ -44,8 +44,19 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
 def move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> Any:
     """Advance component i of nodes first…last−1; returns twice the works over `kick`, and twice the kinetic energy."""
     mine = slice(first, last)  # counted from 0, n is never taken for one of Python's negative indices
-    x, v, f, push, loads = body.x.T[i, mine], body.v.T[i, mine], body.f.T[i, mine], body.push.T[i, mine], body.loads.T[i, mine]
-    free, driven, mass, inverse_mass = body.free.T[i, mine], body.driven.T[i, mine], body.mass[mine], body.inverse_mass[mine]
+    x, v, f, push, loads = (
+        body.x.T[i, mine],
+        body.v.T[i, mine],
+        body.f.T[i, mine],
+        body.push.T[i, mine],
+        body.loads.T[i, mine],
+    )
+    free, driven, mass, inverse_mass = (
+        body.free.T[i, mine],
+        body.driven.T[i, mine],
+        body.mass[mine],
+        body.inverse_mass[mine],
+    )
     pushed, loaded, product = 0.0, 0.0, 0.0
     for n in range(x.shape[0]):
         old, pressed, load = v[n], push[n], loads[n]
