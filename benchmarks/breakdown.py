@@ -135,7 +135,7 @@ def no_return(trial, back, strain, _factor, _material):
 
 
 @njit(forceinline=True)
-def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _material):
+def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _material, _alive):
     """Resist no hourglass mode."""
     none = (ZERO * dt, ZERO * dt, ZERO * dt)
     return (none, none, none, none), none[0]
@@ -197,7 +197,7 @@ def in_turns(works: dict[str, Callable[[], None]], turns: int = 9, each: int = 2
 def loop_of(loop: Any, state: State, each: int = 200) -> Callable[[], None]:
     """Return what advances the elements so many times by nothing, so that every variant meets the same state."""
     body = state.body
-    own, forces = body.state.copy(), body.f.copy()
+    own, forces = body.state.copy(), body.f.copy("K")
 
     def work() -> None:
         for _ in range(each):

@@ -35,9 +35,8 @@ from numba import njit
 from stemcal import cutting
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import LANES, STATE_ROWS
-from stemcal.fem.kernels.element import add_internal_forces, element
+from stemcal.fem.kernels.element import add_internal_forces, element, follow_rates
 from stemcal.fem.kernels.march import march
-from stemcal.fem.kernels.plasticity import rate_factor
 from stemcal.fem.kernels.vectors import RUN
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
@@ -65,18 +64,18 @@ def one_by_one(scratch, runs, targets, x, v, state, f, dt, material):
     """Do the same one element at a time: gather it, advance it, scatter it."""
     for b in range(runs.shape[0]):
         for lane in range(LANES):
+            first = runs[b, 0, lane // RUN] + lane % RUN
             for a in range(8):
                 n = runs[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
-                    scratch[(block.COORDINATES + 8 * i + a) * LANES + lane] = x[n, i]
-                    scratch[(block.VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i]
+                    scratch[(block.COORDINATES + 8 * i + a) * LANES + lane] = x[n, i] - x[first, i]
+                    scratch[(block.VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i] - v[first, i]
             element(scratch, state[b].reshape(STATE_ROWS * LANES), lane, dt, material)
-            rate = state[b, block.YIELD_RATE, lane]
-            state[b, block.RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
             for a in range(8):
                 n = targets[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
                     f[n, i] -= scratch[(block.FORCES + 8 * i + a) * LANES + lane]
+        follow_rates(state[b], dt, material)
 
 
 def moving_block(counts: tuple[int, int, int], precision: Precision = "mixed") -> Model:
@@ -96,7 +95,7 @@ def kernel() -> None:
         ("element by element", one_by_one, "double"),
     )
     for name, function, precision in forms:
-        model = moving_block((51, 24, 3), precision)
+        model = moving_block((3, 24, 51), precision)  # the long way last, as stems are meshed
         state = start(model)
 
         def work(state: State = state, function: Callable[..., Any] = function) -> None:

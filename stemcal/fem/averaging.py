@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def exchange(
-    mesh: Mesh, neighbours: NDArray[np.int32], shares: Array, failure_strain: float, length: float
+    mesh: Mesh, neighbours: NDArray[np.int32], shares: Array, failure_strain: float, length: float, strains: Array
 ) -> Exchange:
     """Return the exchange that averages over an internal length; length 0 makes failure local.
 
@@ -27,20 +27,22 @@ def exchange(
         ½ for elements that a mirror plane cuts in two, 1 for all others.
     length : float
         ℓ of the weight exp(−r²/ℓ²), mm.
+    strains : array (blocks, lanes)
+        The plastic strains as the blocks of elements hold them.
     """
     elements = len(mesh.hexes)
     if length == 0.0:
-        return Exchange(np.zeros((0, 6)), 0, failure_strain, *_means(0))
+        return Exchange(np.zeros((0, 6)), 0, failure_strain, *_means(0, strains[:0]))
     rate = _conductances(mesh, neighbours, shares) / (shares * mesh.volumes())[:, None]
     time = 0.25 * length**2
     # a pass hands over at most half of what an element has: with all of it, neighbours would only change places
     passes = max(1, ceil(2.0 * time * float(rate.sum(axis=1).max())))
-    return Exchange(rate * time / passes, passes, failure_strain, *_means(elements))
+    return Exchange(rate * time / passes, passes, failure_strain, *_means(elements, strains))
 
 
-def _means(elements: int) -> tuple[Array, Array, Array, NDArray[np.int64]]:
-    """Return mean, scratch and known strain of so many elements, and that none has been looked at."""
-    return np.zeros(elements), np.zeros(elements), np.zeros(elements), np.zeros(1, dtype=np.int64)
+def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array, NDArray[np.int64]]:
+    """Return mean, scratch and known strain of so many elements, the largest mean, and that none has been looked at."""
+    return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1), np.zeros(1, dtype=np.int64)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32], shares: Array) -> Array:

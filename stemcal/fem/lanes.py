@@ -111,7 +111,11 @@ def _targets(runs: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints
 
 
 def nodal(values: Array, rows: int = 0) -> Array:
-    """Return a copy of values per node (N, 3) with the rows to spare that a run may reach into, and more of zeros."""
-    copy = np.zeros((len(values) + RUN + rows, 3))
+    """Return a copy of values per node (N, 3) that lies component by component, (N + `rows`, 3) with rows of zeros.
+
+    Behind the last component there are `RUN` numbers to spare, which a run of the last nodes may reach into.
+    """
+    count = len(values) + rows
+    copy = np.zeros(3 * count + RUN)[: 3 * count].reshape((count, 3), order="F")
     copy[: len(values)] = values
     return copy

@@ -47,15 +47,17 @@ class Mesh:
         return Topology(self.hexes, slots, self.neighbours(), np.ones(len(self.hexes), dtype=np.bool_), live, crowns)
 
     def volumes(self) -> Array:
-        """Return the volume of each element, mm³: the triple products of its modes (see `kernels.hexahedron`)."""
-        x, bx = self.modal_gradients()[0]
-        return np.asarray(hexahedron.contract.py_func(x, bx))
+        """Return the volume of each element, mm³, V = Σ Xₘ Bₘ / 64 (see `kernels.hexahedron`)."""
+        x, y, z = self._modal_sums()
+        return np.asarray(hexahedron.contract.py_func(x, hexahedron.minors.py_func(y, z)) / 64.0)
 
-    def modal_gradients(self) -> list[tuple[Any, Any]]:
-        """Return for each of x, y, z the modes of the elements' corners and b = ∂V/∂xₘ, as tuples of arrays (E,)."""
-        modes, derivatives = hexahedron.modes.py_func, hexahedron.minor_derivatives.py_func
-        x, y, z = (modes(tuple(self.nodes[self.hexes, i].T)) for i in range(3))
-        return [(x, derivatives(y, z)), (y, derivatives(z, x)), (z, derivatives(x, y))]
+    def modal_gradients(self) -> list[tuple[Any, ...]]:
+        """Return for each of x, y, z the derivatives b = ∂V/∂xₘ by the modes of the corners, tuples of arrays (E,)."""
+        x, y, z = self._modal_sums()
+        return [tuple(b / 8.0 for b in hexahedron.minors.py_func(p, q)) for p, q in ((y, z), (z, x), (x, y))]
+
+    def _modal_sums(self) -> list[tuple[Any, ...]]:
+        return [hexahedron.modal_sums.py_func(tuple(self.nodes[self.hexes, i].T)) for i in range(3)]
 
     def moved(self, nodes: Array) -> Mesh:
         """Return the same mesh with its nodes elsewhere."""

@@ -15,9 +15,11 @@ from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays
 from stemcal.fem.kernels.block import (
     ALIVE,
     CACHE_LINE,
+    ELEMENT_MASS,
     FAILURE_STRAIN,
     HOURGLASS_STIFFNESS,
     LANES,
+    PLASTIC_STRAIN,
     RATE_FACTOR,
     SCRATCH_ROWS,
     STATE_ROWS,
@@ -33,6 +35,7 @@ from stemcal.fem.kernels.nodes import CHUNK
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
+from stemcal.fem.kernels.vectors import RUN
 from stemcal.fem.lanes import Lanes, lay_out, nodal
 from stemcal.fem.material import HOURGLASS_SHARE
 from stemcal.fem.model import Model
@@ -82,10 +85,8 @@ def start(model: Model) -> State:
     volumes, shares = model.mesh.volumes(), element_shares(model)
     size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(
-        topology, body.x, body.state, body.element_mass, model.material.lame_modulus,
-        model.material.shear_modulus,
-        material.hourglass_memory,
-    )  # fmt: skip
+        body, topology.slots, model.material.lame_modulus, model.material.shear_modulus, material.hourglass_memory
+    )
     if not volume > 0.0:
         raise SimulationFailed("inverted", "the mesh has an element without volume at the start")
     return State(
@@ -96,7 +97,12 @@ def start(model: Model) -> State:
         spread=spread_edge(model.tools, body.x, body.ghosts, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes)),
         exchange=exchange(
-            model.mesh, topology.neighbours, shares, model.material.failure_strain, model.material.internal_length
+            model.mesh,
+            topology.neighbours,
+            shares,
+            model.material.failure_strain,
+            model.material.internal_length,
+            body.state[:, PLASTIC_STRAIN],
         ),
         lanes=lanes,
         shares=lanes.spread(shares, 0.0),
@@ -142,31 +148,32 @@ def _precision(model: Model) -> np.dtype[Any]:
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
-    sums = np.zeros((-(-nodes // CHUNK), 5))
+    sums = np.zeros((-(-nodes // CHUNK), 4))
     return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
 
 
 def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topology) -> Body:
     mesh = model.mesh
-    x = nodal(mesh.nodes)[: len(mesh.nodes)]
+    x = nodal(mesh.nodes)
     element_state = _element_state(model, material, lanes)
     element_mass = _element_masses(model, material, element_state, topology)
+    element_state[:, ELEMENT_MASS] = lanes.spread(element_mass, 1.0)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
-    v = nodal(np.zeros_like(x) if model.velocity is None else model.velocity)[: len(x)]
-    held = np.zeros(x.shape, dtype=bool) if model.held is None else model.held.copy()
+    v = nodal(np.zeros_like(x) if model.velocity is None else model.velocity)
+    held = np.zeros(x.shape, dtype=bool, order="F") if model.held is None else model.held.copy(order="F")
     ghosts = _ghosts(model)
     held[ghosts[:, 0]] = True
     mass[ghosts[:, 0]] = 0.0
     # what stays zero is asked for by `zeros`: nobody writes there, so it takes no memory
-    loads = np.zeros(x.shape) if model.loads is None else np.array(model.loads, dtype=float)
-    driven = np.zeros(x.shape)
+    loads = np.zeros(x.shape, order="F") if model.loads is None else np.array(model.loads, dtype=float, order="F")
+    driven = np.zeros(x.shape, order="F")
     driven[held] = v[held]
     return Body(
         x=x,
         v=v,
-        f=nodal(loads, len(lanes.late)),
-        push=np.zeros(x.shape),
+        f=nodal(loads, RUN + len(lanes.late)),
+        push=np.zeros(x.shape, order="F"),
         loads=loads,
         mass=mass,
         inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
@@ -228,16 +235,13 @@ def _points(model: Model) -> Array:
 
 
 def hourglass_stiffness(model: Model, material: MaterialNumbers) -> Array:
-    """Return the resistance per modal amplitude of each element, 64 a: N/mm, or N s/mm in the viscous form.
-
-    A modal amplitude is q_m = Γ·u/8, and the force on it Γ·f, hence 64 times the a of `Hourglass`.
-    """
+    """Return the resistance a of each element to a modal sum Γ·u (see `Hourglass`): N/mm, or N s/mm if viscous."""
     length = np.cbrt(model.mesh.volumes())
     if model.hourglass.form == "viscous":
         a = material.density * material.sound_speed * length**2 / 4.0
     else:
         a = HOURGLASS_SHARE * model.material.p_wave_modulus * length
-    return np.asarray(64.0 * model.hourglass.coefficient * a)
+    return np.asarray(model.hourglass.coefficient * a)
 
 
 def _candidates(tools: int, nodes: int, elements: int) -> Candidates:

@@ -150,7 +150,7 @@ def _kinetic(state: State) -> float:
     """Return the kinetic energy at the time of the last forces, mJ; before the first step that of the velocities."""
     if state.clock.steps[0] == 0:
         return float(kinetic_energy(state.body.v, state.body.mass))
-    return float(state.ledger.node_sums[:, 4].sum())
+    return float(state.ledger.node_sums[:, 3].sum())
 
 
 def _history(state: State, rows: list[dict[str, Any]]) -> History:

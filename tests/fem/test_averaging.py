@@ -31,8 +31,9 @@ def states(strain: Array) -> Array:
 
 def averaged(mesh: Mesh, strain: Array, length: float, topology: Topology | None = None) -> Array:
     topology = mesh.topology() if topology is None else topology
-    spread = exchange(mesh, topology.neighbours, np.ones(len(strain)), 1.0, length)
-    called(erosion.spread_strains)(spread, topology, states(strain))
+    state = states(strain)
+    spread = exchange(mesh, topology.neighbours, np.ones(len(strain)), 1.0, length, state[:, PLASTIC_STRAIN])
+    called(erosion.spread_strains)(spread, topology, state)
     return spread.mean.copy()
 
 
@@ -79,9 +80,10 @@ def test_a_mirror_plane_is_as_good_as_the_other_half() -> None:
         model = build(ShearTest(Material(1e-9, 1000.0, 0.3), stem=Stem(length=11.0), discretisation=how))
         centres = model.mesh.nodes[model.mesh.hexes].mean(axis=1)
         strain = np.exp(-(centres[:, 0] ** 2)) * (4.0 + centres[:, 2])
-        topology = model.mesh.topology()
-        spread = exchange(model.mesh, topology.neighbours, element_shares(model), 1.0, 1.5)
-        called(erosion.spread_strains)(spread, topology, states(strain))
+        topology, state = model.mesh.topology(), states(strain)
+        shares = element_shares(model)
+        spread = exchange(model.mesh, topology.neighbours, shares, 1.0, 1.5, state[:, PLASTIC_STRAIN])
+        called(erosion.spread_strains)(spread, topology, state)
         places = np.round(np.abs(centres) * np.array([1.0, 1.0, 0.0]) + centres * np.array([0.0, 0.0, 1.0]), 6) + 0.0
         means[symmetry] = {tuple(p): m for p, m in zip(places, spread.mean, strict=True)}
     assert len(means["quarter"]) == len(means["none"]) > 100
@@ -105,7 +107,7 @@ def test_elements_fail_by_their_mean_strain_alone() -> None:
     """One strained slice of many does not fail at a strain far above the limit, a wide field does just at it."""
     mesh = brick((40.0, 1.0, 1.0), (40, 1, 1))
     topology = mesh.topology()
-    spread = exchange(mesh, topology.neighbours, np.ones(40), 0.05, 4.0)
+    spread = exchange(mesh, topology.neighbours, np.ones(40), 0.05, 4.0, states(np.zeros(40))[:, PLASTIC_STRAIN])
     single, wide = np.zeros(40), np.full(40, 0.05)
     single[20] = 0.3  # mean 0.3/(4√π) = 0.0423
     assert not called(erosion.fail_by_mean_strain)(spread, topology, states(single))
@@ -113,10 +115,9 @@ def test_elements_fail_by_their_mean_strain_alone() -> None:
 
 
 def test_no_length_leaves_each_element_to_itself() -> None:
-    assert (
-        exchange(brick((1.0, 1.0, 1.0), (1, 1, 1)), np.full((1, 6), -1, dtype=np.int32), np.ones(1), 0.1, 0.0).passes
-        == 0
-    )
+    alone, one = np.full((1, 6), -1, dtype=np.int32), np.ones(1)
+    spread = exchange(brick((1.0, 1.0, 1.0), (1, 1, 1)), alone, one, 0.1, 0.0, states(one)[:, PLASTIC_STRAIN])
+    assert spread.passes == 0
     assert Material(1e-9, 1000.0, 0.3, failure_strain=0.1).failure_strains(np.ones(1))[0] == 0.1
     nonlocal_ = Material(1e-9, 1000.0, 0.3, failure_strain=0.1, internal_length=1.0)
     assert nonlocal_.failure_strains(np.ones(1))[0] == np.inf

@@ -90,7 +90,7 @@ def test_mean_gradient_of_a_linear_field_is_exact(seed: int) -> None:
     v = x @ gradient.T
     mx, my, mz = (modes(tuple(x[:, i])) for i in range(3))
     b = minor_derivatives(my, mz), minor_derivatives(mz, mx), minor_derivatives(mx, my)
-    found = velocity_gradient(*(modes(tuple(v[:, i])) for i in range(3)), *b, contract(mx, b[0]))
+    found = velocity_gradient(*(modes(tuple(v[:, i])) for i in range(3)), *b, 1.0 / contract(mx, b[0]))
     np.testing.assert_allclose(np.reshape(found, (3, 3)), gradient, atol=1e-13)
 
 
@@ -149,7 +149,7 @@ def estimate(model: Model) -> tuple[float, int, float]:
     state = start(model)
     body, m = state.body, model.material
     lame = m.bulk_modulus - 2.0 / 3.0 * m.shear_modulus
-    found = stable_step(state.topology, body.x, body.state, body.element_mass, lame, m.shear_modulus, 1.0)
+    found = stable_step(body, state.topology.slots, lame, m.shear_modulus, 1.0)
     return float(found[0]), int(found[1]), float(found[2])
 
 
@@ -172,7 +172,7 @@ def test_the_time_step_is_stable(
     x = shape(seed) * np.array([1.0, 1.0, aspect])
     body = model(x, poisson, element, hourglass)
     state = start(body)
-    fastest = largest_frequency(x, element, state.material, float(state.body.state[0, HOURGLASS_STIFFNESS, 0]))
+    fastest = largest_frequency(x, element, state.material, 64.0 * float(state.body.state[0, HOURGLASS_STIFFNESS, 0]))
     assert estimate(body)[0] * fastest <= 2.0 * 1.03
 
 

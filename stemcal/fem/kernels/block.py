@@ -18,7 +18,16 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined
 from stemcal.fem.kernels.numbers import ZERO
-from stemcal.fem.kernels.vectors import RUN, prefetch, read_run, subtract_run
+from stemcal.fem.kernels.vectors import (
+    RUN,
+    prefetch,
+    read_corners,
+    read_scratch,
+    read_state,
+    subtract_run,
+    write_scratch,
+    write_state,
+)
 
 Array = NDArray[np.float64]
 Floats = Any
@@ -29,16 +38,16 @@ RUNS = LANES // RUN
 STRESS = 0
 BACK_STRESS = 6
 PLASTIC_STRAIN = 12
-HOURGLASS_FORCE = 13
+HOURGLASS_FORCE = 13  # on the modal sums
 INTERNAL_ENERGY = 25
 HOURGLASS_ENERGY = 26
 ALIVE = 27
-RATE_FACTOR = 28
-YIELD_RATE = 29
-VOLUME = 30
-VISCOUS_PRESSURE = 31
+RATE_FACTOR = 28  # within a step −Δε:Δε of an element that yields
+VOLUME = 29
+VISCOUS_PRESSURE = 30
 # Rows that stay as they were at the start.
-HOURGLASS_STIFFNESS = 32
+ELEMENT_MASS = 31
+HOURGLASS_STIFFNESS = 32  # of a modal sum over the corners
 VISCOUS_LENGTH = 33
 FAILURE_STRAIN = 34
 # What rounding has kept from the energies so far.
@@ -46,11 +55,14 @@ INTERNAL_REMAINDER = 35
 HOURGLASS_REMAINDER = 36
 STATE_ROWS = 37
 
-# Rows of the scratch: corner coordinates, velocities and forces (x, y, z by eight).
+# Rows of the scratch: corner coordinates and velocities (x, y, z by eight); forces take the place of the coordinates.
 COORDINATES = 0
 VELOCITIES = 24
-FORCES = 48
-SCRATCH_ROWS = 72
+FORCES = COORDINATES
+SCRATCH_ROWS = 48
+# What the time step needs, in the place of the corner that all are relative to.
+RATES = COORDINATES
+VOLUMES = VELOCITIES
 
 CACHE_LINE = 64  # bytes
 
@@ -65,14 +77,12 @@ def fetch(scratch: Array, runs: Any, x: Array, v: Array, states: Array, followin
     That state begins at ``states[following]``, all states in a row. Its rows are read with strides that the processor
     does not foresee: without the prefetch a model that exceeds the caches is computed at half the speed.
     """
-    line, share = CACHE_LINE // states.itemsize, STATE_ROWS * LANES // 8
-    for a in range(8):
-        for place in range(a * share, (a + 1) * share, line):
-            prefetch(states, following + place)
-        for r in range(RUNS):
-            first, n, place = np.intp(runs[0, r]), np.intp(runs[a, r]), a * LANES + r * RUN
-            read_run(x, n, first, scratch, COORDINATES * LANES + place, 8 * LANES)
-            read_run(v, n, first, scratch, VELOCITIES * LANES + place, 8 * LANES)
+    line = CACHE_LINE // states.itemsize
+    for place in range(0, STATE_ROWS * LANES, line):
+        prefetch(states, following + place)
+    for r in range(0, RUNS, 2):
+        read_corners(x, runs, r, scratch, COORDINATES * LANES + r * RUN, LANES)
+        read_corners(v, runs, r, scratch, VELOCITIES * LANES + r * RUN, LANES)
 
 
 @inlined
@@ -88,7 +98,7 @@ def living(state: Array) -> int:
     """Return how many elements of a block are alive."""
     count = 0
     for lane in range(LANES):
-        count += state[ALIVE, lane] > 0.0
+        count += state[ALIVE, lane] > ZERO
     return count
 
 
@@ -99,15 +109,24 @@ def held(state: Array, slot: int, row: int) -> float:
 
 
 @inlined
+def place_of(slots: Any, slot: int) -> int:
+    """Return the element that lies in a slot, −1 if none does."""
+    for e in range(slots.shape[0]):
+        if slots[e] == slot:
+            return e
+    return -1
+
+
+@inlined
 def load(values: Array, row: int, lane: int) -> Floats:
     """Return one row of one lane."""
-    return values[row * LANES + lane]
+    return read_state(values, row * LANES + lane)
 
 
 @inlined
 def store(values: Array, row: int, lane: int, value: float) -> None:
     """Store one row of one lane."""
-    values[row * LANES + lane] = value
+    write_state(values, row * LANES + lane, value)
 
 
 @inlined
@@ -116,25 +135,25 @@ def book(values: Array, row: int, remainder: int, lane: int, value: float) -> No
 
     Kahan, Comm. ACM 8, 40 (1965): in single precision many small energies would else stop to count.
     """
-    old = values[row * LANES + lane]
-    added = value - values[remainder * LANES + lane]
+    old = read_state(values, row * LANES + lane)
+    added = value - read_state(values, remainder * LANES + lane)
     new = old + added
-    values[remainder * LANES + lane] = (new - old) - added
-    values[row * LANES + lane] = new
+    write_state(values, remainder * LANES + lane, (new - old) - added)
+    write_state(values, row * LANES + lane, new)
 
 
 @inlined
-def load8(values: Array, row: int, lane: int) -> Floats:
-    """Return eight successive rows of one lane."""
+def load_corners(values: Array, row: int, lane: int) -> Floats:
+    """Return eight successive rows of one lane, of which the first is that of the corner all are relative to: zero."""
     return (
-        values[row * LANES + lane],
-        values[(row + 1) * LANES + lane],
-        values[(row + 2) * LANES + lane],
-        values[(row + 3) * LANES + lane],
-        values[(row + 4) * LANES + lane],
-        values[(row + 5) * LANES + lane],
-        values[(row + 6) * LANES + lane],
-        values[(row + 7) * LANES + lane],
+        ZERO,
+        read_scratch(values, (row + 1) * LANES + lane),
+        read_scratch(values, (row + 2) * LANES + lane),
+        read_scratch(values, (row + 3) * LANES + lane),
+        read_scratch(values, (row + 4) * LANES + lane),
+        read_scratch(values, (row + 5) * LANES + lane),
+        read_scratch(values, (row + 6) * LANES + lane),
+        read_scratch(values, (row + 7) * LANES + lane),
     )
 
 
@@ -142,12 +161,12 @@ def load8(values: Array, row: int, lane: int) -> Floats:
 def load6(values: Array, row: int, lane: int) -> Floats:
     """Return a symmetric tensor of one lane."""
     return (
-        values[row * LANES + lane],
-        values[(row + 1) * LANES + lane],
-        values[(row + 2) * LANES + lane],
-        values[(row + 3) * LANES + lane],
-        values[(row + 4) * LANES + lane],
-        values[(row + 5) * LANES + lane],
+        read_state(values, row * LANES + lane),
+        read_state(values, (row + 1) * LANES + lane),
+        read_state(values, (row + 2) * LANES + lane),
+        read_state(values, (row + 3) * LANES + lane),
+        read_state(values, (row + 4) * LANES + lane),
+        read_state(values, (row + 5) * LANES + lane),
     )
 
 
@@ -155,39 +174,39 @@ def load6(values: Array, row: int, lane: int) -> Floats:
 def load3(values: Array, row: int, lane: int) -> Floats:
     """Return a vector of one lane."""
     return (
-        values[row * LANES + lane],
-        values[(row + 1) * LANES + lane],
-        values[(row + 2) * LANES + lane],
+        read_state(values, row * LANES + lane),
+        read_state(values, (row + 1) * LANES + lane),
+        read_state(values, (row + 2) * LANES + lane),
     )
 
 
 @inlined
-def store8(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
-    """Store eight successive rows of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
-    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
-    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
-    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
-    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
-    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
-    values[(row + 6) * LANES + lane] = f[6] if alive > ZERO else ZERO
-    values[(row + 7) * LANES + lane] = f[7] if alive > ZERO else ZERO
+def store8(values: Array, row: int, lane: int, f: Floats) -> None:
+    """Store eight successive rows of one lane."""
+    write_scratch(values, row * LANES + lane, f[0])
+    write_scratch(values, (row + 1) * LANES + lane, f[1])
+    write_scratch(values, (row + 2) * LANES + lane, f[2])
+    write_scratch(values, (row + 3) * LANES + lane, f[3])
+    write_scratch(values, (row + 4) * LANES + lane, f[4])
+    write_scratch(values, (row + 5) * LANES + lane, f[5])
+    write_scratch(values, (row + 6) * LANES + lane, f[6])
+    write_scratch(values, (row + 7) * LANES + lane, f[7])
 
 
 @inlined
 def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
     """Store a symmetric tensor of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
-    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
-    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
-    values[(row + 3) * LANES + lane] = f[3] if alive > ZERO else ZERO
-    values[(row + 4) * LANES + lane] = f[4] if alive > ZERO else ZERO
-    values[(row + 5) * LANES + lane] = f[5] if alive > ZERO else ZERO
+    write_state(values, row * LANES + lane, f[0] if alive > ZERO else ZERO)
+    write_state(values, (row + 1) * LANES + lane, f[1] if alive > ZERO else ZERO)
+    write_state(values, (row + 2) * LANES + lane, f[2] if alive > ZERO else ZERO)
+    write_state(values, (row + 3) * LANES + lane, f[3] if alive > ZERO else ZERO)
+    write_state(values, (row + 4) * LANES + lane, f[4] if alive > ZERO else ZERO)
+    write_state(values, (row + 5) * LANES + lane, f[5] if alive > ZERO else ZERO)
 
 
 @inlined
-def store3(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
-    """Store a vector of one lane, or zeros if it is not alive."""
-    values[row * LANES + lane] = f[0] if alive > ZERO else ZERO
-    values[(row + 1) * LANES + lane] = f[1] if alive > ZERO else ZERO
-    values[(row + 2) * LANES + lane] = f[2] if alive > ZERO else ZERO
+def store3(values: Array, row: int, lane: int, f: Floats) -> None:
+    """Store a vector of one lane."""
+    write_state(values, row * LANES + lane, f[0])
+    write_state(values, (row + 1) * LANES + lane, f[1])
+    write_state(values, (row + 2) * LANES + lane, f[2])

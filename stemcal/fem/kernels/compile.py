@@ -55,6 +55,11 @@ def kernel(function: Function) -> Any:
     return _jit(cache=True, nogil=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)
 
 
+def summing(function: Function) -> Any:
+    """Compile a function of sums over arrays whose order LLVM may choose: always the same on one processor."""
+    return _jit(forceinline=True, error_model="numpy", fastmath=_MATHS | {"reassoc"}, **_INNER)(function)
+
+
 def inlined(function: Function) -> Any:
     """Compile a function of scalars and tuples so that it dissolves into the loop that calls it.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy import sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import (
@@ -28,14 +29,13 @@ from stemcal.fem.kernels.block import (
     VISCOUS_LENGTH,
     VISCOUS_PRESSURE,
     VOLUME,
-    YIELD_RATE,
     book,
     fetch,
     living,
     load,
     load3,
     load6,
-    load8,
+    load_corners,
     scatter,
     store,
     store3,
@@ -46,21 +46,20 @@ from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import (
     at_midstep,
     contract,
-    corners,
-    minor_derivatives,
+    minors,
     modal_forces,
-    modes,
+    modal_sums,
     rotate_tensor,
     spin_rotation,
+    spread,
     strain_increment,
     velocity_gradient,
 )
-from stemcal.fem.kernels.hourglass import modal_rate, resist, taken_from_stress
+from stemcal.fem.kernels.hourglass import dot3, modal_rate, resist, taken_from_stress
 from stemcal.fem.kernels.numbers import HALF, ONE, TINY, ZERO, like
 from stemcal.fem.kernels.plasticity import (
     double_dot,
     elastic_trial,
-    equivalent_rate,
     radial_return,
     rate_factor,
 )
@@ -87,66 +86,103 @@ class MaterialNumbers(NamedTuple):
 
 
 @inlined
+def per_time(dt: Floats) -> Floats:
+    """Return 1/Δt, a number even for the first step, before which no time has passed; LLVM works it out once a loop."""
+    return ONE / max(dt, TINY)
+
+
+@inlined
 def bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> Floats:
     """Return von Neumann and Richtmyer's pressure, q = ρ l (c₂ l ε̇ᵥ² + c₁ c |ε̇ᵥ|) in compression, 0 in expansion."""
-    closing = max(-(de[0] + de[1] + de[2]) / max(dt, TINY), ZERO)
+    closing = max(-(de[0] + de[1] + de[2]) * per_time(dt), ZERO)
     quadratic = material.viscosity_quadratic * length * closing
     linear = material.viscosity_linear * material.sound_speed
     return material.density * length * closing * (quadratic + linear)
 
 
 @inlined
-def stress_row(i: int, stress: Floats, pressure: float, taken: Floats, per_volume: float) -> Floats:
-    """Return row i of σ − q I less what the hourglass forces take, the stress that acts on the corners."""
-    sxx, syy, szz, sxy, syz, szx = stress
-    rows = ((sxx - pressure, sxy, szx), (sxy, syy - pressure, syz), (szx, syz, szz - pressure))
-    row = rows[i]
-    return row[0] - per_volume * taken[0], row[1] - per_volume * taken[1], row[2] - per_volume * taken[2]
+def acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
+    """Return (σ − q I)/64, or zeros if the element is not alive."""
+    share = like(alive, 1.0 / 64.0) if alive > ZERO else ZERO
+    return (
+        share * (stress[0] - pressure),
+        share * (stress[1] - pressure),
+        share * (stress[2] - pressure),
+        share * stress[3],
+        share * stress[4],
+        share * stress[5],
+    )
+
+
+@inlined
+def stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Floats:
+    """Return row i of the acting stress less what the hourglass forces take of it."""
+    xx, yy, zz, xy, yz, zx = acting
+    row = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))[i]
+    return row[0] - per_whole * taken[0], row[1] - per_whole * taken[1], row[2] - per_whole * taken[2]
 
 
 @inlined
 def hourglass_forces(
     state: Array, lane: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats,
-    L: Floats, R: Floats, dt: float, material: Floats,
+    L: Floats, R: Floats, dt: float, material: Floats, alive: float,
 ) -> Floats:  # fmt: skip
-    """Return the forces on the four hourglass modes and their power."""
+    """Return the forces on the four hourglass modes and their power, at the mean of old and new force if they last.
+
+    Zeros if the element is not alive.
+    """
     memory = material.hourglass_memory
-    gain = load(state, HOURGLASS_STIFFNESS, lane) * (memory * dt + (ONE - memory))
-    q4, p4 = resist(load3(state, HOURGLASS_FORCE, lane), modal_rate(4, u, v, w, x, y, z, L), R, gain, memory)
-    q5, p5 = resist(load3(state, HOURGLASS_FORCE + 3, lane), modal_rate(5, u, v, w, x, y, z, L), R, gain, memory)
-    q6, p6 = resist(load3(state, HOURGLASS_FORCE + 6, lane), modal_rate(6, u, v, w, x, y, z, L), R, gain, memory)
-    q7, p7 = resist(load3(state, HOURGLASS_FORCE + 9, lane), modal_rate(7, u, v, w, x, y, z, L), R, gain, memory)
-    return (q4, q5, q6, q7), p4 + p5 + p6 + p7
+    lasting = memory if alive > ZERO else ZERO
+    stiffness = load(state, HOURGLASS_STIFFNESS, lane) if alive > ZERO else ZERO
+    gain = stiffness * (memory * dt + (ONE - memory))
+    turn = (
+        lasting * R[0], lasting * R[1], lasting * R[2],
+        lasting * R[3], lasting * R[4], lasting * R[5],
+        lasting * R[6], lasting * R[7], lasting * R[8],
+    )  # fmt: skip
+    r4, r5 = modal_rate(4, u, v, w, x, y, z, L), modal_rate(5, u, v, w, x, y, z, L)
+    r6, r7 = modal_rate(6, u, v, w, x, y, z, L), modal_rate(7, u, v, w, x, y, z, L)
+    q4 = resist(load3(state, HOURGLASS_FORCE, lane), r4, turn, gain)
+    q5 = resist(load3(state, HOURGLASS_FORCE + 3, lane), r5, turn, gain)
+    q6 = resist(load3(state, HOURGLASS_FORCE + 6, lane), r6, turn, gain)
+    q7 = resist(load3(state, HOURGLASS_FORCE + 9, lane), r7, turn, gain)
+    power = dot3(q4, r4) + dot3(q5, r5) + dot3(q6, r6) + dot3(q7, r7)
+    squares = dot3(r4, r4) + dot3(r5, r5) + dot3(r6, r6) + dot3(r7, r7)
+    return (q4, q5, q6, q7), power - HALF * memory * gain * squares
 
 
 @inlined
 def corner_forces(
-    i: int, stress: Floats, pressure: float, Q: Floats, x: Floats, y: Floats, z: Floats,
-    bx: Floats, by: Floats, bz: Floats, volume: float,
+    i: int, acting: Floats, Q: Floats, x: Floats, y: Floats, z: Floats,
+    bx: Floats, by: Floats, bz: Floats, per_whole: float,
 ) -> Floats:  # fmt: skip
     """Return component i of the forces on the eight corners."""
     q4, q5, q6, q7 = Q
-    row = stress_row(i, stress, pressure, taken_from_stress(q4, q5, q6, q7, i, x, y, z), ONE / volume)
-    return corners(modal_forces(row, (q4[i], q5[i], q6[i], q7[i]), bx, by, bz))
+    row = stress_row(i, acting, taken_from_stress(q4, q5, q6, q7, i, x, y, z), per_whole)
+    return spread(modal_forces(row, (q4[i], q5[i], q6[i], q7[i]), bx, by, bz))
 
 
 @inlined
 def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats) -> None:
     """Advance one element by one step: from corner positions and velocities to corner forces and new state.
 
+    What is not alive, and may have no volume, does not move: all its numbers stay finite, and times 0 they are 0.
     Precision is that of its state; `dt` and `material` have the same.
     """
-    x = modes(load8(scratch, COORDINATES, lane))
-    y = modes(load8(scratch, COORDINATES + 8, lane))
-    z = modes(load8(scratch, COORDINATES + 16, lane))
-    u = modes(load8(scratch, VELOCITIES, lane))
-    v = modes(load8(scratch, VELOCITIES + 8, lane))
-    w = modes(load8(scratch, VELOCITIES + 16, lane))
+    x = modal_sums(load_corners(scratch, COORDINATES, lane))
+    y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))
+    z = modal_sums(load_corners(scratch, COORDINATES + 16, lane))
+    u = modal_sums(load_corners(scratch, VELOCITIES, lane))
+    v = modal_sums(load_corners(scratch, VELOCITIES + 8, lane))
+    w = modal_sums(load_corners(scratch, VELOCITIES + 16, lane))
 
-    # how the element deforms in this step
-    bx, by, bz = minor_derivatives(y, z), minor_derivatives(z, x), minor_derivatives(x, y)
-    volume = contract(x, bx)
-    L = velocity_gradient(u, v, w, bx, by, bz, volume)
+    # how the element deforms in this step; `whole` is 64 V
+    bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
+    whole = contract(x, bx)
+    volume = like(whole, 1.0 / 64.0) * whole
+    alive = load(state, ALIVE, lane)
+    per_whole = ONE / whole if alive > ZERO else ZERO
+    L = velocity_gradient(u, v, w, bx, by, bz, per_whole)
     Lm = at_midstep(L, dt)
     de, R = strain_increment(Lm, dt), spin_rotation(Lm, dt)
 
@@ -155,27 +191,29 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     trial = elastic_trial(old, de, material.bulk, material.shear)
     factor, strain = load(state, RATE_FACTOR, lane), load(state, PLASTIC_STRAIN, lane)
     stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
-    alive = load(state, ALIVE, lane) if strain < load(state, FAILURE_STRAIN, lane) else ZERO
+    alive = alive if strain < load(state, FAILURE_STRAIN, lane) else ZERO
     pressure = bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
     mean_pressure = HALF * (load(state, VISCOUS_PRESSURE, lane) + pressure)
     work = HALF * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
-    Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, dt, material)
-    store8(scratch, FORCES, lane, corner_forces(0, stress, pressure, Q, x, y, z, bx, by, bz, volume), alive)
-    store8(scratch, FORCES + 8, lane, corner_forces(1, stress, pressure, Q, x, y, z, bx, by, bz, volume), alive)
-    store8(scratch, FORCES + 16, lane, corner_forces(2, stress, pressure, Q, x, y, z, bx, by, bz, volume), alive)
+    Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, dt, material, alive)
+    acting = acting_stress(stress, pressure, alive)
+    store8(scratch, FORCES, lane, corner_forces(0, acting, Q, x, y, z, bx, by, bz, per_whole))
+    store8(scratch, FORCES + 8, lane, corner_forces(1, acting, Q, x, y, z, bx, by, bz, per_whole))
+    store8(scratch, FORCES + 16, lane, corner_forces(2, acting, Q, x, y, z, bx, by, bz, per_whole))
 
     # what the element keeps
     store6(state, STRESS, lane, stress, alive)
     store6(state, BACK_STRESS, lane, back, alive)
     for m in range(4):
-        store3(state, HOURGLASS_FORCE + 3 * m, lane, Q[m], alive)
+        store3(state, HOURGLASS_FORCE + 3 * m, lane, Q[m])
     book(state, INTERNAL_ENERGY, INTERNAL_REMAINDER, lane, volume * work if alive > ZERO else ZERO)
     book(state, HOURGLASS_ENERGY, HOURGLASS_REMAINDER, lane, dt * power if alive > ZERO else ZERO)
     store(state, PLASTIC_STRAIN, lane, strain)
     store(state, ALIVE, lane, alive)
-    store(state, YIELD_RATE, lane, equivalent_rate(de, dt) if q > static_yield else ZERO)
+    yielded = double_dot(de, de) if q > static_yield else ZERO
+    store(state, RATE_FACTOR, lane, -yielded if yielded > ZERO else ONE)  # see `follow_rates`
     store(state, VOLUME, lane, volume)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
@@ -188,14 +226,26 @@ def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
 
 
 @inlined
+def follow_rates(state: Array, dt: float, material: Floats) -> None:
+    """Work out the rate factors of a block's next step; most blocks do not yield, and powers take their time."""
+    yielding = 0
+    for lane in range(LANES):
+        yielding += state[RATE_FACTOR, lane] < ZERO
+    if yielding > 0:
+        for lane in range(LANES):
+            squared = -state[RATE_FACTOR, lane]
+            if squared > ZERO:
+                rate = sqrt(squared) * per_time(dt)
+                state[RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
+
+
+@inlined
 def run_block(b: int, scratch: Array, runs: Any, x: Array, v: Array, state: Array, dt: float, material: Floats) -> None:
     """Advance block b from the motion of its nodes, and work out the rate factors of its next step."""
     states, following = state.reshape(state.size), min(b + 1, runs.shape[0] - 1) * STATE_ROWS * LANES
     fetch(scratch, runs[b], x, v, states, following)
     advance(scratch, state[b].reshape(STATE_ROWS * LANES), dt, material)
-    for lane in range(LANES):
-        rate = state[b, YIELD_RATE, lane]
-        state[b, RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
+    follow_rates(state[b], dt, material)
 
 
 @entry

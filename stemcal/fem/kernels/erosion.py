@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, held
 from stemcal.fem.kernels.compile import kernel
+from stemcal.fem.kernels.vectors import maximum
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -40,7 +41,8 @@ class Exchange(NamedTuple):
     failure_strain: float
     mean: Array  # (E,) the mean strain, changes
     next: Array  # (E,) scratch
-    known: Array  # (E,) the strain that the mean was last worked out from, changes
+    known: Array  # (blocks, lanes) the strain that the mean was last worked out from, changes
+    largest: Array  # (1,) the largest mean of a standing element then, changes
     standing: NDArray[np.int64]  # (1,) how many elements stood then, changes
 
 
@@ -50,7 +52,10 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
     mean, after, share, slots = exchange.mean, exchange.next, exchange.share, topology.slots
     neighbours, standing = topology.neighbours, topology.standing
     for e in range(mean.shape[0]):
-        exchange.known[e] = mean[e] = held(state, slots[e], PLASTIC_STRAIN)
+        mean[e] = held(state, slots[e], PLASTIC_STRAIN)
+    for b in range(state.shape[0]):
+        for lane in range(LANES):
+            exchange.known[b, lane] = state[b, PLASTIC_STRAIN, lane]
     for _ in range(exchange.passes):
         for e in range(mean.shape[0]):
             gained = 0.0
@@ -62,6 +67,10 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
             after[e] = mean[e] + gained
         for e in range(mean.shape[0]):  # `mean[:] = after` takes longer to compile than all of this function
             mean[e] = after[e]
+    exchange.largest[0] = 0.0
+    for e in range(mean.shape[0]):
+        if standing[e]:
+            exchange.largest[0] = max(exchange.largest[0], mean[e])
 
 
 @kernel
@@ -71,15 +80,15 @@ def may_have_failed(exchange: Floats, topology: Floats, state: Array) -> bool:
     A mean weighs strains with shares of one: it has grown by no more than the strain that has grown most. Where
     elements have gone since, the means are others.
     """
-    mean, grown, standing, slots = 0.0, 0.0, 0, topology.slots
-    for e in range(exchange.mean.shape[0]):
-        if topology.standing[e]:
-            standing += 1
-            mean = max(mean, exchange.mean[e])
-            grown = max(grown, held(state, slots[e], PLASTIC_STRAIN) - exchange.known[e])
+    grown, standing = 0.0, 0
+    for b in range(state.shape[0]):
+        for lane in range(LANES):
+            grown = maximum(grown, float(state[b, PLASTIC_STRAIN, lane] - exchange.known[b, lane]))
+    for e in range(topology.standing.shape[0]):
+        standing += topology.standing[e]
     changed = standing != exchange.standing[0]
     exchange.standing[0] = standing
-    return changed or mean + grown >= _ROUNDED * exchange.failure_strain
+    return changed or not exchange.largest[0] + grown < _ROUNDED * exchange.failure_strain
 
 
 @kernel

@@ -154,7 +154,7 @@ def add_full_internal_forces(
         )
         bx, by, bz = minor_derivatives(my, mz), minor_derivatives(mz, mx), minor_derivatives(mx, my)
         volume = contract(mx, bx)
-        mean = velocity_gradient(mu, mv, mw, bx, by, bz, volume)
+        mean = velocity_gradient(mu, mv, mw, bx, by, bz, 1.0 / volume)
         trace = mean[0] + mean[4] + mean[8]
         # modal forces of the deviator, summed over the points
         fu, fv, fw = np.zeros(8), np.zeros(8), np.zeros(8)

@@ -8,9 +8,10 @@ one constant, three linear and four hourglass modes. In modal form the volume is
 
     V = 8 ( [x₁,x₂,x₃] + ⅓[x₅,x₄,x₃] + ⅓[x₆,x₂,x₄] + ⅓[x₁,x₆,x₅] ),   [a,b,c] = a·(b×c),
 
-and its derivatives bₘ = ∂V/∂xₘ give the volume mean of any gradient, ⟨∂v/∂x⟩ = Σ vₘ⊗bₘ / V. This is the uniform
-gradient of Flanagan and Belytschko (Int. J. Numer. Meth. Eng. 17, 679-706, 1981), exact for any shape of the
-element, so distorted meshes pass the patch test.
+and its derivatives bₘ = ∂V/∂xₘ give the volume mean of any gradient, ⟨∂v/∂x⟩ = Σ vₘ⊗bₘ / V. The element loop works
+with the sums over the corners that make the modes, Xₘ = 8 xₘ, and saves their scaling: Bₘ = 8 bₘ, Σ Xₘ Bₘ = 64 V,
+⟨∂v/∂x⟩ = Σ Vₘ⊗Bₘ / 64 V. This is the uniform gradient of Flanagan and Belytschko (Int. J. Numer. Meth. Eng. 17,
+679-706, 1981), exact for any shape of the element, so distorted meshes pass the patch test.
 
 Corners are numbered as in LS-DYNA: 1-4 around the face ζ = −1, 5-8 above them.
 """
@@ -27,8 +28,8 @@ Floats = Any
 
 
 @inlined
-def modes(f: Floats) -> Floats:
-    """Return the eight modal amplitudes (1, ξ, η, ζ, ηζ, ξζ, ξη, ξηζ) of eight corner values."""
+def modal_sums(f: Floats) -> Floats:
+    """Return Hᵀf, eight times the modal amplitudes (1, ξ, η, ζ, ηζ, ξζ, ξη, ξηζ) of eight corner values."""
     # pairs along ξ: sums s and differences d
     s1, d1 = f[1] + f[0], f[1] - f[0]
     s2, d2 = f[2] + f[3], f[2] - f[3]
@@ -38,21 +39,24 @@ def modes(f: Floats) -> Floats:
     ss1, sd1, ds1, dd1 = s2 + s1, s2 - s1, d2 + d1, d2 - d1
     ss2, sd2, ds2, dd2 = s4 + s3, s4 - s3, d4 + d3, d4 - d3
     # pairs along ζ
-    return (
-        EIGHTH * (ss2 + ss1),
-        EIGHTH * (ds2 + ds1),
-        EIGHTH * (sd2 + sd1),
-        EIGHTH * (ss2 - ss1),
-        EIGHTH * (sd2 - sd1),
-        EIGHTH * (ds2 - ds1),
-        EIGHTH * (dd2 + dd1),
-        EIGHTH * (dd2 - dd1),
-    )
+    return ss2 + ss1, ds2 + ds1, sd2 + sd1, ss2 - ss1, sd2 - sd1, ds2 - ds1, dd2 + dd1, dd2 - dd1
 
 
 @inlined
-def corners(m: Floats) -> Floats:
-    """Return corner forces f_I = ⅛ Σ Hᵢₘ Fₘ of modal forces: the transpose of `modes`."""
+def scaled(f: Floats, by: float) -> Floats:
+    """Return eight values times a factor."""
+    return by * f[0], by * f[1], by * f[2], by * f[3], by * f[4], by * f[5], by * f[6], by * f[7]
+
+
+@inlined
+def modes(f: Floats) -> Floats:
+    """Return the eight modal amplitudes of eight corner values."""
+    return scaled(modal_sums(f), EIGHTH)
+
+
+@inlined
+def spread(m: Floats) -> Floats:
+    """Return H F, the corner forces of forces on the modal sums: the transpose of `modal_sums`."""
     # undo ζ
     ss1, ss2 = m[0] - m[3], m[0] + m[3]
     ds1, ds2 = m[1] - m[5], m[1] + m[5]
@@ -62,49 +66,54 @@ def corners(m: Floats) -> Floats:
     s1, s2, d1, d2 = ss1 - sd1, ss1 + sd1, ds1 - dd1, ds1 + dd1
     s3, s4, d3, d4 = ss2 - sd2, ss2 + sd2, ds2 - dd2, ds2 + dd2
     # undo ξ
+    return s1 - d1, s1 + d1, s2 + d2, s2 - d2, s3 - d3, s3 + d3, s4 + d4, s4 - d4
+
+
+@inlined
+def corners(m: Floats) -> Floats:
+    """Return corner forces f_I = ⅛ Σ Hᵢₘ Fₘ of modal forces: the transpose of `modes`."""
+    return scaled(spread(m), EIGHTH)
+
+
+@inlined
+def minors(p: Floats, q: Floats) -> Floats:
+    """Return one component of Bₘ, m = 1…6, from the modal sums p, q of the two coordinates that follow it.
+
+    For the x component pass (y, z), for y (z, x), for z (x, y):
+
+        B₁ = X₂×X₃ + ⅓ X₆×X₅    B₄ = ⅓ (X₃×X₅ + X₆×X₂)
+        B₂ = X₃×X₁ + ⅓ X₄×X₆    B₅ = ⅓ (X₄×X₃ + X₁×X₆)
+        B₃ = X₁×X₂ + ⅓ X₅×X₄    B₆ = ⅓ (X₂×X₄ + X₅×X₁)
+    """
+    third = like(p[1], 1.0 / 3.0)
+    p4, p5, p6 = third * p[4], third * p[5], third * p[6]
+    q4, q5, q6 = third * q[4], third * q[5], third * q[6]
     return (
-        EIGHTH * (s1 - d1),
-        EIGHTH * (s1 + d1),
-        EIGHTH * (s2 + d2),
-        EIGHTH * (s2 - d2),
-        EIGHTH * (s3 - d3),
-        EIGHTH * (s3 + d3),
-        EIGHTH * (s4 + d4),
-        EIGHTH * (s4 - d4),
+        p[2] * q[3] - q[2] * p[3] + p6 * q[5] - q6 * p[5],
+        p[3] * q[1] - q[3] * p[1] + p4 * q[6] - q4 * p[6],
+        p[1] * q[2] - q[1] * p[2] + p5 * q[4] - q5 * p[4],
+        p[3] * q5 - q[3] * p5 + p6 * q[2] - q6 * p[2],
+        p4 * q[3] - q4 * p[3] + p[1] * q6 - q[1] * p6,
+        p[2] * q4 - q[2] * p4 + p5 * q[1] - q5 * p[1],
     )
 
 
 @inlined
 def minor_derivatives(p: Floats, q: Floats) -> Floats:
-    """Return one component of bₘ = ∂V/∂xₘ, m = 1…6, from the modes p, q of the two coordinates that follow it.
-
-    For the x component pass (y, z), for y (z, x), for z (x, y):
-
-        b₁ = 8(x₂×x₃ + ⅓ x₆×x₅)    b₄ = 8/3 (x₃×x₅ + x₆×x₂)
-        b₂ = 8(x₃×x₁ + ⅓ x₄×x₆)    b₅ = 8/3 (x₄×x₃ + x₁×x₆)
-        b₃ = 8(x₁×x₂ + ⅓ x₅×x₄)    b₆ = 8/3 (x₂×x₄ + x₅×x₁)
-    """
-    third = like(p[1], 8.0 / 3.0)
-    return (
-        EIGHT * (p[2] * q[3] - q[2] * p[3]) + third * (p[6] * q[5] - q[6] * p[5]),
-        EIGHT * (p[3] * q[1] - q[3] * p[1]) + third * (p[4] * q[6] - q[4] * p[6]),
-        EIGHT * (p[1] * q[2] - q[1] * p[2]) + third * (p[5] * q[4] - q[5] * p[4]),
-        third * (p[3] * q[5] - q[3] * p[5] + p[6] * q[2] - q[6] * p[2]),
-        third * (p[4] * q[3] - q[4] * p[3] + p[1] * q[6] - q[1] * p[6]),
-        third * (p[2] * q[4] - q[2] * p[4] + p[5] * q[1] - q[5] * p[1]),
-    )
+    """Return one component of bₘ = ∂V/∂xₘ from the modes of the two coordinates that follow it, as `minors` does."""
+    b = minors(p, q)
+    return EIGHT * b[0], EIGHT * b[1], EIGHT * b[2], EIGHT * b[3], EIGHT * b[4], EIGHT * b[5]
 
 
 @inlined
 def contract(m: Floats, b: Floats) -> Floats:
-    """Return Σ fₘ bₘ over the modes m = 1…6; with the element's own coordinate it is the volume."""
+    """Return Σ fₘ bₘ over the modes m = 1…6; with the element's own coordinate it is the volume (64 V of the sums)."""
     return m[1] * b[0] + m[2] * b[1] + m[3] * b[2] + m[4] * b[3] + m[5] * b[4] + m[6] * b[5]
 
 
 @inlined
-def velocity_gradient(u: Floats, v: Floats, w: Floats, bx: Floats, by: Floats, bz: Floats, volume: float) -> Floats:
-    """Return the nine components L = Σ vₘ⊗bₘ / V, row by row (∂u/∂x, ∂u/∂y, …)."""
-    per_volume = ONE / volume
+def velocity_gradient(u: Floats, v: Floats, w: Floats, bx: Floats, by: Floats, bz: Floats, per_volume: float) -> Floats:
+    """Return the nine components L = Σ vₘ⊗bₘ / V, row by row (∂u/∂x, ∂u/∂y, …): 1/V given, or 1/64 V with sums."""
     return (
         contract(u, bx) * per_volume,
         contract(u, by) * per_volume,

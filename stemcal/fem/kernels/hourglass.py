@@ -1,9 +1,10 @@
 """Resistance of the one-point hexahedron to its four hourglass modes, m = 4…7 of `hexahedron`.
 
 A uniform strain cannot see these modes. Their rate is what is left of a modal velocity once the uniform gradient is
-taken out, and their force acts on the same combination, so that neither a rigid motion nor a uniform strain meets it:
+taken out, and their force acts on the same combination, so that neither a rigid motion nor a uniform strain meets it.
+In the sums over the corners, eight times the amplitudes:
 
-    q̇ₘ = vₘ − L xₘ,     Q ← R Q + k q̇ dt  (stiffness)   or   Q = c q̇  (viscous)
+    q̇ₘ = Vₘ − L Xₘ,     Q ← R Q + a q̇ dt  (stiffness)   or   Q = a q̇  (viscous)
 
 Flanagan and Belytschko, Int. J. Numer. Meth. Eng. 17, 679-706 (1981), in modal form.
 """
@@ -14,7 +15,6 @@ from typing import Any
 
 from stemcal.fem.kernels.compile import inlined
 from stemcal.fem.kernels.hexahedron import rotate_vector
-from stemcal.fem.kernels.numbers import HALF, ONE
 
 Floats = Any
 
@@ -27,7 +27,7 @@ def dot3(a: Floats, b: Floats) -> Floats:
 
 @inlined
 def modal_rate(m: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats, L: Floats) -> Floats:
-    """Return q̇ₘ = vₘ − L xₘ."""
+    """Return q̇ₘ = Vₘ − L Xₘ."""
     return (
         u[m] - (L[0] * x[m] + L[1] * y[m] + L[2] * z[m]),
         v[m] - (L[3] * x[m] + L[4] * y[m] + L[5] * z[m]),
@@ -36,27 +36,15 @@ def modal_rate(m: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z:
 
 
 @inlined
-def modal_force(turned: Floats, rate: Floats, gain: float, memory: float) -> Floats:
-    """Return Q = memory · (R Q_old) + gain · q̇."""
-    return (
-        memory * turned[0] + gain * rate[0],
-        memory * turned[1] + gain * rate[1],
-        memory * turned[2] + gain * rate[2],
-    )
-
-
-@inlined
-def resist(old: Floats, rate: Floats, R: Floats, gain: float, memory: float) -> Floats:
-    """Return the force on one mode and its power, at the mean of old and new force where there is memory."""
+def resist(old: Floats, rate: Floats, R: Floats, gain: float) -> Floats:
+    """Return the force Q = R Q_old + gain · q̇ on one mode; R is zero for a force without memory."""
     turned = rotate_vector(R, old)
-    force = modal_force(turned, rate, gain, memory)
-    half = HALF * memory
-    return force, (ONE - half) * dot3(force, rate) + half * dot3(turned, rate)
+    return turned[0] + gain * rate[0], turned[1] + gain * rate[1], turned[2] + gain * rate[2]
 
 
 @inlined
 def taken_from_stress(a: Floats, b: Floats, c: Floats, d: Floats, i: int, x: Floats, y: Floats, z: Floats) -> Floats:
-    """Return row i of Σ Qₘ⊗xₘ: over the volume, the stress that keeps the modes orthogonal to uniform strain."""
+    """Return row i of Σ Qₘ⊗Xₘ: over the volume, the stress that keeps the modes orthogonal to uniform strain."""
     return (
         a[i] * x[4] + b[i] * x[5] + c[i] * x[6] + d[i] * x[7],
         a[i] * y[4] + b[i] * y[5] + c[i] * y[6] + d[i] * y[7],

@@ -76,7 +76,7 @@ class Ledger(NamedTuple):
     tool_work: Array  # (1,) of the moving tools
     external_work: Array  # (1,) of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) carried away by nodes without elements
-    node_sums: Array  # (chunks, 5) of the last step, as `kick_and_drift` leaves them
+    node_sums: Array  # (chunks, 4) of the last step, as `kick_and_drift` leaves them
 
 
 class Settings(NamedTuple):
@@ -96,13 +96,7 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
     if clock.steps[0] % STEP_LIFE != 0:
         return REACHED
     stable, element, volume = stable_step(
-        topology,
-        body.x,
-        body.state,
-        body.element_mass,
-        settings.lame,
-        settings.shear,
-        material.hourglass_memory,
+        body, topology.slots, settings.lame, settings.shear, material.hourglass_memory
     )
     clock.trouble[0] = element
     if not volume > 0.0:

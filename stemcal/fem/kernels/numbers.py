@@ -12,7 +12,8 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-ZERO, ONE, TWO, THREE, EIGHT = (np.float32(number) for number in (0.0, 1.0, 2.0, 3.0, 8.0))
+ZERO, ONE, TWO, THREE = (np.float32(number) for number in (0.0, 1.0, 2.0, 3.0))
+EIGHT, SIXTY_FOUR = (np.float32(number) for number in (8.0, 64.0))
 EIGHTH, QUARTER, HALF, THREE_HALVES = (np.float32(number) for number in (0.125, 0.25, 0.5, 1.5))
 TINY = np.float32(2.0**-100)
 

@@ -11,7 +11,7 @@ from typing import Any
 from numpy import sqrt
 
 from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.numbers import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO
+from stemcal.fem.kernels.numbers import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO, like
 
 Floats = Any
 
@@ -46,7 +46,7 @@ def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
 @inlined
 def shifted_deviator(s: Floats, back: Floats) -> Floats:
     """Return ξ = dev σ − α."""
-    mean = (s[0] + s[1] + s[2]) / THREE
+    mean = like(s[0], 1.0 / 3.0) * (s[0] + s[1] + s[2])
     return (
         s[0] - mean - back[0],
         s[1] - mean - back[1],
@@ -72,14 +72,15 @@ def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
 
 @inlined
 def plastic_increment(q: float, static_yield: float, rate_factor: float, material: Floats) -> Floats:
-    """Return Δεp that brings the trial stress q back to the yield surface; 0 where q lies inside it.
+    """Return Δεp that brings the trial stress q back to the yield surface, 0 where q lies inside it; and Δεp/q.
 
     Δεp = (q − s σ₀) / (3G + (1−β)Eₚ + s β Eₚ),   σ₀ = σ_y + β Eₚ εp,   s the rate factor
     """
     beta_hardening = material.beta * material.plastic_modulus
-    excess = q - rate_factor * static_yield
+    excess = max(q - rate_factor * static_yield, ZERO)
     slope = THREE * material.shear + (ONE - material.beta) * material.plastic_modulus + rate_factor * beta_hardening
-    return max(excess, ZERO) / slope
+    per_q = excess / (slope * max(q, TINY))  # a division takes as long as twenty products
+    return per_q * q, per_q
 
 
 @inlined
@@ -91,8 +92,8 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
     xi = shifted_deviator(trial, back)
     q = sqrt(THREE_HALVES * double_dot(xi, xi))
     static_yield = material.yield_stress + material.beta * material.plastic_modulus * plastic_strain
-    increment = plastic_increment(q, static_yield, rate_factor, material)
-    flow = THREE_HALVES * increment / max(q, TINY)
+    increment, per_q = plastic_increment(q, static_yield, rate_factor, material)
+    flow = THREE_HALVES * per_q
     stress = add_scaled(trial, -TWO * material.shear * flow, xi)
     kinematic = TWO * (ONE - material.beta) * material.plastic_modulus / THREE
     return stress, add_scaled(back, kinematic * flow, xi), plastic_strain + increment, q, static_yield

@@ -215,13 +215,13 @@ def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
             edge.give[j] += edge.shape[j, k, 2] ** 2 * inverse_mass[n]
             for i in range(3):
                 answer[n, i] = edge.normal[j, k, i] * inverse_mass[n] * free[n, i]
-        for other in range(edge.sizes.shape[0]):
+        for other in range(j, edge.sizes.shape[0]):
             total = 0.0
             for k in range(edge.sizes[other]):
                 n = edge.nodes[other, k]
                 for i in range(3):
                     total += edge.normal[other, k, i] * answer[n, i]
-            edge.compliance[other, j] = total
+            edge.compliance[other, j] = edge.compliance[j, other] = total
         for k in range(edge.sizes[j]):
             answer[edge.nodes[j, k], :] = 0.0
 

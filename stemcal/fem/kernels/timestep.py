@@ -8,9 +8,25 @@ import numpy as np
 from numpy import sqrt
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.block import ALIVE, HOURGLASS_STIFFNESS, held
-from stemcal.fem.kernels.compile import entry, inlined
-from stemcal.fem.kernels.hexahedron import contract, minor_derivatives, modes
+from stemcal.fem.kernels.block import (
+    ALIVE,
+    COORDINATES,
+    ELEMENT_MASS,
+    HOURGLASS_STIFFNESS,
+    LANES,
+    RATES,
+    STATE_ROWS,
+    VOLUMES,
+    fetch,
+    held,
+    load,
+    load_corners,
+    place_of,
+)
+from stemcal.fem.kernels.compile import entry, inlined, kernel
+from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
+from stemcal.fem.kernels.numbers import SIXTY_FOUR, TWO, ZERO, like
+from stemcal.fem.kernels.vectors import write_scratch
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -32,38 +48,22 @@ def dot6(a: Floats, b: Floats) -> float:
 
 
 @inlined
-def stiffness_bound(bx: Floats, by: Floats, bz: Floats, volume: float, lame: float, shear: float) -> float:
-    """Return a bound of the largest eigenvalue of an element's uniform-strain stiffness over its volume.
+def squared_frequency(
+    x: Floats, y: Floats, z: Floats, stiffness: float, mass: float, lame: float, shear: float, memory: float
+) -> Floats:
+    """Return from its modal sums a bound of ω² of the fastest mode of a free element, 1/s², and 64 times its volume.
 
-    With G the 3×3 products BᵢBⱼ of the nodal gradients, (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, hence
-    λ tr G + 2μ ‖G‖, with Gershgorin's bound for ‖G‖. A cube's volume mode attains it.
+    With G the 3×3 products BᵢBⱼ of the nodal gradients, (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, hence the stiffness
+    to uniform strain is at most V (λ tr G + 2μ ‖G‖), with Gershgorin's bound for ‖G‖. A cube's volume mode attains it.
+    The stiffness hourglass modes have ω² = 64 a/m.
     """
+    bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
+    whole = contract(x, bx)
     xx, yy, zz = dot6(bx, bx), dot6(by, by), dot6(bz, bz)
     xy, yz, zx = abs(dot6(bx, by)), abs(dot6(by, bz)), abs(dot6(bz, bx))
     norm = max(xx + xy + zx, max(yy + xy + yz, zz + yz + zx))
-    # nodal gradients are ⅛ of the modal ones in these products, over V²
-    return (lame * (xx + yy + zz) + 2.0 * shear * norm) / (8.0 * volume * volume)
-
-
-@inlined
-def frequency(
-    topology: Floats, e: int, x: Array, state: Array, mass: Array, lame: float, shear: float, memory: float
-) -> Floats:
-    """Return a bound of ω² of the fastest mode of a free element, 1/s², and its volume.
-
-    ω² ≤ 8 V k / m for its uniform strain, k from `stiffness_bound`; its stiffness hourglass modes have ω² = k/m.
-    """
-    hexes = topology.hexes
-    mx, my, mz = (
-        modes(element_coordinates(hexes, e, x, 0)),
-        modes(element_coordinates(hexes, e, x, 1)),
-        modes(element_coordinates(hexes, e, x, 2)),
-    )
-    bx, by, bz = minor_derivatives(my, mz), minor_derivatives(mz, mx), minor_derivatives(mx, my)
-    volume = contract(mx, bx)
-    uniform = 8.0 * volume * stiffness_bound(bx, by, bz, volume, lame, shear)
-    hourglass = memory * held(state, topology.slots[e], HOURGLASS_STIFFNESS)
-    return max(uniform, hourglass) / mass[e], volume
+    uniform = (lame * (xx + yy + zz) + TWO * shear * norm) / whole
+    return max(uniform, SIXTY_FOUR * memory * stiffness) / mass, whole
 
 
 @entry
@@ -71,29 +71,57 @@ def element_steps(
     topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
 ) -> Array:
     """Return the stable step 2/ω of each element (E,), s."""
-    steps = np.empty(topology.hexes.shape[0])
-    for e in range(topology.hexes.shape[0]):
-        omega2, _ = frequency(topology, e, x, state, element_mass, lame, shear, memory)
+    hexes, slots = topology.hexes, topology.slots
+    steps = np.empty(hexes.shape[0])
+    for e in range(hexes.shape[0]):
+        omega2, _ = squared_frequency(
+            modal_sums(element_coordinates(hexes, e, x, 0)),
+            modal_sums(element_coordinates(hexes, e, x, 1)),
+            modal_sums(element_coordinates(hexes, e, x, 2)),
+            held(state, slots[e], HOURGLASS_STIFFNESS),
+            element_mass[e],
+            lame,
+            shear,
+            memory,
+        )
         steps[e] = 2.0 / sqrt(max(omega2, 1.0e-300))
     return steps
 
 
+@kernel
+def find_frequencies(scratch: Array, state: Array, lame: float, shear: float, memory: float) -> None:
+    """Set the rows `RATES` and `VOLUMES` of the scratch to ω² and 64 V of the elements of a block."""
+    for lane in range(LANES):
+        x = modal_sums(load_corners(scratch, COORDINATES, lane))
+        y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))
+        z = modal_sums(load_corners(scratch, COORDINATES + 16, lane))
+        stiffness, mass = load(state, HOURGLASS_STIFFNESS, lane), load(state, ELEMENT_MASS, lane)
+        omega2, whole = squared_frequency(x, y, z, stiffness, mass, lame, shear, memory)
+        write_scratch(scratch, RATES * LANES + lane, omega2)
+        write_scratch(scratch, VOLUMES * LANES + lane, whole)
+
+
 @entry
-def stable_step(
-    topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
-) -> Floats:
+def stable_step(body: Floats, slots: Any, lame: float, shear: float, memory: float) -> Floats:
     """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
 
     No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
-    step 0.
+    step 0. Where an element lies is ``slots[e]``, block · `LANES` + lane.
     """
-    fastest, slowest, smallest = 0.0, -1, 1.0
-    for e in range(topology.hexes.shape[0]):
-        if held(state, topology.slots[e], ALIVE) == 0.0:
-            continue
-        omega2, volume = frequency(topology, e, x, state, element_mass, lame, shear, memory)
-        if not volume > 0.0:
-            return 0.0, e, volume
-        if omega2 > fastest:
-            fastest, slowest, smallest = omega2, e, volume
-    return 2.0 / sqrt(max(fastest, 1.0e-300)), slowest, smallest
+    scratch, state, runs = body.scratch, body.state, body.runs
+    states, first = state.reshape(state.size), state[0, 0, 0]
+    fastest, slowest, smallest = ZERO * first, 0, SIXTY_FOUR + ZERO * first
+    for b in range(runs.shape[0]):
+        fetch(scratch, runs[b], body.x, body.v, states, min(b + 1, runs.shape[0] - 1) * STATE_ROWS * LANES)
+        find_frequencies(
+            scratch, state[b].reshape(STATE_ROWS * LANES), like(first, lame), like(first, shear), like(first, memory)
+        )
+        for lane in range(LANES):
+            if state[b, ALIVE, lane] == ZERO:
+                continue
+            omega2, whole = scratch[RATES * LANES + lane], scratch[VOLUMES * LANES + lane]
+            if not whole > ZERO:
+                return 0.0, place_of(slots, b * LANES + lane), whole / 64.0
+            if omega2 > fastest:
+                fastest, slowest, smallest = omega2, b * LANES + lane, whole
+    return 2.0 / sqrt(max(float(fastest), 1.0e-300)), place_of(slots, slowest), smallest / 64.0

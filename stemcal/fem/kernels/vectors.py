@@ -1,8 +1,9 @@
 """What the kernels say to LLVM in its own words: a cache line asked for, nodes read and written a run at a time.
 
-A run is `RUN` nodes that follow one another in a nodal array (N, 3). LLVM finds by itself neither that their components
-can be read as whole vectors nor how to part them: both are spelled out here, as vectors of any width that LLVM breaks
-down to what the processor has. A run may reach past the last node: nodal arrays have `RUN` rows to spare behind it.
+A run is `RUN` nodes that follow one another. Nodal arrays (N, 3) lie component by component (Fortran's order), so a
+component of a run is one vector. LLVM does not find that by itself: it is spelled out here, in vectors of any width
+that LLVM breaks down to what the processor has. A run may reach past the last node: behind the last component there
+are `RUN` numbers to spare, and where runs are written to, behind each (`stemcal.fem.lanes.nodal`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numba.extending import intrinsic
 RUN = 8
 
 _NUMBER, _WORD, _BYTE = ir.DoubleType(), ir.IntType(32), ir.IntType(8)
-_RUN, _NODES = ir.VectorType(_NUMBER, RUN), ir.VectorType(_NUMBER, 3 * RUN)
+_RUN = ir.VectorType(_NUMBER, RUN)
 
 
 def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
@@ -35,74 +36,153 @@ def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
     return types.void(values, place), build
 
 
-def _read_run(_typing: Any, nodal: Any, node: Any, origin: Any, values: Any, place: Any, stride: Any) -> Any:
-    """Set ``values[place + i * stride + k] = nodal[node + k, i] - nodal[origin + k, i]``, k < `RUN`, i = 0, 1, 2.
+def _read_corners(_typing: Any, nodal: Any, runs: Any, r: Any, values: Any, place: Any, stride: Any) -> Any:
+    """Set values of two runs, r and r + 1, at their elements' corners a = 1…7 less those at corner 0.
 
-    The difference is rounded to the precision of the values.
+    ``values[place + (8 i + a) stride + k] = nodal[runs[a, r] + k, i] - nodal[runs[0, r] + k, i]``, k < `RUN`, and the
+    next run behind it, rounded to the precision of the values.
     """
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        source, node, origin, target, place, stride = arguments
-        there, from_there = (
-            _load(builder, _nodes(context, builder, signature.args[0], source, first)) for first in (node, origin)
+        nodal, runs, r, values, place, stride = (
+            _Value(context, builder, kind, value) for kind, value in zip(signature.args, arguments, strict=True)
         )
-        apart = builder.fsub(there, from_there)
-        form = _run_of(signature.args[3])
+        width = runs.extent(1)
+        index = r.cast(width.type)
         for i in range(3):
-            component = builder.shuffle_vector(apart, apart, _order(range(i, 3 * RUN, 3)))
-            if form != _RUN:
-                component = builder.fptrunc(component, form)
-            _store(builder, component, _component(context, builder, signature.args[3], target, place, stride, i))
+            origins: list[Any] = []
+            for a in range(8):
+                first = builder.add(builder.mul(width, width.type(a)), index)
+                pair = [builder.load(runs.number(builder.add(first, width.type(k)))) for k in range(2)]
+                pair = [builder.sext(node, width.type) for node in pair]
+                read = [_load(builder, nodal.run(_of_component(builder, nodal, node, i), _RUN)) for node in pair]
+                if a == 0:
+                    origins = read
+                    continue
+                apart = [builder.fsub(there, origin) for there, origin in zip(read, origins, strict=True)]
+                form = ir.VectorType(values.form, RUN)
+                if form != _RUN:
+                    apart = [builder.fptrunc(run, form) for run in apart]
+                both = builder.shuffle_vector(*apart, _order(range(2 * RUN)))
+                at = builder.add(place.value, builder.mul(stride.value, stride.value.type(8 * i + a)))
+                _store(builder, both, values.run(at, both.type))
         return context.get_dummy_value()
 
-    return types.void(nodal, node, origin, values, place, stride), build
+    return types.void(nodal, runs, r, values, place, stride), build
 
 
 def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, stride: Any) -> Any:
     """Do ``nodal[node + k, i] -= values[place + i * stride + k]`` for the nodes k of a run and i = 0, 1, 2."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        target, first, source, place, stride = arguments
-        components = (
-            _load(builder, _component(context, builder, signature.args[2], source, place, stride, i)) for i in range(3)
+        nodal, node, values, place, stride = (
+            _Value(context, builder, kind, value) for kind, value in zip(signature.args, arguments, strict=True)
         )
-        single = _run_of(signature.args[2]) != _RUN
-        x, y, z = (builder.fpext(values, _RUN) if single else values for values in components)
-        both = builder.shuffle_vector(x, y, _order(range(2 * RUN)))
-        rest = builder.shuffle_vector(z, z, _order(range(2 * RUN)))
-        one_by_one = [i * RUN + k for k in range(RUN) for i in range(3)]
-        nodes = _nodes(context, builder, signature.args[0], target, first)
-        change = builder.shuffle_vector(both, rest, _order(one_by_one))
-        _store(builder, builder.fsub(_load(builder, nodes), change), nodes)
+        form = ir.VectorType(values.form, RUN)
+        for i in range(3):
+            at = builder.add(place.value, builder.mul(stride.value, stride.value.type(i)))
+            change = _load(builder, values.run(at, form))
+            if form != _RUN:
+                change = builder.fpext(change, _RUN)
+            target = nodal.run(_of_component(builder, nodal, node.value, i), _RUN)
+            _store(builder, builder.fsub(_load(builder, target), change), target)
         return context.get_dummy_value()
 
     return types.void(nodal, node, values, place, stride), build
 
 
-def _run_of(kind: Any) -> Any:
-    """Return the vector that a run of values of an array's type makes."""
-    return ir.VectorType(ir.FloatType() if kind.dtype == types.float32 else _NUMBER, RUN)
+def _maximum(_typing: Any, a: Any, b: Any) -> Any:
+    """Return the larger of two numbers, NaN if either is: unlike `max` it goes through a loop as a vector."""
+
+    def build(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        form = ir.FunctionType(_NUMBER, [_NUMBER, _NUMBER])
+        return builder.call(builder.module.declare_intrinsic("llvm.maximum", (_NUMBER,), form), arguments)
+
+    return types.float64(types.float64, types.float64), build
+
+
+def _reading(name: str) -> Any:
+    """Return an intrinsic that reads a number of the array of this name."""
+
+    def read(_typing: Any, values: Any, place: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array = _Value(context, builder, signature.args[0], arguments[0])
+            return _set_apart(builder, builder.load(array.number(arguments[1])), name)
+
+        return values.dtype(values, place), build
+
+    return intrinsic(read)
+
+
+def _writing(name: str) -> Any:
+    """Return an intrinsic that writes a number to the array of this name."""
+
+    def write(_typing: Any, values: Any, place: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array = _Value(context, builder, signature.args[0], arguments[0])
+            _set_apart(builder, builder.store(arguments[2], array.number(arguments[1])), name)
+            return context.get_dummy_value()
+
+        return types.void(values, place, values.dtype), build
+
+    return intrinsic(write)
+
+
+_APART = ("scratch", "state")  # arrays that share no memory
+
+
+def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
+    """Tell LLVM that an access to one of the arrays above meets none of the others.
+
+    It would find that out each time a loop begins, and keep a second, slow loop for the case that they do.
+    """
+    module = builder.module
+
+    def node(*operands: Any) -> Any:
+        return module.add_metadata(list(operands))
+
+    domain = node(ir.MetaDataString(module, "stemcal blocks"))
+    scopes = {one: node(ir.MetaDataString(module, one), domain) for one in _APART}
+    instruction.set_metadata("alias.scope", node(scopes[name]))
+    instruction.set_metadata("noalias", node(*(scope for one, scope in scopes.items() if one != name)))
+    return instruction
+
+
+class _Value:
+    """A value that an intrinsic is given; of an array, what lies where in it."""
+
+    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+        self.value, self._builder = value, builder
+        if isinstance(kind, types.Array):
+            self._array = context.make_array(kind)(context, builder, value)
+            self.form = context.get_value_type(kind.dtype)
+
+    def cast(self, kind: Any) -> Any:
+        """Return the number as another kind of integer."""
+        return self.value if self.value.type == kind else self._builder.sext(self.value, kind)
+
+    def extent(self, axis: int) -> Any:
+        """Return how long an array is along an axis."""
+        return self._builder.extract_value(self._array.shape, axis)
+
+    def number(self, place: Any) -> Any:
+        """Return the address of a number in the array."""
+        return self._builder.gep(self._array.data, [place])
+
+    def run(self, place: Any, form: Any) -> Any:
+        """Return the address of a vector in the array."""
+        return self._builder.bitcast(self._builder.gep(self._array.data, [place]), form.as_pointer())
+
+
+def _of_component(builder: Any, nodal: _Value, node: Any, i: int) -> Any:
+    """Return where component i of a node lies in a nodal array."""
+    nodes = nodal.extent(0)
+    return builder.add(node, builder.mul(nodes, nodes.type(i)))
 
 
 def _order(places: Iterable[int]) -> Any:
     chosen = [_WORD(place) for place in places]
     return ir.Constant(ir.VectorType(_WORD, len(chosen)), chosen)
-
-
-def _nodes(context: Any, builder: Any, kind: Any, nodal: Any, first: Any) -> Any:
-    """Return the address of a run of rows of a nodal array."""
-    return _address(context, builder, kind, nodal, builder.mul(first, first.type(3)), _NODES)
-
-
-def _component(context: Any, builder: Any, kind: Any, values: Any, place: Any, stride: Any, i: int) -> Any:
-    """Return the address of component i of a run in flat values."""
-    at = builder.add(place, builder.mul(stride, stride.type(i)))
-    return _address(context, builder, kind, values, at, _run_of(kind))
-
-
-def _address(context: Any, builder: Any, kind: Any, values: Any, place: Any, form: Any) -> Any:
-    array = context.make_array(kind)(context, builder, values)
-    return builder.bitcast(builder.gep(array.data, [place]), form.as_pointer())
 
 
 def _load(builder: Any, address: Any) -> Any:
@@ -114,5 +194,8 @@ def _store(builder: Any, vector: Any, address: Any) -> None:
 
 
 prefetch: Any = intrinsic(_prefetch)
-read_run: Any = intrinsic(_read_run)
+read_corners: Any = intrinsic(_read_corners)
 subtract_run: Any = intrinsic(_subtract_run)
+maximum: Any = intrinsic(_maximum)
+read_scratch, write_scratch = _reading("scratch"), _writing("scratch")
+read_state, write_state = _reading("state"), _writing("state")

@@ -95,7 +95,7 @@ def _masses(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material)
 
 def _own_steps(mesh: Mesh, mass: Array, material: Material) -> Array:
     """Return 2/ω of each element (E,), s: `fem.kernels.timestep` without compiling it."""
-    b, volumes = np.array([gradient for _, gradient in mesh.modal_gradients()]), mesh.volumes()
+    b, volumes = np.array(mesh.modal_gradients()), mesh.volumes()
     products = np.einsum("ime,jme->ije", b, b) / (8.0 * volumes**2)
     trace, norm = np.trace(products), np.abs(products).sum(axis=1).max(axis=0)
     bound = material.lame_modulus * trace + 2.0 * material.shear_modulus * norm
