@@ -85,7 +85,7 @@ def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:
 
 
 def test_inline_figures_have_ids_of_their_own_and_no_references(stages: dict[str, Any]) -> None:
-    text = inline(validation(stages["validate"]), "v0", 'a "quoted" <caption>')
+    text = inline(svg(validation(stages["validate"])), "v0", 'a "quoted" <caption>')
     root = ElementTree.fromstring(text)
     ids = [element.get("id") for element in root.iter() if element.get("id")]
     assert ids and all(name.startswith("v0-") for name in ids)

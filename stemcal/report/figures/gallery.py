@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from stemcal.report.figures.fields import fields
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
-from stemcal.report.figures.style import resize, save, save_both
+from stemcal.report.figures.style import resize, save, save_both, svg
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.numbers import short
 from stemcal.report.records import Details, Records, at_solution, curves_of
@@ -60,6 +60,11 @@ class Plot:
         figure: Figure = self.__dict__["figure"]
         return figure
 
+    @cached_property
+    def document(self) -> str:
+        """The figure as SVG."""
+        return svg(self.draw())
+
 
 def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
     """Return the figures that the finished stages and their records allow, none of them drawn yet."""
@@ -78,7 +83,7 @@ def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
 def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
     """Write every figure as SVG and PNG into a folder; returns the files."""
     make_folder(folder)
-    return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name)]
+    return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name, plot.document)]
 
 
 def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, width: float | None) -> list[Path]:

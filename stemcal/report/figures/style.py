@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from stemcal.outputs import open_output
+from stemcal.outputs import open_output, write_output
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -206,13 +206,13 @@ def resize(figure: Figure, width: float) -> None:
             text.set_fontsize(share * text.get_fontsize())
 
 
-def save_both(figure: Figure, path: Path) -> list[Path]:
-    """Write a figure as ``path.svg`` and ``path.png``; returns both."""
-    paths = [path.with_name(f"{path.name}.{kind}") for kind in ("svg", "png")]
-    for target in paths:
-        save(figure, target)
-        figure.set_layout_engine("none")  # the first drawing has placed everything
-    return paths
+def save_both(figure: Figure, path: Path, document: str | None = None) -> list[Path]:
+    """Write a figure as ``path.svg`` and ``path.png``, its `svg` given or drawn; returns both."""
+    vectors, pixels = (path.with_name(f"{path.name}.{kind}") for kind in ("svg", "png"))
+    # what lies below everything is the first thing drawn
+    write_output(vectors, (document or svg(figure)).replace("fill: none", "fill: #ffffff", 1))
+    save(figure, pixels)
+    return [vectors, pixels]
 
 
 def svg(figure: Figure) -> str:
@@ -220,6 +220,7 @@ def svg(figure: Figure) -> str:
     text = io.StringIO()
     with styled():
         figure.savefig(text, format="svg", metadata=_anonymous("svg"))
+    figure.set_layout_engine(None)  # everything has its place, also for other formats; an engine that rests costs time
     return text.getvalue()
 
 
@@ -233,12 +234,10 @@ def _anonymous(kind: str) -> dict[str, None]:
     return dict.fromkeys(names.get(kind, ("Software",)))
 
 
-def inline(figure: Figure, name: str, description: str) -> str:
-    """Return a figure as an `<svg>` element for the page: its own ids, the page's colours, no references."""
+def inline(text: str, name: str, description: str) -> str:
+    """Return a figure's `svg` as an element for the page: its own ids, the page's colours, no references."""
     from markupsafe import escape
 
-    text = svg(figure)
-    figure.set_layout_engine("none")  # the first drawing has placed everything, also for the files
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)

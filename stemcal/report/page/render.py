@@ -272,4 +272,4 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
 
 def drawn(plot: Plot, name: str) -> Picture:
     """Return a figure as the page shows it; `name` begins its ids."""
-    return Picture(inline(plot.draw(), name, plot.caption), plot.caption, plot.wide)
+    return Picture(inline(plot.document, name, plot.caption), plot.caption, plot.wide)
