@@ -1,8 +1,8 @@
 """What a study takes on this machine: its runs, and what comes beside them.
 
 How long a run takes is known best from the runs that the study already has, else from half a second of a run like it,
-else from the solver's own guess. What comes beside, starting, statistics and page, is Python's: it is told in turns of
-an empty loop, whose time is measured.
+else from the solver's own guess. What comes beside, starting, statistics and page, is Python's: it is told in times of
+a small task of calls, texts and tables, which is measured; an empty loop is no likeness of them.
 """
 
 from __future__ import annotations
@@ -13,18 +13,20 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heapreplace
 from itertools import islice
+from statistics import median
 
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
-from stemcal.solvers.protocol import Estimating, Request, Solver, Timed
+from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Timed
 from stemcal.study.model import Study
 from stemcal.words import counted
 
 __all__ = ["Costs", "beside", "costs_of", "elapsed"]
 
 _MOST_RECORDS = 50  # that are looked at
-# In millions of turns of a loop: starting and statistics; the page, and what each diameter adds to it; compiling.
-_STARTING, _PAGE, _PAGE_PER_DIAMETER, _COMPILING = 40.0, 40.0, 10.0, 400.0
+# In thousands of small tasks (2 to 3.5 ms each where this was measured): starting and statistics; starting workers; page and
+# figures, and what each diameter adds to them; compiling.
+_STARTING, _WORKERS, _PAGE, _PAGE_PER_DIAMETER, _COMPILING = 1.8, 0.95, 1.7, 0.28, 9.5
 
 
 @dataclass(frozen=True)
@@ -85,19 +87,26 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
 
 def beside(study: Study, solver: Solver) -> float:
     """Return the seconds that compiling, starting, statistics and page take."""
-    turns = _million_turns()
+    tasks = 1000.0 * median(_small_task() for _ in range(9))
     compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
+    workers = 0.0 if isinstance(solver, Immediate) else _WORKERS
     page = _PAGE + _PAGE_PER_DIAMETER * len(study.targets.forces)
-    return (_STARTING + page) * turns + (_COMPILING * turns if compiling is None else compiling)
+    return (_STARTING + workers + page) * tasks + (_COMPILING * tasks if compiling is None else compiling)
 
 
-def _million_turns() -> float:
-    """Return how many seconds a million turns of an empty loop take, the fastest of three tries."""
-    return 10.0 * min(_turns(100_000) for _ in range(3))
+@dataclass(frozen=True)
+class _Place:
+    x: float
+    y: float
+
+    def moved(self) -> _Place:
+        return _Place(self.x + 1.0, 0.5 * self.y)
 
 
-def _turns(count: int) -> float:
-    begun = time.perf_counter()
-    for _ in range(count):
-        pass
+def _small_task() -> float:
+    """Return how many seconds Python takes to make some objects, write them as text and keep them in a table."""
+    begun, place, table = time.perf_counter(), _Place(1.0, 2.0), {}
+    for i in range(1500):
+        place = place.moved()
+        table[f"{i % 97}:{place.x:.1f}"] = (place, i)
     return time.perf_counter() - begun
