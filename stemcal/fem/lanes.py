@@ -27,7 +27,7 @@ Ints = NDArray[np.int32]
 _SHORT = RUN // 2
 # A part has at least so many blocks, a model at most so many parts.
 _BLOCKS_OF_A_PART = 64
-_PARTS = 32
+_PARTS = 16
 
 
 @dataclass(frozen=True)

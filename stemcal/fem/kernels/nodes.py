@@ -99,8 +99,8 @@ def add_late_forces(body: Any) -> None:
     """Add the forces in the rows apart, the last of all, to those of the nodes in `late`, one after the other."""
     f, late = body.f, body.late
     first = f.shape[0] - late.shape[0]
-    for k in range(late.shape[0]):
-        for i in range(3):
+    for i in range(3):
+        for k in range(late.shape[0]):
             f[late[k], i] += f[first + k, i]
             f[first + k, i] = 0.0
 
