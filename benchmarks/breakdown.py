@@ -3,9 +3,9 @@
 python benchmarks/breakdown.py study [SPEC]    a study from the first import to the page, smoke.yaml unless said
 python benchmarks/breakdown.py step            a step of the paper's 8 mm case by what it does
 
-A part of the element loop is timed by what the loop takes less without it: the loop is compiled again with that part
-switched off. The rest of a step is timed piece by piece, each repeated from within compiled code, in the middle of the
-cut. Times are medians of CPU time.
+A part of an element's physics is timed by what the loop takes less without it: the loop is compiled again with that
+part switched off. The rest of a step is timed piece by piece, each repeated from within compiled code, in the middle of
+the cut. Times are medians of CPU time.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from stemcal import cutting
 from stemcal.executors.local import LocalExecutor
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
+from stemcal.fem.kernels.block import LANES, STATE_ROWS
 from stemcal.fem.kernels.nodes import kick_and_drift
 from stemcal.fem.kernels.numbers import ONE, ZERO
 from stemcal.fem.state import State, start
@@ -110,22 +111,10 @@ def without(function: Any, **stubs: Any) -> Any:
 INLINED = (kernels.element, kernels.run_block, kernels.hourglass_forces)
 
 
-def loop_with(fetch: Any = kernels.fetch, scatter: Any = kernels.scatter, **of_element: Any) -> Any:
-    """Return the loop over the blocks with some parts replaced."""
-    element = without(kernels.element, **of_element)
-    advance = without(kernels.advance, element=element)
-    block = without(kernels.run_block, advance=advance, fetch=fetch)
-    return without(kernels.add_internal_forces, run_block=block, scatter=scatter)
-
-
-@njit(forceinline=True)
-def no_fetch(_scratch, _corners, _x, _v, _states, _following):
-    """Gather nothing."""
-
-
-@njit(forceinline=True)
-def no_scatter(_scratch, _corners, _f):
-    """Add nothing to the nodes."""
+def loop_with(**of_element: Any) -> Any:
+    """Return the loop over the blocks with some parts of the elements' physics replaced."""
+    advance = without(kernels.advance, element=without(kernels.element, **of_element))
+    return without(kernels.add_internal_forces, run_block=without(kernels.run_block, advance=advance))
 
 
 @njit(forceinline=True)
@@ -155,21 +144,19 @@ def step() -> None:
     whole = march_seconds(state)
     loops = {
         "all": kernels.add_internal_forces,
-        "gather": loop_with(fetch=no_fetch),
         "stress": loop_with(radial_return=no_return),
         "hourglass": loop_with(hourglass_forces=no_hourglass),
-        "scatter": loop_with(scatter=no_scatter),
     }
     taken = in_turns({name: loop_of(loop, state) for name, loop in loops.items()})
     parts = {name: taken["all"] - taken[name] for name in loops if name != "all"}
     pieces = in_turns({name: piece_of(function, state) for name, function in PIECES.items()})
+    moves = {name: pieces.pop(name) for name in ("elements: gather", "elements: scatter")}
     rows = [
         ("a step", whole),
-        ("elements: gather", parts["gather"]),
+        *moves.items(),
         ("elements: radial return", parts["stress"]),
         ("elements: hourglass", parts["hourglass"]),
-        ("elements: scatter", parts["scatter"]),
-        ("elements: strain, forces, the rest", taken["all"] - sum(parts.values())),
+        ("elements: strain, forces, the rest", taken["all"] - sum(parts.values()) - sum(moves.values())),
         *pieces.items(),
     ]
     count = len(state.topology.hexes)
@@ -204,6 +191,25 @@ def loop_of(loop: Any, state: State, each: int = 200) -> Callable[[], None]:
             loop(body.scratch, body.runs, body.targets, body.x, body.v, own, forces, 1e-12, state.material)
 
     return work
+
+
+@njit
+def gather(n, body, _topology, _tools, _edge, _spread, _cand, _exchange, _clock, _ledger, _friction, _s, _material):
+    """Gather positions and velocities of all blocks."""
+    states, last = body.state.reshape(body.state.size), body.runs.shape[0] - 1
+    for _ in range(n):
+        for b in range(last + 1):
+            following = min(b + 1, last) * STATE_ROWS * LANES
+            kernels.fetch(body.scratch, body.runs[b], body.x, body.v, states, following)
+
+
+@njit
+def scatter(n, body, _topology, _tools, _edge, _spread, _cand, _exchange, _clock, _ledger, _friction, _s, _material):
+    """Add nothing to the forces of all nodes, block by block."""
+    body.scratch[:] = 0.0
+    for _ in range(n):
+        for b in range(body.runs.shape[0]):
+            kernels.scatter(body.scratch, body.targets[b], body.f)
 
 
 @njit
@@ -242,7 +248,10 @@ def nodes(n, body, _topology, tools, _edge, _spread, _cand, _exchange, clock, le
         march.finish_step(body, tools, clock, ledger)
 
 
-PIECES = {"contact": contact, "mean strains": means, "time step": time_step, "nodes, tools, books": nodes}
+PIECES = {
+    "elements: gather": gather, "elements: scatter": scatter, "contact": contact, "mean strains": means,
+    "time step": time_step, "nodes, tools, books": nodes,
+}  # fmt: skip
 
 
 def piece_of(function: Any, state: State, each: int = 200) -> Callable[[], None]:

@@ -24,8 +24,8 @@ from stemcal.words import counted
 __all__ = ["Costs", "beside", "costs_of", "elapsed"]
 
 _MOST_RECORDS = 50  # that are looked at
-# In thousands of small tasks (2 to 3.5 ms each where this was measured): starting and statistics; starting workers; page and
-# figures, and what each diameter adds to them; compiling.
+# In thousands of small tasks (2 to 3.5 ms each where this was measured): starting and statistics; starting workers;
+# page and figures, and what each diameter adds to them; compiling.
 _STARTING, _WORKERS, _PAGE, _PAGE_PER_DIAMETER, _COMPILING = 1.8, 0.95, 1.7, 0.28, 9.5
 
 
