@@ -11,7 +11,7 @@ from stemcal.report.figures.contour import contours
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import observed_predicted, residuals
-from stemcal.report.figures.style import inline, save, svg
+from stemcal.report.figures.style import inline, save, save_both, svg
 from stemcal.report.figures.validation import validation
 from stemcal.report.records import Curve
 
@@ -42,6 +42,20 @@ def test_every_figure_is_valid_svg_and_the_same_each_time(stages: dict[str, Any]
         text = svg(figure)
         assert ElementTree.fromstring(text).tag == "{http://www.w3.org/2000/svg}svg", name
         assert text == svg(again[name]), name
+
+
+def test_files_lie_on_white(stages: dict[str, Any], tmp_path: Path) -> None:
+    """The page's own document has no ground; the file made of it has a white one below everything, as the pixels."""
+    from PIL import Image
+
+    figure = pareto(stages["screen"], {})
+    document = svg(figure)
+    vectors, pixels = save_both(figure, tmp_path / "pareto", document)
+    ground, rest = vectors.read_text("utf-8").split("#ffffff", 1)
+    assert "patch_1" in ground and "patch_2" not in ground
+    assert ground + "none" + rest == document
+    with Image.open(pixels) as image:
+        assert image.convert("RGBA").getpixel((0, 0)) == (255, 255, 255, 255)
 
 
 def test_pareto_has_a_bar_per_factor_and_lenths_line(stages: dict[str, Any]) -> None:
