@@ -27,7 +27,6 @@ from stemcal import cutting
 from stemcal.executors.local import LocalExecutor
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
-from stemcal.fem.kernels.block import LANES, STATE_ROWS
 from stemcal.fem.kernels.nodes import kick_and_drift
 from stemcal.fem.kernels.numbers import ONE, ZERO
 from stemcal.fem.state import State, start
@@ -196,11 +195,9 @@ def loop_of(loop: Any, state: State, each: int = 200) -> Callable[[], None]:
 @njit
 def gather(n, body, _topology, _tools, _edge, _spread, _cand, _exchange, _clock, _ledger, _friction, _s, _material):
     """Gather positions and velocities of all blocks."""
-    states, last = body.state.reshape(body.state.size), body.runs.shape[0] - 1
     for _ in range(n):
-        for b in range(last + 1):
-            following = min(b + 1, last) * STATE_ROWS * LANES
-            kernels.fetch(body.scratch, body.runs[b], body.x, body.v, states, following)
+        for b in range(body.runs.shape[0]):
+            kernels.fetch(b, body.scratch, body.runs, body.x, body.v, body.state)
 
 
 @njit

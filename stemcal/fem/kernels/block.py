@@ -68,21 +68,22 @@ CACHE_LINE = 64  # bytes
 
 
 @inlined
-def fetch(scratch: Array, runs: Any, x: Array, v: Array, states: Array, following: int) -> None:
-    """Gather positions and velocities of a block's corners (8, `RUNS`), and have the next block's state brought near.
+def fetch(b: int, scratch: Array, runs: Any, x: Array, v: Array, state: Array) -> None:
+    """Gather positions and velocities of the corners of block b, and have the next block's state brought near.
 
     They are taken relative to the first corner: single precision is enough for the shape and the motion of an element,
     not for where it is.
 
-    That state begins at ``states[following]``, all states in a row. Its rows are read with strides that the processor
-    does not foresee: without the prefetch a model that exceeds the caches is computed at half the speed.
+    The rows of a state are read with strides that the processor does not foresee: without the prefetch a model that
+    exceeds the caches is computed at half the speed.
     """
-    line = CACHE_LINE // states.itemsize
+    states, following = state.reshape(state.size), min(b + 1, runs.shape[0] - 1) * STATE_ROWS * LANES
+    line = CACHE_LINE // state.itemsize
     for place in range(0, STATE_ROWS * LANES, line):
         prefetch(states, following + place)
     for r in range(0, RUNS, 2):
-        read_corners(x, runs, r, scratch, COORDINATES * LANES + r * RUN, LANES)
-        read_corners(v, runs, r, scratch, VELOCITIES * LANES + r * RUN, LANES)
+        read_corners(x, runs[b], r, scratch, COORDINATES * LANES + r * RUN, LANES)
+        read_corners(v, runs[b], r, scratch, VELOCITIES * LANES + r * RUN, LANES)
 
 
 @inlined
@@ -106,15 +107,6 @@ def living(state: Array) -> int:
 def held(state: Array, slot: int, row: int) -> float:
     """Return one row of the element in a slot, block · `LANES` + lane."""
     return state[slot // LANES, row, slot % LANES]
-
-
-@inlined
-def place_of(slots: Any, slot: int) -> int:
-    """Return the element that lies in a slot, −1 if none does."""
-    for e in range(slots.shape[0]):
-        if slots[e] == slot:
-            return e
-    return -1
 
 
 @inlined

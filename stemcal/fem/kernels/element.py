@@ -242,8 +242,7 @@ def follow_rates(state: Array, dt: float, material: Floats) -> None:
 @inlined
 def run_block(b: int, scratch: Array, runs: Any, x: Array, v: Array, state: Array, dt: float, material: Floats) -> None:
     """Advance block b from the motion of its nodes, and work out the rate factors of its next step."""
-    states, following = state.reshape(state.size), min(b + 1, runs.shape[0] - 1) * STATE_ROWS * LANES
-    fetch(scratch, runs[b], x, v, states, following)
+    fetch(b, scratch, runs, x, v, state)
     advance(scratch, state[b].reshape(STATE_ROWS * LANES), dt, material)
     follow_rates(state[b], dt, material)
 

@@ -21,7 +21,6 @@ from stemcal.fem.kernels.block import (
     held,
     load,
     load_corners,
-    place_of,
 )
 from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
@@ -88,6 +87,15 @@ def element_steps(
     return steps
 
 
+@inlined
+def element_in(slots: Any, slot: int) -> int:
+    """Return the element that lies in a slot, −1 if none does."""
+    for e in range(slots.shape[0]):
+        if slots[e] == slot:
+            return e
+    return -1
+
+
 @kernel
 def find_frequencies(scratch: Array, state: Array, lame: float, shear: float, memory: float) -> None:
     """Set the rows `RATES` and `VOLUMES` of the scratch to ω² and 64 V of the elements of a block."""
@@ -109,10 +117,10 @@ def stable_step(body: Floats, slots: Any, lame: float, shear: float, memory: flo
     step 0. Where an element lies is ``slots[e]``, block · `LANES` + lane.
     """
     scratch, state, runs = body.scratch, body.state, body.runs
-    states, first = state.reshape(state.size), state[0, 0, 0]
+    first = state[0, 0, 0]
     fastest, slowest, smallest = ZERO * first, 0, SIXTY_FOUR + ZERO * first
     for b in range(runs.shape[0]):
-        fetch(scratch, runs[b], body.x, body.v, states, min(b + 1, runs.shape[0] - 1) * STATE_ROWS * LANES)
+        fetch(b, scratch, runs, body.x, body.v, state)
         find_frequencies(
             scratch, state[b].reshape(STATE_ROWS * LANES), like(first, lame), like(first, shear), like(first, memory)
         )
@@ -121,7 +129,7 @@ def stable_step(body: Floats, slots: Any, lame: float, shear: float, memory: flo
                 continue
             omega2, whole = scratch[RATES * LANES + lane], scratch[VOLUMES * LANES + lane]
             if not whole > ZERO:
-                return 0.0, place_of(slots, b * LANES + lane), whole / 64.0
+                return 0.0, element_in(slots, b * LANES + lane), whole / 64.0
             if omega2 > fastest:
                 fastest, slowest, smallest = omega2, b * LANES + lane, whole
-    return 2.0 / sqrt(max(float(fastest), 1.0e-300)), place_of(slots, slowest), smallest / 64.0
+    return 2.0 / sqrt(max(float(fastest), 1.0e-300)), element_in(slots, slowest), smallest / 64.0
