@@ -1,15 +1,33 @@
 """`python -m stemcal` is the command `stemcal`."""
 
+import atexit
 import sys
+
+from stemcal.leaving import leave_at_once
+
+
+class _Ending:
+    """Ends the process with a code once all else that was to be done at exit is done."""
+
+    def __init__(self) -> None:
+        self.code = 1
+        # the first to be registered is the last to be called
+        atexit.register(lambda: leave_at_once(self.code))
 
 
 def main() -> None:
     """Entry point of the console script; Ctrl-C while the command is still loading ends it without a word."""
+    ending = _Ending()
     try:
         from stemcal.cli.app import main as command
 
         command()
+        ending.code = 0
+    except SystemExit as left:
+        ending.code = left.code if isinstance(left.code, int) else int(left.code is not None)
+        raise
     except KeyboardInterrupt:
+        ending.code = 130
         sys.exit(130)
 
 

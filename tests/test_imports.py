@@ -16,6 +16,7 @@ FLOORS = {
     "stemcal.words": 0,
     "stemcal.files": 1,
     "stemcal.outputs": 1,
+    "stemcal.leaving": 0,
     "stemcal.patience": 0,
     "stemcal.naming": 0,
     "stemcal.remarks": 0,

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
+from stemcal.leaving import leave_at_once
 from stemcal.solvers.protocol import Readied
 
 _ONE_THREAD = (
@@ -44,7 +45,7 @@ def serve(pipe: Connection) -> None:
         while True:
             _take(pipe.recv_bytes(), pipe)
     except (EOFError, OSError):
-        return  # the parent has closed the pipe: no more work
+        leave_at_once(0)  # the parent has closed the pipe: no more work
 
 
 def _take(blob: bytes, pipe: Connection) -> None:
