@@ -17,6 +17,8 @@ import tempfile
 import time
 import types
 from collections.abc import Callable
+from concurrent.futures import wait
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +29,17 @@ from stemcal import cutting
 from stemcal.executors.local import LocalExecutor
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
-from stemcal.fem.kernels.nodes import kick_and_drift
+from stemcal.fem.kernels.nodes import kick_and_drift, leave_pushes
 from stemcal.fem.kernels.numbers import ONE, ZERO
 from stemcal.fem.state import State, start
+from stemcal.fem.threads import march_to
 from stemcal.fem.warm import warm
 from stemcal.folder.store import StudyFolder
+from stemcal.report.figures.beside import Drawers
 from stemcal.report.figures.gallery import write_figures
+from stemcal.report.figures.loading import load
 from stemcal.report.page.render import shown, write_page
+from stemcal.solvers import get_ready
 from stemcal.stages.kept import NOTE
 from stemcal.study.spec import load_study
 from stemcal.workflow import calibrate
@@ -65,36 +71,47 @@ def study(spec: Path = CONFIGS / "smoke.yaml") -> None:
     with tempfile.TemporaryDirectory() as place:
         rows, again = parts_of_study(spec, Path(place))
     whole = sum(seconds for _, seconds in rows)
-    table(f"{spec.name}, kernels compiled, all cores", "s", [("the whole study", whole), *rows])
+    table(f"{spec.name}, kernels compiled, all cores, one by one", "s", [("all parts", whole), *rows])
     print(f"  the finished study run again {again:17.2f} s")
 
 
 def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
-    """Return the seconds of each part, and of the command on the finished study."""
+    """Return the seconds of each part, and of the command on the finished study.
+
+    In a command the first three go on at the same time, what draws is loaded in spare moments, and statistics load
+    their libraries while the screening is simulated: the parts take longer, one by one, than the whole.
+    """
     imports = seconds_of(lambda: subprocess.run([sys.executable, "-c", IMPORTS], check=True))
-    loading = seconds_of(warm)
     asked, folder = load_study(spec), StudyFolder(out)
     with LocalExecutor() as executor:
+        starting = seconds_of(lambda: by_each_worker(executor, partial(get_ready, asked)))
+        loading = seconds_of(lambda: by_each_worker(executor, load))
         first = seconds_of(lambda: calibrate(asked, folder, executor))
         (out / NOTE).unlink()
         statistic = seconds_of(lambda: calibrate(asked, folder, executor))
-    what = shown(asked, folder)
-    plots = [plot for plot in what.plots if not plot.on_request]
-    drawing = seconds_of(lambda: [plot.draw() for plot in plots])
-    writing = seconds_of(lambda: write_figures(plots, out / "figures"))
+        what = shown(asked, folder)
+        plots = [plot for plot in what.plots if plot.on_page]
+        drawing = seconds_of(lambda: Drawers(executor).draw(plots))
     page = seconds_of(lambda: write_page(asked, folder, what))
+    writing = seconds_of(lambda: write_figures(plots, out / "figures"))
     command = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out), "--quiet"]
     subprocess.run(command, check=False, capture_output=True)
     again = seconds_of(lambda: subprocess.run(command, check=False, capture_output=True))
     return [
         ("import", imports),
-        ("load the kernels", loading),
+        ("workers: start, load the kernels", starting),
+        ("workers: load what draws", loading),
         ("simulate", first - statistic),
         ("statistics", statistic),
-        ("figures, drawn", drawing),
-        ("figures, written as SVG and PNG", writing),
+        ("figures, drawn by the workers", drawing),
         ("page", page),
+        ("files of the figures", writing),
     ], again
+
+
+def by_each_worker(executor: LocalExecutor, work: Callable[[], object]) -> None:
+    """Have each worker do something that takes a while, at the same time."""
+    wait([executor.submit(work) for _ in range(executor.workers)])
 
 
 # ---- a step
@@ -132,7 +149,7 @@ def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _material, _
 def middle_of_the_cut() -> State:
     """Return the state of the paper's 8 mm case, quarter model, at 0.15 s: the blade is in, nothing has broken."""
     state = start(cutting.build(tests_of(paper_cases(["rsm"])[:1])[0]))
-    march.march(0.15, *state.parts())
+    march_to(0.15, state)
     return state
 
 
@@ -142,7 +159,7 @@ def step() -> None:
     state = middle_of_the_cut()
     whole = march_seconds(state)
     loops = {
-        "all": kernels.add_internal_forces,
+        "all": loop_with(),
         "stress": loop_with(radial_return=no_return),
         "hourglass": loop_with(hourglass_forces=no_hourglass),
     }
@@ -166,7 +183,7 @@ def march_seconds(state: State, steps: int = 400) -> float:
     """Return the seconds of a step, the median of several stretches."""
 
     def on() -> None:
-        march.march(float(state.clock.time[0] + (steps - 0.5) * state.clock.step[0]), *state.parts())
+        march_to(float(state.clock.time[0] + (steps - 0.5) * state.clock.step[0]), state)
 
     return statistics.median(seconds_of(on, time.process_time) for _ in range(7)) / steps
 
@@ -187,7 +204,7 @@ def loop_of(loop: Any, state: State, each: int = 200) -> Callable[[], None]:
 
     def work() -> None:
         for _ in range(each):
-            loop(body.scratch, body.runs, body.targets, body.x, body.v, own, forces, 1e-12, state.material)
+            loop(body.scratch, body.runs, body.targets, body.seen, own, forces, 1e-12, state.material)
 
     return work
 
@@ -197,7 +214,7 @@ def gather(n, body, _topology, _tools, _edge, _spread, _cand, _exchange, _clock,
     """Gather positions and velocities of all blocks."""
     for _ in range(n):
         for b in range(body.runs.shape[0]):
-            kernels.fetch(b, body.scratch, body.runs, body.x, body.v, body.state)
+            kernels.fetch(body.scratch, body.runs[b], body.seen)
 
 
 @njit
@@ -216,6 +233,7 @@ def contact(
     """Meet the tools."""
     for _ in range(n):
         march.meet_tools(False, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
+        leave_pushes(body)
         clock.steps[0] += 1
 
 

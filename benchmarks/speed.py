@@ -34,15 +34,14 @@ from numba import njit
 
 from stemcal import cutting
 from stemcal.fem.kernels import block
-from stemcal.fem.kernels.block import LANES, STATE_ROWS
+from stemcal.fem.kernels.block import LANES, states_of
 from stemcal.fem.kernels.element import add_internal_forces, element, follow_rates
-from stemcal.fem.kernels.march import march
 from stemcal.fem.kernels.vectors import RUN
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import State, start
-from stemcal.fem.threads import ThreadedMarch
+from stemcal.fem.threads import Marching, march_to
 from stemcal.fem.warm import warm
 
 STEEL_FREE_FALL = Material(1.1e-5, 1000.0, 0.3, 15.0, 0.5, 0.05, 90.0, 8.0, 1e9, "paper")
@@ -60,8 +59,9 @@ def median_seconds(work: Callable[[], object], runs: int = 7) -> float:
 
 
 @njit(error_model="numpy", fastmath={"contract", "nsz"})
-def one_by_one(scratch, runs, targets, x, v, state, f, dt, material):
+def one_by_one(scratch, runs, targets, seen, state, f, dt, material):
     """Do the same one element at a time: gather it, advance it, scatter it."""
+    x, v, states = seen.x, seen.v, states_of(state)
     for b in range(runs.shape[0]):
         for lane in range(LANES):
             first = runs[b, 0, lane // RUN] + lane % RUN
@@ -70,12 +70,12 @@ def one_by_one(scratch, runs, targets, x, v, state, f, dt, material):
                 for i in range(3):
                     scratch[(block.COORDINATES + 8 * i + a) * LANES + lane] = x[n, i] - x[first, i]
                     scratch[(block.VELOCITIES + 8 * i + a) * LANES + lane] = v[n, i] - v[first, i]
-            element(scratch, state[b].reshape(STATE_ROWS * LANES), lane, dt, material)
+            element(scratch, states[b], lane, dt, material)
             for a in range(8):
                 n = targets[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
                     f[n, i] -= scratch[(block.FORCES + 8 * i + a) * LANES + lane]
-        follow_rates(state[b], dt, material)
+        follow_rates(states[b], dt, material)
 
 
 def moving_block(counts: tuple[int, int, int], precision: Precision = "mixed") -> Model:
@@ -101,9 +101,7 @@ def kernel() -> None:
         def work(state: State = state, function: Callable[..., Any] = function) -> None:
             body = state.body
             for _ in range(steps):
-                function(
-                    body.scratch, body.runs, body.targets, body.x, body.v, body.state, body.f, 1e-7, state.material
-                )
+                function(body.scratch, body.runs, body.targets, body.seen, body.state, body.f, 1e-7, state.material)
 
         rates[name] = steps * len(model.mesh.hexes) / median_seconds(work) / 1e6
         print(f"{name}: {rates[name]:.1f} million element-steps per second and core, {len(model.mesh.hexes)} elements")
@@ -183,7 +181,7 @@ def cost_of_size(counts: tuple[int, int, int]) -> str:
 
 def march_on(state: State, steps: int) -> None:
     """Integrate so many steps more, give or take one."""
-    march(in_steps(state, steps), *state.parts())
+    march_to(in_steps(state, steps), state)
 
 
 def in_steps(state: State, steps: int) -> float:
@@ -200,7 +198,7 @@ def threads() -> None:
     """Print how much faster two threads are than one on a large model, and what two processes of one thread reach."""
     alone, shared = start(moving_block((100, 50, 40))), start(moving_block((100, 50, 40)))
     ratios = []
-    with ThreadedMarch(shared, 2) as two_threads:
+    with Marching(shared, 2) as two_threads:
         for _ in range(7):
             one = seconds_of(lambda: march_on(alone, 60))
             two = seconds_of(lambda: two_threads(in_steps(shared, 60), shared))

@@ -32,12 +32,18 @@ def exchange(
     """
     elements = len(mesh.hexes)
     if length == 0.0:
-        return Exchange(np.zeros((0, 6)), 0, failure_strain, *_means(0, strains[:0]))
+        return Exchange(np.zeros((0, 6)), _around(neighbours[:0]), 0, failure_strain, *_means(0, strains[:0]))
     rate = _conductances(mesh, neighbours, shares) / (shares * mesh.volumes())[:, None]
     time = 0.25 * length**2
     # a pass hands over at most half of what an element has: with all of it, neighbours would only change places
     passes = max(1, ceil(2.0 * time * float(rate.sum(axis=1).max())))
-    return Exchange(rate * time / passes, passes, failure_strain, *_means(elements, strains))
+    return Exchange(rate * time / passes, _around(neighbours), passes, failure_strain, *_means(elements, strains))
+
+
+def _around(neighbours: NDArray[np.int32]) -> NDArray[np.uint32]:
+    """Return the neighbours, an element itself where it has none: no case apart then, and no index that counts back."""
+    own = np.arange(len(neighbours))[:, None]
+    return np.where(neighbours < 0, own, neighbours).astype(np.uint32)
 
 
 def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array, NDArray[np.int64]]:

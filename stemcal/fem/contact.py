@@ -164,6 +164,9 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
         force=np.zeros((len(rows), 4)),
         excess=np.zeros(len(rows)),
         velocity=np.zeros((len(x) if tool >= 0 else 0, 3)),
+        met=np.zeros(len(x) if tool >= 0 else 0, dtype=np.int32),
+        met_count=np.zeros(1, dtype=np.int64),
+        is_met=np.zeros(len(x) if tool >= 0 else 0, dtype=bool),
     )
 
 

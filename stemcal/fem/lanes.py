@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ Ints = NDArray[np.int32]
 # Corners this many nodes further leave lanes empty rather than begin a new run.
 _SHORT = RUN // 2
 # A part has at least so many blocks, a model at most so many parts.
-_BLOCKS_OF_A_PART = 64
+_BLOCKS_OF_A_PART = 512
 _PARTS = 16
 
 
@@ -110,12 +111,16 @@ def _targets(runs: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints
     return targets, np.concatenate(late)
 
 
-def nodal(values: Array, rows: int = 0) -> Array:
-    """Return a copy of values per node (N, 3) that lies component by component, (N + `rows`, 3) with rows of zeros.
+def nodal(values: Array) -> Array:
+    """Return a copy of values per node (N, 3) that lies component by component."""
+    copy: Array = nodal_zeros(len(values), np.dtype(float))
+    copy[:] = values
+    return copy
+
+
+def nodal_zeros(count: int, kind: np.dtype[Any]) -> Any:
+    """Return zeros (`count`, 3) that lie component by component.
 
     Behind the last component there are `RUN` numbers to spare, which a run of the last nodes may reach into.
     """
-    count = len(values) + rows
-    copy = np.zeros(3 * count + RUN)[: 3 * count].reshape((count, 3), order="F")
-    copy[: len(values)] = values
-    return copy
+    return np.zeros(3 * count + RUN, dtype=kind)[: 3 * count].reshape((count, 3), order="F")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -17,6 +18,7 @@ Ints = NDArray[np.int32]
 
 # Corner offsets along (i, j, k) of a structured grid, in the order of the hexahedron's corners.
 _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+_PORTION = 4096  # elements
 
 
 @dataclass(frozen=True)
@@ -48,20 +50,34 @@ class Mesh:
 
     def volumes(self) -> Array:
         """Return the volume of each element, mm³, V = Σ Xₘ Bₘ / 64 (see `kernels.hexahedron`)."""
-        x, y, z = self._modal_sums()
-        return np.asarray(hexahedron.contract.py_func(x, hexahedron.minors.py_func(y, z)) / 64.0)
+        return np.concatenate([_volumes(self.nodes, some) for some in self._portions()])
+
+    def largest_extent(self) -> float:
+        """Return how far an element reaches at most along any axis, mm."""
+        return max(float(np.ptp(self.nodes[some], axis=1).max()) for some in self._portions())
 
     def modal_gradients(self) -> list[tuple[Any, ...]]:
         """Return for each of x, y, z the derivatives b = ∂V/∂xₘ by the modes of the corners, tuples of arrays (E,)."""
-        x, y, z = self._modal_sums()
+        x, y, z = _modal_sums(self.nodes, self.hexes)
         return [tuple(b / 8.0 for b in hexahedron.minors.py_func(p, q)) for p, q in ((y, z), (z, x), (x, y))]
 
-    def _modal_sums(self) -> list[tuple[Any, ...]]:
-        return [hexahedron.modal_sums.py_func(tuple(self.nodes[self.hexes, i].T)) for i in range(3)]
+    def _portions(self) -> Iterator[Ints]:
+        """Give the elements some at a time: what is worked out on the way for all of them would not fit the caches."""
+        for first in range(0, len(self.hexes), _PORTION):
+            yield self.hexes[first : first + _PORTION]
 
     def moved(self, nodes: Array) -> Mesh:
         """Return the same mesh with its nodes elsewhere."""
         return replace(self, nodes=nodes)
+
+
+def _modal_sums(nodes: Array, hexes: Ints) -> list[tuple[Any, ...]]:
+    return [hexahedron.modal_sums.py_func(tuple(nodes[hexes, i].T)) for i in range(3)]
+
+
+def _volumes(nodes: Array, hexes: Ints) -> Array:
+    x, y, z = _modal_sums(nodes, hexes)
+    return np.asarray(hexahedron.contract.py_func(x, hexahedron.minors.py_func(y, z)) / 64.0)
 
 
 def brick(size: tuple[float, float, float], counts: tuple[int, int, int]) -> Mesh:

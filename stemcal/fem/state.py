@@ -24,20 +24,21 @@ from stemcal.fem.kernels.block import (
     SCRATCH_ROWS,
     STATE_ROWS,
     VISCOUS_LENGTH,
-    VOLUME,
+    Seen,
 )
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
 from stemcal.fem.kernels.erosion import Exchange
 from stemcal.fem.kernels.full import POINT_RATE_FACTOR, POINT_ROWS
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
-from stemcal.fem.kernels.nodes import CHUNK
+from stemcal.fem.kernels.nodes import CHUNK, Pushes, see
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
 from stemcal.fem.kernels.vectors import RUN
-from stemcal.fem.lanes import Lanes, lay_out, nodal
+from stemcal.fem.lanes import Lanes, lay_out, nodal, nodal_zeros
 from stemcal.fem.material import HOURGLASS_SHARE
+from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 
 Array = NDArray[np.float64]
@@ -46,6 +47,8 @@ Array = NDArray[np.float64]
 _COLLAPSE = 1.0e-4
 # Contact candidates are listed within this share of an element's size.
 _MARGIN = 0.25
+# Elements of single precision may grow to so many times the extent of the largest, and still see their corners apart.
+_STRETCH = 16.0
 
 
 @dataclass
@@ -81,8 +84,8 @@ def start(model: Model) -> State:
     topology = model.mesh.topology(model.crowns, lanes.slots)
     numbers = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
     material = MaterialNumbers(*(_precision(model).type(number) for number in numbers))
-    body = _body(model, material, lanes, topology)
     volumes, shares = model.mesh.volumes(), element_shares(model)
+    body = _body(model, material, lanes, topology, volumes)
     size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(
         body, topology.slots, model.material.lame_modulus, model.material.shear_modulus, material.hourglass_memory
@@ -148,33 +151,32 @@ def _precision(model: Model) -> np.dtype[Any]:
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
-    sums = np.zeros((-(-nodes // CHUNK), 4))
-    return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
+    sums = np.zeros((-(-nodes // CHUNK), 2))
+    return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
 
 
-def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topology) -> Body:
+def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topology, volumes: Array) -> Body:
     mesh = model.mesh
     x = nodal(mesh.nodes)
-    element_state = _element_state(model, material, lanes)
-    element_mass = _element_masses(model, material, element_state, topology)
+    element_state = _element_state(model, material, lanes, volumes)
+    element_mass = _element_masses(model, material, element_state, topology, volumes)
     element_state[:, ELEMENT_MASS] = lanes.spread(element_mass, 1.0)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
-    v = nodal(np.zeros_like(x) if model.velocity is None else model.velocity)
+    v = nodal_zeros(len(x), x.dtype) if model.velocity is None else nodal(model.velocity)
     held = np.zeros(x.shape, dtype=bool, order="F") if model.held is None else model.held.copy(order="F")
     ghosts = _ghosts(model)
     held[ghosts[:, 0]] = True
     mass[ghosts[:, 0]] = 0.0
-    # what stays zero is asked for by `zeros`: nobody writes there, so it takes no memory
-    loads = np.zeros(x.shape, order="F") if model.loads is None else np.array(model.loads, dtype=float, order="F")
-    driven = np.zeros(x.shape, order="F")
-    driven[held] = v[held]
-    return Body(
+    none = np.zeros((0, 3), order="F")
+    driven = np.where(held, v, 0.0) if v[held].any() else none
+    body = Body(
         x=x,
         v=v,
-        f=nodal(loads, RUN + len(lanes.late)),
-        push=np.zeros(x.shape, order="F"),
-        loads=loads,
+        seen=_seen(x, v, mesh, element_state.dtype),
+        f=nodal_zeros(len(x) + RUN + len(lanes.late), element_state.dtype),
+        pushes=no_pushes(len(x)),
+        loads=none if model.loads is None else np.array(model.loads, dtype=float, order="F"),
         mass=mass,
         inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
         free=~held,
@@ -188,12 +190,32 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         ghosts=ghosts,
         points=_points(model),
     )
+    see(body)
+    return body
 
 
-def _element_masses(model: Model, material: MaterialNumbers, state: Array, topology: Topology) -> Array:
+def no_pushes(nodes: int) -> Pushes:
+    """Return room for the forces of contact on so many nodes."""
+    return Pushes(
+        np.zeros((nodes, 3), order="F"),
+        np.zeros(nodes, dtype=np.int32),
+        np.zeros(1, dtype=np.int64),
+        np.zeros(nodes, dtype=bool),
+    )
+
+
+def _seen(x: Array, v: Array, mesh: Mesh, kind: np.dtype[Any]) -> Seen:
+    """Return room for what elements of a precision see of the nodes."""
+    if kind == np.float64:
+        return Seen(x, v, 1.0)
+    unit = kind.type(2.0 ** (np.ceil(np.log2(_STRETCH * mesh.largest_extent())) - 31))
+    return Seen(nodal_zeros(len(x), np.dtype(np.int32)), nodal_zeros(len(v), kind), unit)
+
+
+def _element_masses(model: Model, material: MaterialNumbers, state: Array, topology: Topology, volumes: Array) -> Array:
     """Return ρV, t, and more where an element could not take the wanted time step: m grows as its square."""
     mesh, how = model.mesh, model.integration
-    mass = material.density * mesh.volumes()
+    mass = material.density * volumes
     if how.time_step is None:
         return mass
     law = model.material
@@ -203,15 +225,14 @@ def _element_masses(model: Model, material: MaterialNumbers, state: Array, topol
     return np.asarray(mass * np.maximum(1.0, how.time_step / steps) ** 2)
 
 
-def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes) -> Array:
-    volumes = model.mesh.volumes()
+def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes, volumes: Array) -> Array:
+    length = np.cbrt(volumes)
     state = aligned_zeros((len(lanes.runs), STATE_ROWS, LANES), _precision(model))
     state[:, ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, RATE_FACTOR] = 1.0
-    state[:, VOLUME] = lanes.spread(volumes, 1.0)
-    state[:, VISCOUS_LENGTH] = lanes.spread(np.cbrt(volumes), 1.0)
-    state[:, FAILURE_STRAIN] = lanes.spread(model.material.failure_strains(np.cbrt(volumes)), 1.0)
-    state[:, HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, material), 0.0)
+    state[:, VISCOUS_LENGTH] = lanes.spread(length, 1.0)
+    state[:, FAILURE_STRAIN] = lanes.spread(model.material.failure_strains(length), 1.0)
+    state[:, HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, material, length), 0.0)
     return state
 
 
@@ -234,9 +255,8 @@ def _points(model: Model) -> Array:
     return points
 
 
-def hourglass_stiffness(model: Model, material: MaterialNumbers) -> Array:
-    """Return the resistance a of each element to a modal sum Γ·u (see `Hourglass`): N/mm, or N s/mm if viscous."""
-    length = np.cbrt(model.mesh.volumes())
+def hourglass_stiffness(model: Model, material: MaterialNumbers, length: Array) -> Array:
+    """Return the resistance a of elements to a modal sum Γ·u (see `Hourglass`): N/mm, or N s/mm if viscous."""
     if model.hourglass.form == "viscous":
         a = material.density * material.sound_speed * length**2 / 4.0
     else:

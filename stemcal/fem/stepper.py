@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,11 @@ from numpy.typing import NDArray
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
-from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED, march
+from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED
 from stemcal.fem.kernels.nodes import kinetic_energy
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, start
-from stemcal.fem.threads import March, ThreadedMarch
+from stemcal.fem.threads import March, Marching
 
 Array = NDArray[np.float64]
 Watch = Callable[[float, Array, int], bool | None]
@@ -79,11 +78,9 @@ def pace(model: Model, seconds: float) -> tuple[float, float]:
     return spent / model.integration.threads / (int(state.clock.steps[0]) - 1), float(state.clock.step[0])
 
 
-def _march_of(model: Model, state: State) -> AbstractContextManager[March]:
-    """Return what advances the state: the compiled loop, or for several threads one that shares out each step."""
-    if model.integration.threads == 1 or model.element == "full":
-        return nullcontext(lambda until, state: int(march(until, *state.parts())))
-    return ThreadedMarch(state, model.integration.threads)
+def _march_of(model: Model, state: State) -> Marching:
+    """Return what advances the state; fully integrated elements are for one thread."""
+    return Marching(state, 1 if model.element == "full" else model.integration.threads)
 
 
 def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:
@@ -150,7 +147,7 @@ def _kinetic(state: State) -> float:
     """Return the kinetic energy at the time of the last forces, mJ; before the first step that of the velocities."""
     if state.clock.steps[0] == 0:
         return float(kinetic_energy(state.body.v, state.body.mass))
-    return float(state.ledger.node_sums[:, 3].sum())
+    return float(state.ledger.kinetic[0])
 
 
 def _history(state: State, rows: list[dict[str, Any]]) -> History:

@@ -1,79 +1,81 @@
 """One large model on several cores: a step's elements and nodes shared out to threads, the rest as ever.
 
 Each thread advances some of the parts of the blocks (`stemcal.fem.lanes`), which meet no row of the nodal forces in
-common; what is between two parts is added when all threads are done, as in the compiled loop. So every node collects
-its forces in the same order and the result has the same bits whatever the number of threads. The kernels release the
-interpreter lock, plain threads do.
+common; what is between two parts is added when all threads are done, each node's rows by one thread in their order. So
+every node collects its forces in the same order and the result has the same bits whatever the number of threads.
+
+The threads run the compiled loop side by side, without the interpreter's lock, and meet in it several times a step.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from threading import Barrier
 
 import numpy as np
 
-from stemcal.fem.kernels.element import add_internal_forces
-from stemcal.fem.kernels.march import REACHED, fail_in_the_mean, finish_step, mean_step, meet_tools, renew_time_step
-from stemcal.fem.kernels.nodes import add_late_forces, kick_and_drift
+from stemcal.fem.kernels.march import GOING_ON, Share, Team, march
+from stemcal.fem.kernels.nodes import CHUNK
 from stemcal.fem.state import State, scratch_like
 
 March = Callable[[float, State], int]
 
 
-class ThreadedMarch:
-    """Marches a state of one-point elements with `count` threads; a context manager."""
+class Marching:
+    """Marches a state with `count` threads; a context manager."""
 
     def __init__(self, state: State, count: int) -> None:
-        self._count = count
-        self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
-        body, ends = state.body, state.lanes.ends
-        self._block_ends = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)]
-        self._chunk_ends = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int)
-        self._scratch = [scratch_like(body.state) for _ in range(count)]
+        self._team, self._shares = team_of(count), shares_of(state, count)
+        self._pool = ThreadPoolExecutor(count) if count > 1 else None
+        self._begin = Barrier(count)
 
-    def __enter__(self) -> ThreadedMarch:
+    def __enter__(self) -> Marching:
         return self
 
     def __exit__(self, *exception: object) -> None:
+        self._begin.abort()
         if self._pool is not None:
             self._pool.shutdown()
 
     def __call__(self, until: float, state: State) -> int:
         """Advance the model to time `until`; returns why it stopped."""
-        body, clock, ledger, tools = state.body, state.clock, state.ledger, state.tools
-        while clock.time[0] < until:
-            outcome = renew_time_step(body, state.topology, clock, state.material, state.settings)
-            if outcome != REACHED:
-                return int(outcome)
-            apart = fail_in_the_mean(body, state.topology, state.exchange, clock)
-            failed = sum(self._together(self._add_internal_forces, state)) > 0 or apart
-            add_late_forces(body)
-            meet_tools(
-                failed, body, state.topology, tools, state.edge, state.spread, state.candidates, clock, ledger,
-                state.friction, state.settings,
-            )  # fmt: skip
-            self._together(self._move_nodes, state)
-            outcome = finish_step(body, tools, clock, ledger)
-            if outcome != REACHED:
-                return int(outcome)
-        return REACHED
+        if self._pool is None:
+            return int(march(until, self._shares[0], self._team, *state.parts()))
+        marching = [self._pool.submit(self._take_part, until, share, state) for share in self._shares]
+        outcome, *_ = (one.result() for one in marching)
+        return outcome
 
-    def _together(self, work: Callable[[State, int], Any], state: State) -> list[Any]:
-        """Do a share of the work in each thread, the first in this one, and return what each gives."""
-        others = [self._pool.submit(work, state, thread) for thread in range(1, self._count)] if self._pool else []
-        return [work(state, 0), *(other.result() for other in others)]
+    def _take_part(self, until: float, share: Share, state: State) -> int:
+        """Do a thread's share, once all are there: who is interrupted before leaves nobody waiting in the loop."""
+        self._begin.wait()
+        return int(march(until, share, self._team, *state.parts()))
 
-    def _add_internal_forces(self, state: State, thread: int) -> int:
-        mine = slice(self._block_ends[thread], self._block_ends[thread + 1])
-        body = state.body
-        failed = add_internal_forces(
-            self._scratch[thread], body.runs[mine], body.targets[mine], body.x, body.v, body.state[mine], body.f,
-            state.clock.step_before[0], state.material,
-        )  # fmt: skip
-        return int(failed)
 
-    def _move_nodes(self, state: State, thread: int) -> None:
-        begin, end = self._chunk_ends[thread], self._chunk_ends[thread + 1]
-        kick_and_drift(state.body, mean_step(state.clock), state.clock.step[0], state.ledger.node_sums, begin, end)
+def march_to(until: float, state: State) -> int:
+    """Advance the model to time `until` with this thread alone; returns why it stopped."""
+    return Marching(state, 1)(until, state)
+
+
+def team_of(count: int) -> Team:
+    """Return a team of so many threads."""
+    single = np.zeros(1, dtype=np.int64)
+    return Team(count, single, single.copy(), np.zeros(count, dtype=np.int64), np.full(1, GOING_ON, dtype=np.int64))
+
+
+def shares_of(state: State, count: int) -> list[Share]:
+    """Share the parts of the blocks, the chunks of nodes and the rows apart out to so many threads."""
+    body, ends = state.body, state.lanes.ends
+    blocks = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)].tolist()
+    chunks = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int).tolist()
+    owner = np.searchsorted(np.array(chunks[1:-1]) * CHUNK, body.late, side="right")
+    return [
+        Share(
+            thread=thread,
+            blocks=(blocks[thread], blocks[thread + 1]),
+            chunks=(chunks[thread], chunks[thread + 1]),
+            scratch=body.scratch if thread == 0 else scratch_like(body.state),
+            late=np.flatnonzero(owner == thread).astype(np.int32),
+        )
+        for thread in range(count)
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import functools
 import logging
 import os
@@ -26,21 +27,24 @@ from stemcal.fem.contact import Tool
 from stemcal.fem.kernels import march
 from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
 from stemcal.fem.kernels.compile import CACHE
+from stemcal.fem.kernels.nodes import kick_and_drift
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
+from stemcal.fem.threads import shares_of
 
 logger = logging.getLogger(__name__)
 
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
+_MOMENT = 0.01  # s, for LLVM to have gone on
 _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
 
 @functools.cache
-def warm(threads: int = 1, precision: Precision = "double") -> None:
+def warm(precision: Precision = "double") -> None:
     """Compile every kernel of a simulation, or load it from the cache; once in a process.
 
     Of several processes with one cache, the first compiles and the others wait for it. A damaged cache entry makes
@@ -48,17 +52,18 @@ def warm(threads: int = 1, precision: Precision = "double") -> None:
     real.
     """
     _tell_of_spare()
-    with _one_at_a_time(_mark(threads, precision)), _interrupts_kept() as interrupted:
+    _load_numba()
+    with _one_at_a_time(_mark(precision)), _interrupts_kept() as interrupted:
         try:
-            if not is_compiled(threads, precision):
+            if not is_compiled(precision):
                 _compile_in_halves(precision)
-            _smallest_simulation(threads, precision)
+            _smallest_simulation(precision)
         except Exception:
             if interrupted:
                 return
             shutil.rmtree(CACHE, ignore_errors=True)
             CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
-            _smallest_simulation(threads, precision)
+            _smallest_simulation(precision)
     sweep(CACHE)
 
 
@@ -74,11 +79,27 @@ def _tell_of_spare() -> None:
     )
 
 
+def _load_numba() -> None:
+    """Load what numba needs to compile, but not SciPy's linear algebra, only to see that it is there: a third of it.
+
+    Whatever needs that looks for it once more.
+    """
+    from numba.np import linalg
+
+    real: Any = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        from numba.np import arraymath  # noqa: F401
+    finally:
+        linalg.ensure_blas = real
+
+
 @contextmanager
 def _interrupts_kept() -> Iterator[list[int]]:
-    """Raise at the end what an interrupt has raised inside, for numba loses exceptions that meet it in some places.
+    """Raise again what an interrupt has raised inside: numba and LLVM's calls back into Python lose exceptions.
 
-    Yields the signals that have come. Only the main thread may set handlers.
+    Those of LLVM are raised again as soon as Python reports them lost, the others at the end. Yields the signals that
+    have come. Only the main thread may set handlers.
     """
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
@@ -86,16 +107,28 @@ def _interrupts_kept() -> Iterator[list[int]]:
         return
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     handlers: dict[int, Any] = {number: handler for number, handler in before.items() if callable(handler)}
+    report, timers = sys.unraisablehook, list[threading.Timer]()
 
     def note(number: int, frame: FrameType | None) -> None:
         came.append(number)
         handlers[number](number, frame)
 
+    def again(lost: sys.UnraisableHookArgs) -> None:
+        if came and issubclass(lost.exc_type, KeyboardInterrupt):
+            timers.append(threading.Timer(_MOMENT, _thread.interrupt_main, [came[-1]]))
+            timers[-1].start()
+        else:
+            report(lost)
+
     for number in handlers:
         signal.signal(number, note)
+    sys.unraisablehook = again
     try:
         yield came
     finally:
+        sys.unraisablehook = report
+        for timer in timers:
+            timer.cancel()
         for number, handler in handlers.items():
             signal.signal(number, handler)
     for number in came:
@@ -120,9 +153,9 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
         lock.release()
 
 
-def is_compiled(threads: int = 1, precision: Precision = "double") -> bool:
+def is_compiled(precision: Precision = "double") -> bool:
     """Tell whether the cache has every kernel for this machine, as far as one can tell without loading them."""
-    return _mark(threads, precision).exists()
+    return _mark(precision).exists()
 
 
 def seconds_to_compile() -> float | None:
@@ -134,8 +167,8 @@ def seconds_to_compile() -> float | None:
     return max(known)[1] if known else None
 
 
-def _mark(threads: int, precision: Precision) -> Path:
-    return CACHE / f"complete-{_machine()}-{threads}-{precision}"
+def _mark(precision: Precision) -> Path:
+    return CACHE / f"complete-{_machine()}-{precision}"
 
 
 def _machine() -> str:
@@ -157,10 +190,13 @@ def _compile_in_halves(precision: Precision) -> None:
     code = f"from {__name__} import compile_contact; compile_contact({precision!r})"
     none = subprocess.DEVNULL
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=none, stderr=none) as beside:
-        state = start(_smallest_model(precision=precision))
+        state = start(_smallest_model(precision))
         body, topology, clock = state.body, state.topology, state.clock
-        _compile(march.add_forces_inside, body, topology, clock, state.material)
+        _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
         _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
+        _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
+        _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
+        _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
         _compile(march.finish_step, body, state.tools, clock, state.ledger)
         beside.wait()
 
@@ -168,10 +204,10 @@ def _compile_in_halves(precision: Precision) -> None:
 def compile_contact(precision: Precision) -> None:
     """Compile what meets the tools; ends with the process that waits for it, at the latest."""
     threading.Thread(target=_end_with_stdin, daemon=True).start()
-    state = start(_smallest_model(precision=precision))
+    state = start(_smallest_model(precision))
     _compile(
-        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread, state.candidates,
-        state.clock, state.ledger, state.friction, state.settings,
+        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread,
+        state.candidates, state.clock, state.ledger, state.friction, state.settings,
     )  # fmt: skip
 
 
@@ -185,17 +221,17 @@ def _compile(kernel: Any, *arguments: Any) -> None:
     kernel.compile(tuple(map(typeof, arguments)))
 
 
-def _smallest_simulation(threads: int, precision: Precision) -> None:
+def _smallest_simulation(precision: Precision) -> None:
     """Take a few steps of the smallest model."""
-    simulate(_smallest_model(threads, precision), 1.0e-6)
+    simulate(_smallest_model(precision), 1.0e-6)
 
 
-def _smallest_model(threads: int = 1, precision: Precision = "double") -> Model:
+def _smallest_model(precision: Precision = "double") -> Model:
     """Return one element with an edge pressed into it."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     return Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
-        integration=Integration(outputs=1, threads=threads, precision=precision),
+        integration=Integration(outputs=1, precision=precision),
     )

@@ -62,23 +62,24 @@ class Embedded:
     study: Study
 
     def prepare(self) -> None:
-        """Compile the kernels, or load them from the cache, before workers do."""
-        self.get_ready()
+        """Compile the kernels before workers load them, unless the cache has them."""
+        if self.wait_before():
+            self.get_ready()
 
     def get_ready(self) -> None:
         """Load the kernels into this process, or compile them where no cache has them."""
-        warm(*_kernels(self.study))
+        warm(_precision(self.study))
 
     def wait_before(self) -> str:
         """Say that the kernels are to be compiled, where no cache has them, and how long that took the last time."""
-        if is_compiled(*_kernels(self.study)):
+        if is_compiled(_precision(self.study)):
             return ""
         last = seconds_to_compile()
         return "compiling kernels, once" if last is None else f"compiling kernels, once ({last:.0f} s the last time)"
 
     def preparing(self) -> float | None:
         """Return how many seconds the kernels take to be compiled: none if they are, None if nobody knows."""
-        return 0.0 if is_compiled(*_kernels(self.study)) else seconds_to_compile()
+        return 0.0 if is_compiled(_precision(self.study)) else seconds_to_compile()
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -119,9 +120,9 @@ class Embedded:
 
         None as long as the kernels are not compiled.
         """
-        if not is_compiled(*_kernels(self.study)):
+        if not is_compiled(_precision(self.study)):
             return None
-        warm(*_kernels(self.study))
+        warm(_precision(self.study))
         test = _small_enough(self._tests(request)[0])
         seconds, step = stepper.pace(cutting.build(test), _TRIED_S)
         return test.loading.duration / step * seconds * _share(test) / _seconds(test)
@@ -194,7 +195,7 @@ def simulate(
     frames : path, optional
         Folder for about 50 frames to be looked at in ParaView.
     """
-    warm(*_kernels(study))
+    warm(_precision(study))
     tests = shear_tests(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
     if symmetry is not None:
         tests = tuple(replace(t, discretisation=replace(t.discretisation, symmetry=symmetry)) for t in tests)
@@ -297,10 +298,9 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> Discretisation:
     )
 
 
-def _kernels(study: Study) -> tuple[int, Precision]:
-    """Return which kernels a study needs: the number of threads and the precision."""
-    solver = study.solver
-    return (solver.threads, solver.precision) if isinstance(solver, EmbeddedSolver) else (1, "double")
+def _precision(study: Study) -> Precision:
+    """Return of which precision the kernels are that a study needs."""
+    return study.solver.precision if isinstance(study.solver, EmbeddedSolver) else "double"
 
 
 def _determining(test: ShearTest) -> dict[str, Any]:

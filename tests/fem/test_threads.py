@@ -35,7 +35,7 @@ def press(threads: int) -> History:
 @pytest.mark.slow
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_change_no_bit(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three parts of a block each. Slow: what a step calls is compiled once more, for calls from outside the loop."""
+    """Three parts of a block each."""
     monkeypatch.setattr(lanes, "_BLOCKS_OF_A_PART", 1)
     one, many = press(1), press(threads)
     assert one.deleted[-1] > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -103,3 +104,35 @@ def test_an_interrupt_that_compiling_loses_is_raised_in_the_end(
     finally:
         signal.signal(number, before)
         module.warm.cache_clear()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_lost_in_a_call_back_from_native_code_is_raised_at_once_and_quietly(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """As it befalls LLVM's notice of a compiled object: ctypes prints the exception and goes on."""
+    gone_on: list[float] = []
+
+    def losing(*_: object) -> None:
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(number))()
+        gone_on.append(time.monotonic())
+        for _ in range(500):  # bytecode between native calls, as in a compilation
+            time.sleep(0.01)
+
+    def heeding(_number: int, _frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(number, heeding)
+    hook = sys.unraisablehook
+    monkeypatch.setattr(module, "_smallest_simulation", losing)
+    module.warm.cache_clear()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            module.warm()
+        assert time.monotonic() - gone_on[0] < 4.0
+        assert signal.getsignal(number) is heeding
+        assert sys.unraisablehook is hook
+    finally:
+        signal.signal(number, before)
+        module.warm.cache_clear()
+    assert capfd.readouterr().err == ""

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from stemcal.fem.kernels.block import STRESS
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.full import POINT_STRESS, add_full_internal_forces
-from stemcal.fem.kernels.march import REACHED, march
+from stemcal.fem.kernels.march import REACHED
+from stemcal.fem.kernels.nodes import see
 from stemcal.fem.material import BulkViscosity, Hourglass
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, start
+from stemcal.fem.threads import march_to
 
 Array = NDArray[np.float64]
 
@@ -43,8 +45,8 @@ def advance(state: State, x: Array, dt: float = 1.0e-3) -> Array:
         add_full_internal_forces(state.topology, body.points, body.x, body.v, body.state, body.f, dt,
                                  state.material)  # fmt: skip
     else:
-        add_internal_forces(body.scratch, body.runs, body.targets, body.x, body.v, body.state, body.f, dt,
-                            state.material)  # fmt: skip
+        see(body)
+        add_internal_forces(body.scratch, body.runs, body.targets, body.seen, body.state, body.f, dt, state.material)
     return body.f[: len(x)].copy()
 
 
@@ -83,7 +85,7 @@ def record(model: Model, times: Array, look: Callable[[State], object]) -> tuple
     state = start(model)
     reached, seen = [], []
     for until in times:
-        assert march(float(until), *state.parts()) == REACHED
+        assert march_to(float(until), state) == REACHED
         reached.append(float(state.clock.time[0]))
         seen.append(look(state))
     return np.array(reached), np.array(seen)

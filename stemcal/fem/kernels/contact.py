@@ -19,6 +19,7 @@ from numpy import exp, sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined, kernel
+from stemcal.fem.kernels.nodes import push
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -132,12 +133,12 @@ def push_nodes_out(
     x: Array,
     v: Array,
     mass: Array,
-    push: Array,
+    pushes: Floats,
     dt0: float,
     dt: float,
     friction: Floats,
 ) -> None:
-    """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `push`."""
+    """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`."""
     for t in range(tools.radius.shape[0]):
         for m in range(counts[t]):
             n = near[t, m]
@@ -156,7 +157,7 @@ def push_nodes_out(
             )
             for i in range(3):
                 old[i] = spring[i]
-                push[n, i] += force[i]
+                push(pushes, n, i, force[i])
                 tools.force[t, i] -= force[i]
 
 
@@ -183,11 +184,15 @@ def face_modes(a: float, b: float, c: float, d: float) -> Floats:
     return 0.25 * (a + b + c + d), 0.25 * (b + c - a - d), 0.25 * (c + d - a - b), 0.25 * (a + c - b - d)
 
 
+# Where a Newton step is as small as this, the next would be its square.
+CLOSE = 1.0e-7
+
+
 @inlined
 def locate_in_face(px: float, py: float, fx: Floats, fy: Floats) -> Floats:
     """Return (ξ, η) where the vertical through (px, py) meets a face given by its modes; far outside if it does not.
 
-    Four Newton steps on x(ξ,η) = px, y(ξ,η) = py; a face close to a parallelogram needs one.
+    Newton steps on x(ξ,η) = px, y(ξ,η) = py, four at most; a parallelogram needs one and another that tells so.
     """
     xi, eta = 0.0, 0.0
     for _ in range(4):
@@ -198,9 +203,10 @@ def locate_in_face(px: float, py: float, fx: Floats, fy: Floats) -> Floats:
         determinant = xx * ye - xe * yx
         if abs(determinant) < 1.0e-12:
             return 9.0, 9.0
-        xi -= (rx * ye - xe * ry) / determinant
-        eta -= (xx * ry - rx * yx) / determinant
-        xi, eta = min(max(xi, -9.0), 9.0), min(max(eta, -9.0), 9.0)
+        by, across = (rx * ye - xe * ry) / determinant, (xx * ry - rx * yx) / determinant
+        xi, eta = min(max(xi - by, -9.0), 9.0), min(max(eta - across, -9.0), 9.0)
+        if abs(by) + abs(across) < CLOSE:
+            break
     return xi, eta
 
 
@@ -230,12 +236,12 @@ def push_faces_out(
     x: Array,
     v: Array,
     mass: Array,
-    push: Array,
+    pushes: Floats,
     dt0: float,
     dt: float,
     friction: Floats,
 ) -> None:
-    """Add the forces of the edge's samples on the exposed faces under it, ``faces[:count]``, to `push`.
+    """Add the forces of the edge's samples on the exposed faces under it, ``faces[:count]``, to `pushes`.
 
     A sample that lies inside the body below a face pushes that face out along its normal; the four nodes share the
     force by their shape functions, and the tool gets the opposite.
@@ -282,7 +288,7 @@ def push_faces_out(
                 node = faces[m, corner]
                 if mass[node] > 0.0:  # a ghost follows its source, which feels the mirror image of this force
                     for i in range(3):
-                        push[node, i] += shape[corner] * force[i]
+                        push(pushes, node, i, shape[corner] * force[i])
                         tools.force[t, i] -= shape[corner] * force[i]
     for slot in range(touched.shape[0]):
         if not touched[slot]:

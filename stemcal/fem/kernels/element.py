@@ -9,6 +9,7 @@ from numpy import sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import (
+    AHEAD,
     ALIVE,
     BACK_STRESS,
     COORDINATES,
@@ -23,13 +24,12 @@ from stemcal.fem.kernels.block import (
     LANES,
     PLASTIC_STRAIN,
     RATE_FACTOR,
-    STATE_ROWS,
     STRESS,
     VELOCITIES,
     VISCOUS_LENGTH,
     VISCOUS_PRESSURE,
-    VOLUME,
     book,
+    bring_near,
     fetch,
     living,
     load,
@@ -37,10 +37,12 @@ from stemcal.fem.kernels.block import (
     load6,
     load_corners,
     scatter,
+    states_of,
     store,
     store3,
     store6,
     store8,
+    yielding,
 )
 from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import (
@@ -214,7 +216,6 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     store(state, ALIVE, lane, alive)
     yielded = double_dot(de, de) if q > static_yield else ZERO
     store(state, RATE_FACTOR, lane, -yielded if yielded > ZERO else ONE)  # see `follow_rates`
-    store(state, VOLUME, lane, volume)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
 
@@ -228,39 +229,37 @@ def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
 @inlined
 def follow_rates(state: Array, dt: float, material: Floats) -> None:
     """Work out the rate factors of a block's next step; most blocks do not yield, and powers take their time."""
-    yielding = 0
-    for lane in range(LANES):
-        yielding += state[RATE_FACTOR, lane] < ZERO
-    if yielding > 0:
+    if yielding(state) > 0:
         for lane in range(LANES):
-            squared = -state[RATE_FACTOR, lane]
+            squared = -load(state, RATE_FACTOR, lane)
             if squared > ZERO:
                 rate = sqrt(squared) * per_time(dt)
-                state[RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
+                store(state, RATE_FACTOR, lane, rate_factor(rate, material.rate_c, material.rate_exponent))
 
 
 @inlined
-def run_block(b: int, scratch: Array, runs: Any, x: Array, v: Array, state: Array, dt: float, material: Floats) -> None:
-    """Advance block b from the motion of its nodes, and work out the rate factors of its next step."""
-    fetch(b, scratch, runs, x, v, state)
-    advance(scratch, state[b].reshape(STATE_ROWS * LANES), dt, material)
-    follow_rates(state[b], dt, material)
+def run_block(scratch: Array, runs: Any, seen: Any, state: Array, dt: float, material: Floats) -> None:
+    """Advance a block from the motion of its nodes, and work out the rate factors of its next step."""
+    fetch(scratch, runs, seen)
+    advance(scratch, state, dt, material)
+    follow_rates(state, dt, material)
 
 
 @entry
 def add_internal_forces(
-    scratch: Array, runs: Any, targets: Any, x: Array, v: Array, state: Array, f: Array, dt: float, material: Floats
+    scratch: Array, runs: Any, targets: Any, seen: Any, state: Array, f: Array, dt: float, material: Floats
 ) -> int:
     """Subtract the internal forces of all elements from the nodal forces and advance the elements' state.
 
     `targets`, shaped as `runs`, names the rows of `f` for each run of corners: the nodes themselves, or rows apart
     where two parts of a large model meet (`stemcal.fem.lanes`). Returns how many elements have failed.
     """
-    failed, step = 0, like(state[0, 0, 0], dt)
+    failed, step, states = 0, like(state[0, 0, 0], dt), states_of(state)
     for b in range(runs.shape[0]):
-        alive = living(state[b])
+        alive = living(states[b])
         if alive > 0:
-            run_block(b, scratch, runs, x, v, state, step, material)
+            bring_near(states, b + AHEAD)
+            run_block(scratch, runs[b], seen, states[b], step, material)
             scatter(scratch, targets[b], f)
-            failed += alive - living(state[b])
+            failed += alive - living(states[b])
     return failed

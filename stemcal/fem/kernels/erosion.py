@@ -36,7 +36,8 @@ _ROUNDED = 1.0 - 1.0e-9
 class Exchange(NamedTuple):
     """How plastic strain spreads over neighbours; `stemcal.fem.averaging.exchange` makes it."""
 
-    share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
+    share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it, changes as elements go
+    around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
     passes: int  # 0 for local failure
     failure_strain: float
     mean: Array  # (E,) the mean strain, changes
@@ -47,10 +48,20 @@ class Exchange(NamedTuple):
 
 
 @kernel
+def close_faces(exchange: Floats, standing: Any) -> None:
+    """Let nothing pass to or from elements that are gone."""
+    for e in range(standing.shape[0]):
+        for face in range(6):
+            if not (standing[e] and standing[exchange.around[e, face]]):
+                exchange.share[e, face] = 0.0
+
+
+@kernel
 def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
     """Set `exchange.mean` to the mean plastic strain around each standing element."""
-    mean, after, share, slots = exchange.mean, exchange.next, exchange.share, topology.slots
-    neighbours, standing = topology.neighbours, topology.standing
+    mean, after, share, around = exchange.mean, exchange.next, exchange.share, exchange.around
+    slots, standing = topology.slots, topology.standing
+    close_faces(exchange, standing)
     for e in range(mean.shape[0]):
         mean[e] = held(state, slots[e], PLASTIC_STRAIN)
     for b in range(state.shape[0]):
@@ -59,11 +70,8 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
     for _ in range(exchange.passes):
         for e in range(mean.shape[0]):
             gained = 0.0
-            if standing[e]:
-                for face in range(6):
-                    n = neighbours[e, face]
-                    if n >= 0 and standing[n]:
-                        gained += share[e, face] * (mean[n] - mean[e])
+            for face in range(6):
+                gained += share[e, face] * (mean[around[e, face]] - mean[e])
             after[e] = mean[e] + gained
         for e in range(mean.shape[0]):  # `mean[:] = after` takes longer to compile than all of this function
             mean[e] = after[e]

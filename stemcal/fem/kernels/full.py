@@ -20,7 +20,6 @@ from stemcal.fem.kernels.block import (
     PLASTIC_STRAIN,
     VISCOUS_LENGTH,
     VISCOUS_PRESSURE,
-    VOLUME,
 )
 from stemcal.fem.kernels.compile import entry, inlined
 from stemcal.fem.kernels.element import bulk_viscosity
@@ -185,7 +184,6 @@ def add_full_internal_forces(
         q = bulk_viscosity(de, dt, state[block, VISCOUS_LENGTH, lane], material)
         pressure = pressure / volume - q
         state[block, PLASTIC_STRAIN, lane] = strain / weights
-        state[block, VOLUME, lane] = volume
         if strain / weights >= state[block, FAILURE_STRAIN, lane]:
             state[block, ALIVE, lane] = 0.0
             continue

@@ -1,8 +1,9 @@
 """The time loop: central differences from one output to the next.
 
 One step reads: find what has failed by its mean strain, add internal forces, meet the tools (erode, look for contact,
-add contact forces), kick and drift, finish (book energies, move the tools and the clock). What fails goes before the
-forces of a step are added: an element whose force stayed while the contact that held it was gone would kick its nodes.
+add contact forces), kick by contact, kick and drift, finish (book energies, move the tools and the clock). What fails
+goes before the forces of a step are added: an element whose force stayed while the contact that held it was gone would
+kick its nodes.
 """
 
 from __future__ import annotations
@@ -17,10 +18,19 @@ from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
-from stemcal.fem.kernels.nodes import add_chunks, add_late_forces, kick_and_drift, mirror_ghosts
+from stemcal.fem.kernels.nodes import (
+    add_chunks,
+    add_late_forces,
+    kick_and_drift,
+    kinetic_energy_within,
+    leave_pushes,
+    mirror_ghosts,
+    take_pushes,
+)
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
+from stemcal.fem.kernels.vectors import add_together, give_way, read_together
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -28,7 +38,11 @@ Array = NDArray[np.float64]
 # How many steps the time step, the mean strains and the hold of a spread edge serve before they are worked out again.
 STEP_LIFE = 20
 
-# Why a march ended.
+# How often a thread that waits for others looks whether they have come before it lets others have its core.
+_PATIENCE = 1000
+
+# Why a march ended, or that it has not.
+GOING_ON = -1
 REACHED = 0
 INVERTED = 1
 COLLAPSED = 2
@@ -40,13 +54,14 @@ class Body(NamedTuple):
 
     x: Array  # (N, 3), with rows to spare behind the last, as those of v and f (see `stemcal.fem.lanes.nodal`)
     v: Array
-    f: Array  # and behind those the rows apart of `late`
-    push: Array
-    loads: Array
+    seen: Any  # x and v as elements see them (`block.Seen`)
+    f: Array  # of the elements, in their precision, and behind those the rows apart of `late`
+    pushes: Any  # of contact (`nodes.Pushes`)
+    loads: Array  # (N, 3), or (0, 3) for none
     mass: Array
     inverse_mass: Array
     free: NDArray[np.bool_]  # (N, 3) components that nothing holds
-    driven: Array
+    driven: Array  # (N, 3) velocities of what is held, or (0, 3) if nothing held moves
     runs: NDArray[np.int32]  # (B, 8, runs of a block) first node of each run of corners
     targets: NDArray[np.int32]  # the same for the rows of f that take the forces
     late: NDArray[np.int32]  # the nodes of the rows apart
@@ -76,7 +91,8 @@ class Ledger(NamedTuple):
     tool_work: Array  # (1,) of the moving tools
     external_work: Array  # (1,) of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) carried away by nodes without elements
-    node_sums: Array  # (chunks, 4) of the last step, as `kick_and_drift` leaves them
+    kinetic: Array  # (1,) of the last step
+    node_sums: Array  # (chunks, 2) of the last step, as `kick_and_drift` leaves them
 
 
 class Settings(NamedTuple):
@@ -90,11 +106,48 @@ class Settings(NamedTuple):
     shear: float
 
 
-@entry
+class Team(NamedTuple):
+    """The threads that march together, and what one tells the others; `stemcal.fem.threads` makes it."""
+
+    threads: int
+    arrived: NDArray[np.int64]  # (1,) how many wait for the rest
+    meetings: NDArray[np.int64]  # (1,) how often all have met
+    failed: NDArray[np.int64]  # (threads,) elements that have failed in the step
+    outcome: NDArray[np.int64]  # (1,) why the march ends, or GOING_ON
+
+
+class Share(NamedTuple):
+    """What one thread does of a step; the first one does besides what is not shared out."""
+
+    thread: int
+    blocks: tuple[int, int]  # the first of its blocks, and the first behind
+    chunks: tuple[int, int]  # the same of the nodes
+    scratch: Array
+    late: NDArray[np.int32]  # of the rows apart those it adds, in rising order
+
+
+@kernel
+def meet(team: Floats) -> None:
+    """Wait for the other threads: nobody goes on before all are here."""
+    if team.threads == 1:
+        return
+    before = read_together(team.meetings)
+    if add_together(team.arrived, 1) == team.threads - 1:
+        team.arrived[0] = 0
+        add_together(team.meetings, 1)
+    else:
+        looks = 0
+        while read_together(team.meetings) == before:
+            looks += 1
+            if looks % _PATIENCE == 0:  # perhaps there are fewer cores than threads
+                give_way()
+
+
+@kernel
 def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
-    """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or REACHED."""
+    """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or GOING_ON."""
     if clock.steps[0] % STEP_LIFE != 0:
-        return REACHED
+        return GOING_ON
     stable, element, volume = stable_step(
         body, topology.slots, settings.lame, settings.shear, material.hourglass_memory
     )
@@ -102,10 +155,16 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
     if not volume > 0.0:
         return INVERTED
     clock.step[0] = settings.safety * stable
-    return REACHED if clock.step[0] > settings.smallest_step else COLLAPSED
+    return GOING_ON if clock.step[0] > settings.smallest_step else COLLAPSED
 
 
-@entry
+@kernel
+def begin_step(until: float, body: Floats, topology: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
+    """See to the time step, unless the time is reached; returns why the march must end, or GOING_ON."""
+    return renew_time_step(body, topology, clock, material, settings) if clock.time[0] < until else REACHED
+
+
+@kernel
 def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Floats) -> bool:
     """Every `STEP_LIFE` steps, mark as failed what has failed by its mean strain; returns whether anything has."""
     if exchange.passes == 0 or clock.steps[0] % STEP_LIFE != 0:
@@ -114,20 +173,18 @@ def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Fl
 
 
 @kernel
-def add_forces_inside(body: Floats, topology: Floats, clock: Floats, material: Floats) -> bool:
-    """Subtract the internal forces, which follow from the deformation of the step just taken.
+def add_forces_inside(share: Floats, body: Floats, topology: Floats, clock: Floats, material: Floats) -> int:
+    """Subtract the internal forces of a share, which follow from the deformation of the step just taken.
 
-    Returns whether elements may have failed.
+    Returns how many elements may have failed.
     """
     dt = clock.step_before[0]
-    if body.points.shape[0] > 0:
+    if body.points.shape[0] > 0:  # one thread does all of them
         add_full_internal_forces(topology, body.points, body.x, body.v, body.state, body.f, dt, material)
-        return True
-    failed = add_internal_forces(
-        body.scratch, body.runs, body.targets, body.x, body.v, body.state, body.f, dt, material
-    )
-    add_late_forces(body)
-    return failed > 0
+        return 1
+    mine = slice(share.blocks[0], share.blocks[1])
+    runs, targets, state = body.runs[mine], body.targets[mine], body.state[mine]
+    return add_internal_forces(share.scratch, runs, targets, body.seen, state, body.f, dt, material)
 
 
 @kernel
@@ -149,7 +206,7 @@ def look_for_contact(
     clock.reach[0] = 0.0
 
 
-@entry
+@kernel
 def mean_step(clock: Floats) -> float:
     """Return the time between the middles of the step before and of this one, by which velocities are kicked."""
     return 0.5 * (clock.step_before[0] + clock.step[0])
@@ -169,10 +226,11 @@ def add_contact_forces(
     """Push nodes and faces out of the tools."""
     tools.force[:, :] = 0.0
     x, v, dt0, dt = body.x, body.v, settings.penalty_step, clock.step[0]
-    push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.push, dt0, dt, friction)
+    push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.pushes, dt0, dt, friction)
     faces, count = candidates.faces, candidates.face_count[0]
     if edge.tool >= 0:
-        push_faces_out(tools, edge, faces, candidates.corner_mass, count, x, v, body.mass, body.push, dt0, dt, friction)
+        corner_mass = candidates.corner_mass
+        push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.mass, body.pushes, dt0, dt, friction)
     if spread.tool >= 0:
         push_spread_edge(spread, tools, body, mean_step(clock), dt, friction)
 
@@ -192,7 +250,7 @@ def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
     return fastest
 
 
-@entry
+@kernel
 def meet_tools(
     failed: bool,
     body: Floats,
@@ -220,24 +278,38 @@ def meet_tools(
     add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
-@entry
+@kernel
+def kick_by_contact(until: float, body: Floats, clock: Floats, ledger: Floats) -> None:
+    """Kick what the tools push; before, if the step reaches the time `until`, book its kinetic energy.
+
+    That is the moment for it: all forces are there and nothing has moved.
+    """
+    kick = mean_step(clock)
+    if clock.time[0] + clock.step[0] >= until:
+        ledger.kinetic[0] = kinetic_energy_within(body, kick)
+    ledger.contact_work[0] += 0.5 * kick * take_pushes(body, kick)
+
+
+@kernel
 def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> int:
-    """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or REACHED."""
-    dt = clock.step[0]
-    work, external, fastest = add_chunks(ledger.node_sums)
-    mirror_ghosts(body.x, body.v, body.ghosts)
-    ledger.contact_work[0] += work
-    ledger.external_work[0] += external
-    clock.reach[0] += dt * (fastest + move_tools(tools, ledger, mean_step(clock), dt))
+    """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or GOING_ON."""
+    dt, kick = clock.step[0], mean_step(clock)
+    work, fastest = add_chunks(ledger.node_sums)
+    mirror_ghosts(body)
+    ledger.contact_work[0] += 0.5 * kick * leave_pushes(body)
+    ledger.external_work[0] += work
+    clock.reach[0] += dt * (fastest + move_tools(tools, ledger, kick, dt))
     clock.time[0] += dt
     clock.step_before[0] = dt
     clock.steps[0] += 1
-    return REACHED if np.isfinite(fastest) else NOT_FINITE
+    return GOING_ON if np.isfinite(fastest) else NOT_FINITE
 
 
 @entry
 def march(
     until: float,
+    share: Floats,
+    team: Floats,
     body: Floats,
     topology: Floats,
     tools: Floats,
@@ -251,16 +323,29 @@ def march(
     friction: Floats,
     settings: Floats,
 ) -> int:
-    """Advance the model to time `until`; returns why it stopped."""
-    while clock.time[0] < until:
-        outcome = renew_time_step(body, topology, clock, material, settings)
-        if outcome != REACHED:
+    """Advance the model to time `until`; returns why it stopped. Each thread of the team calls it with its share."""
+    leads, outcome, apart = share.thread == 0, GOING_ON, False
+    while True:
+        if leads:
+            if outcome == GOING_ON:
+                outcome = begin_step(until, body, topology, clock, material, settings)
+            if outcome == GOING_ON:
+                apart = fail_in_the_mean(body, topology, exchange, clock)
+            team.outcome[0] = outcome
+        meet(team)
+        outcome = team.outcome[0]
+        if outcome != GOING_ON:
             return outcome
-        apart = fail_in_the_mean(body, topology, exchange, clock)
-        failed = add_forces_inside(body, topology, clock, material) or apart
-        meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-        kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, 0, len(ledger.node_sums))
-        outcome = finish_step(body, tools, clock, ledger)
-        if outcome != REACHED:
-            return outcome
-    return REACHED
+        team.failed[share.thread] = add_forces_inside(share, body, topology, clock, material)
+        meet(team)
+        add_late_forces(body, share.late)
+        meet(team)
+        if leads:
+            failed = team.failed.sum() > 0 or apart
+            meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
+            kick_by_contact(until, body, clock, ledger)
+        meet(team)
+        kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])
+        meet(team)
+        if leads:
+            outcome = finish_step(body, tools, clock, ledger)

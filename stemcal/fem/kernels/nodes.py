@@ -2,75 +2,159 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import sqrt
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.compile import entry, kernel, summing
-from stemcal.fem.kernels.vectors import maximum
+from stemcal.fem.kernels.compile import entry, inlined, kernel, summing
+from stemcal.fem.kernels.vectors import maximum, see_place, see_velocity
 
 Array = NDArray[np.float64]
 
 
 # Nodes are advanced in chunks of this many, each with its own sums, so that threads may share the chunks out and the
-# sums of all keep their bits.
-CHUNK = 4096
+# sums of all keep their bits. What is known of so many stays in the first cache from component to component.
+CHUNK = 512
+
+
+class Pushes(NamedTuple):
+    """The forces of contact on the nodes, and which nodes have any: few of many."""
+
+    force: Array  # (N, 3) takes no memory where nobody writes
+    nodes: NDArray[np.int32]  # (N,) those with a force, the first `many`
+    many: NDArray[np.int64]  # (1,)
+    listed: NDArray[np.bool_]  # (N,) whether a node is one of them
 
 
 @entry
 def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int, end: int) -> None:
-    """Advance velocities by `kick` and positions by `drift` in chunks begin…end−1, and set forces back to the loads.
+    """Advance velocities by `kick` and positions by `drift` in chunks begin…end−1, and set forces back to zero.
 
-        v ← v + kick·(f + push)/m on free components, the driven velocity on the others,   x ← x + drift·v
+        v ← v + kick·(f + load)/m on free components, the others keep theirs,   x ← x + drift·v
 
-    Work is force times mean velocity times `kick`. Row c of `sums` gets chunk c's work of the contact forces, work of
-    loads and driven components, largest speed, and kinetic energy ½ m v⁻·v⁺ of the velocities before and after: it
-    belongs to the time of the forces, and with the strain energy of that time it is what central differences conserve.
+    Contact comes before and after (`take_pushes`, `leave_pushes`). Row c of `sums` gets chunk c's work of loads and
+    driven components, force times mean velocity times `kick`, and its largest speed.
     """
     for c in range(begin, end):
         first, last = c * CHUNK, min((c + 1) * CHUNK, body.x.shape[0])
-        work, external, kinetic = 0.0, 0.0, 0.0
+        loaded, work = body.loads.shape[0] > 0, 0.0
+        if body.driven.shape[0] > 0:
+            work -= 2.0 * power_of_holding(body, first, last)
+        if loaded:
+            work += bear_loads(body, kick, first, last)
         for i in range(3):
-            pushed, loaded, product = move_component(body, i, kick, drift, first, last)
-            work += 0.5 * kick * pushed
-            external += 0.5 * kick * loaded
-            kinetic += 0.5 * product
-        sums[c, 0], sums[c, 1], sums[c, 2], sums[c, 3] = work, external, largest_speed(body.v, first, last), kinetic
+            move_component(body, i, kick, drift, first, last)
+        if loaded:
+            work += power_of_loads(body, first, last)
+        sums[c, 0], sums[c, 1] = 0.5 * kick * work, largest_speed(body.v, first, last)
 
 
-@summing
-def move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> Any:
-    """Advance component i of nodes first…last−1; returns twice the works over `kick`, and twice the kinetic energy."""
+@kernel
+def move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> None:
+    """Advance component i of nodes first…last−1 under the forces of the elements."""
     mine = slice(first, last)  # counted from 0, n is never taken for one of Python's negative indices
-    x, v, f, push, loads = (
-        body.x.T[i, mine],
-        body.v.T[i, mine],
-        body.f.T[i, mine],
-        body.push.T[i, mine],
-        body.loads.T[i, mine],
-    )
-    free, driven, mass, inverse_mass = (
-        body.free.T[i, mine],
-        body.driven.T[i, mine],
-        body.mass[mine],
-        body.inverse_mass[mine],
-    )
-    pushed, loaded, product = 0.0, 0.0, 0.0
+    x, v, f = body.x.T[i, mine], body.v.T[i, mine], body.f.T[i, mine]
+    free, inverse_mass = body.free.T[i, mine], body.inverse_mass[mine]
+    places, velocities, unit = body.seen.x.T[i, mine], body.seen.v.T[i, mine], body.seen.unit
     for n in range(x.shape[0]):
-        old, pressed, load = v[n], push[n], loads[n]
-        force = f[n] + pressed
-        new = (old + kick * force * inverse_mass[n]) * free[n] + driven[n]
-        pushed += pressed * (old + new)
-        loaded += load * (old + new) * free[n] - 2.0 * (force - load) * driven[n]
-        product += mass[n] * old * new
-        v[n] = new
-        x[n] += drift * new
-        f[n] = load
-        if pressed != 0.0:  # most nodes touch nothing, and zeros that nobody writes take no memory
-            push[n] = 0.0
-    return pushed, loaded, product
+        v[n] += kick * float(f[n]) * inverse_mass[n] * free[n]
+        x[n] += drift * v[n]
+        f[n] = 0.0
+        see_place(places, n, x[n], unit)
+        see_velocity(velocities, n, v[n])
+
+
+@inlined
+def force_on(body: Any, n: int, i: int) -> float:
+    """Return component i of all forces on a node."""
+    force = body.f[n, i] + body.pushes.force[n, i]
+    return float(force + body.loads[n, i] if body.loads.shape[0] > 0 else force)
+
+
+@kernel
+def kinetic_energy_within(body: Any, kick: float) -> float:
+    """Return ½ Σ m v⁻·v⁺ with the velocities before and after the kick that is to come.
+
+    It belongs to the time of the forces, and with the strain energy of that time it is what central differences
+    conserve.
+    """
+    total = 0.0
+    for n in range(body.x.shape[0]):
+        for i in range(3):
+            old = body.v[n, i]
+            new = old + kick * force_on(body, n, i) * body.inverse_mass[n] * body.free[n, i]
+            total += body.mass[n] * old * new
+    return 0.5 * total
+
+
+@kernel
+def power_of_holding(body: Any, first: int, last: int) -> float:
+    """Return the power of all forces on the driven components of nodes first…last−1."""
+    total = 0.0
+    for n in range(first, last):
+        for i in range(3):
+            total += force_on(body, n, i) * body.driven[n, i]
+    return total
+
+
+@kernel
+def power_of_loads(body: Any, first: int, last: int) -> float:
+    """Return the power of the loads on nodes first…last−1."""
+    total = 0.0
+    for n in range(first, last):
+        for i in range(3):
+            total += body.loads[n, i] * body.v[n, i]
+    return total
+
+
+@kernel
+def bear_loads(body: Any, kick: float, first: int, last: int) -> float:
+    """Kick nodes first…last−1 by the loads; returns the power of these before anything has kicked them."""
+    before = 0.0
+    for n in range(first, last):
+        for i in range(3):
+            gain = kick * body.inverse_mass[n] * body.free[n, i]
+            before += body.loads[n, i] * (body.v[n, i] - gain * body.pushes.force[n, i])
+            body.v[n, i] += gain * body.loads[n, i]
+    return before
+
+
+@inlined
+def push(pushes: Any, n: int, i: int, force: float) -> None:
+    """Add component i of a contact force on a node."""
+    if not pushes.listed[n]:
+        pushes.listed[n] = True
+        pushes.nodes[pushes.many[0]] = n
+        pushes.many[0] += 1
+    pushes.force[n, i] += force
+
+
+@kernel
+def take_pushes(body: Any, kick: float) -> float:
+    """Advance the velocities of what contact touches under its forces; returns their power before."""
+    before, pushes = 0.0, body.pushes
+    for m in range(pushes.many[0]):
+        n = pushes.nodes[m]
+        for i in range(3):
+            before += pushes.force[n, i] * body.v[n, i]
+            body.v[n, i] += kick * pushes.force[n, i] * body.inverse_mass[n] * body.free[n, i]
+    return before
+
+
+@kernel
+def leave_pushes(body: Any) -> float:
+    """Forget the contact forces; returns their power now."""
+    after, pushes = 0.0, body.pushes
+    for m in range(pushes.many[0]):
+        n = pushes.nodes[m]
+        for i in range(3):
+            after += pushes.force[n, i] * body.v[n, i]
+            pushes.force[n, i] = 0.0
+        pushes.listed[n] = False
+    pushes.many[0] = 0
+    return after
 
 
 @summing
@@ -84,34 +168,51 @@ def largest_speed(v: Array, first: int, last: int) -> float:
 
 
 @kernel
-def add_chunks(sums: Array) -> tuple[float, float, float]:
-    """Return over all chunks the work of contact, that of loads and driven components, and the largest speed."""
-    work, external, fastest = 0.0, 0.0, 0.0
+def add_chunks(sums: Array) -> tuple[float, float]:
+    """Return over all chunks the work of loads and driven components, and the largest speed."""
+    work, fastest = 0.0, 0.0
     for c in range(sums.shape[0]):
         work += sums[c, 0]
-        external += sums[c, 1]
-        fastest = maximum(fastest, sums[c, 2])
-    return work, external, fastest
+        fastest = maximum(fastest, sums[c, 1])
+    return work, fastest
 
 
-@entry
-def add_late_forces(body: Any) -> None:
-    """Add the forces in the rows apart, the last of all, to those of the nodes in `late`, one after the other."""
+@kernel
+def add_late_forces(body: Any, mine: Any) -> None:
+    """Add the forces in some of the rows apart, the last of all, to those of the nodes in `late`, in their order."""
     f, late = body.f, body.late
     first = f.shape[0] - late.shape[0]
     for i in range(3):
-        for k in range(late.shape[0]):
+        for m in range(mine.shape[0]):
+            k = mine[m]
             f[late[k], i] += f[first + k, i]
             f[first + k, i] = 0.0
 
 
 @kernel
-def mirror_ghosts(x: Array, v: Array, ghosts: Any) -> None:
-    """Set each ghost (g, s) of `ghosts` to the mirror image of its source in the plane x = 0."""
+def mirror_ghosts(body: Any) -> None:
+    """Set each ghost (g, s) of `body.ghosts` to the mirror image of its source in the plane x = 0."""
+    x, v, ghosts = body.x, body.v, body.ghosts
     for m in range(ghosts.shape[0]):
         g, s = ghosts[m, 0], ghosts[m, 1]
         x[g, 0], x[g, 1], x[g, 2] = -x[s, 0], x[s, 1], x[s, 2]
         v[g, 0], v[g, 1], v[g, 2] = -v[s, 0], v[s, 1], v[s, 2]
+        see_node(body, g)
+
+
+@inlined
+def see_node(body: Any, n: int) -> None:
+    """Let the elements see where a node is and how it moves."""
+    for i in range(3):
+        see_place(body.seen.x.T[i], n, body.x[n, i], body.seen.unit)
+        see_velocity(body.seen.v.T[i], n, body.v[n, i])
+
+
+@entry
+def see(body: Any) -> None:
+    """Let the elements see where all nodes are and how they move."""
+    for n in range(body.x.shape[0]):
+        see_node(body, n)
 
 
 @entry

@@ -34,6 +34,7 @@ from stemcal.fem.kernels.contact import (
     locate_in_face,
     shape_functions,
 )
+from stemcal.fem.kernels.nodes import force_on, push
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -79,11 +80,14 @@ class SpreadEdge(NamedTuple):
     shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
     normal: Array  # (R, K, 3) Σ w N n/n_z, likewise
     crown: Array  # (R,) how much higher the true surface is on the mean, changes
-    compliance: Array  # (R, R) Σ normal·normal/m of two rows, changes
+    compliance: Array  # (R, R) Σ normal·normal/m of two rows, the same either way round, changes
     give: Array  # (R,) Σ shape²/m, changes
     force: Array  # (R, 4) λ and the friction, changes
     excess: Array  # (R,) scratch
     velocity: Array  # (N, 3) scratch
+    met: Ints  # nodes of all rows, each once, the first `met_count`, changes
+    met_count: NDArray[np.int64]  # (1,) changes
+    is_met: NDArray[np.bool_]  # (N,) changes
 
 
 @kernel
@@ -104,6 +108,7 @@ def take_hold(
             for m in range(edge.lines.shape[1]):
                 if edge.lines[j, m] >= 0:
                     add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
+    list_met(edge)
     work_out_compliance(edge, free, inverse_mass)
 
 
@@ -143,10 +148,13 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
     edge.line_hold[line, : edge.line_sizes[line]] = 0.0
     edge.line_sizes[line] = 0
     total, height, crown = 0.0, 0.0, 0.0
+    last, places = -1, (0, 0, 0, 0)
     for q in range(edge.weight.shape[0]):
         face, weight = edge.found[line, q], edge.weight[q]
         if face < 0:
             continue
+        if face != last:  # several samples in a row lie in one face
+            last, places = face, places_of_face(edge, line, faces[face])
         total += weight
         height += weight * edge.place[line, q, 2]
         crown += weight * edge.place[line, q, 3]
@@ -154,11 +162,21 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
         for corner in range(4):
             node = faces[face, corner]
             source, share = edge.sources[node], weight * shape[corner]
-            k = place_of(edge.line_sizes, edge.line_nodes, line, source)
+            k = places[corner]
             edge.line_hold[line, k, 0] += share
             edge.line_hold[line, k, 1] += (share if source == node else -share) * edge.place[line, q, 4]
             edge.line_hold[line, k, 2] += share * edge.place[line, q, 5]
     edge.line_sums[line, 0], edge.line_sums[line, 1], edge.line_sums[line, 2] = total, height, crown
+
+
+@inlined
+def places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
+    """Return where a line keeps the nodes that feel what falls to the corners of a face."""
+    sizes, nodes, sources = edge.line_sizes, edge.line_nodes, edge.sources
+    first = place_of(sizes, nodes, line, sources[corners[0]])
+    second = place_of(sizes, nodes, line, sources[corners[1]])
+    third = place_of(sizes, nodes, line, sources[corners[2]])
+    return first, second, third, place_of(sizes, nodes, line, sources[corners[3]])
 
 
 @inlined
@@ -204,6 +222,24 @@ def place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
     return int(k)
 
 
+@inlined
+def list_met(edge: Floats) -> None:
+    """List the nodes of all rows, each once, and set their scratch to zero."""
+    for m in range(edge.met_count[0]):
+        edge.is_met[edge.met[m]] = False
+    count = 0
+    for j in range(edge.sizes.shape[0]):
+        for k in range(edge.sizes[j]):
+            n = edge.nodes[j, k]
+            if not edge.is_met[n]:
+                edge.is_met[n] = True
+                edge.met[count] = n
+                count += 1
+                for i in range(3):
+                    edge.velocity[n, i] = 0.0
+    edge.met_count[0] = count
+
+
 @kernel
 def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
     """Set the rate by which a force of one row speeds up the mean height of another, and each row's own in slip."""
@@ -216,52 +252,65 @@ def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
             for i in range(3):
                 answer[n, i] = edge.normal[j, k, i] * inverse_mass[n] * free[n, i]
         for other in range(j, edge.sizes.shape[0]):
-            total = 0.0
-            for k in range(edge.sizes[other]):
-                n = edge.nodes[other, k]
-                for i in range(3):
-                    total += edge.normal[other, k, i] * answer[n, i]
-            edge.compliance[other, j] = edge.compliance[j, other] = total
+            edge.compliance[other, j] = edge.compliance[j, other] = mean_rate(edge, other)
         for k in range(edge.sizes[j]):
             answer[edge.nodes[j, k], :] = 0.0
 
 
 @kernel
 def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt: float, friction: Floats) -> None:
-    """Add to `body.push` the forces that keep the surface under the rows from rising above the edge."""
+    """Add to `body.pushes` the forces that keep the surface under the rows from rising above the edge."""
     speed, tip = tools.speed[edge.tool], tools.height[edge.tool]
     foresee(edge, body, kick)
     for j in range(edge.sizes.shape[0]):
-        edge.excess[j] = 0.0
         if edge.sizes[j] == 0:
             edge.force[j, :] = 0.0
-        else:
+        elif bears(edge, j):
             impart(edge, body, j, edge.force[j], kick)
     for j in range(edge.sizes.shape[0]):
         edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
     solve_rows(edge, kick)
     for j in range(edge.sizes.shape[0]):
-        if edge.sizes[j] > 0:
+        if bears(edge, j):
             rub(edge, body, j, speed, kick, friction)
     for j in range(edge.sizes.shape[0]):
+        if not bears(edge, j):
+            continue
         for k in range(edge.sizes[j]):
             n = edge.nodes[j, k]
             for i in range(3):
                 force = edge.normal[j, k, i] * edge.force[j, 0] - edge.shape[j, k, i] * edge.force[j, 1 + i]
-                body.push[n, i] -= force
+                push(body.pushes, n, i, -force)
                 tools.force[edge.tool, i] += force
+
+
+@inlined
+def mean_rate(edge: Floats, j: int) -> float:
+    """Return the rate of a row's mean height; three sums side by side, for none waits for another."""
+    x, y, z = 0.0, 0.0, 0.0
+    for k in range(edge.sizes[j]):
+        n = edge.nodes[j, k]
+        x += edge.normal[j, k, 0] * edge.velocity[n, 0]
+        y += edge.normal[j, k, 1] * edge.velocity[n, 1]
+        z += edge.normal[j, k, 2] * edge.velocity[n, 2]
+    return x + y + z
+
+
+@inlined
+def bears(edge: Floats, j: int) -> bool:
+    """Return whether a row has any force; most have none, and then nothing needs to be done for them."""
+    force = edge.force[j]
+    return bool(force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0 or force[3] != 0.0)
 
 
 @inlined
 def foresee(edge: Floats, body: Floats, kick: float) -> None:
     """Set the velocities that the nodes of all rows would have after the kick without the edge."""
-    for j in range(edge.sizes.shape[0]):
-        for k in range(edge.sizes[j]):
-            n = edge.nodes[j, k]
-            for i in range(3):
-                force = body.f[n, i] + body.push[n, i]
-                new = (body.v[n, i] + kick * force * body.inverse_mass[n]) * body.free[n, i] + body.driven[n, i]
-                edge.velocity[n, i] = new
+    for m in range(edge.met_count[0]):
+        n = edge.met[m]
+        for i in range(3):
+            gain = kick * force_on(body, n, i) * body.inverse_mass[n] * body.free[n, i]
+            edge.velocity[n, i] = body.v[n, i] + gain
 
 
 @inlined
@@ -278,13 +327,10 @@ def impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> No
 @inlined
 def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
     """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s."""
-    height, rate = edge.crown[j], -speed
+    height = edge.crown[j]
     for k in range(edge.sizes[j]):
-        n = edge.nodes[j, k]
-        height += edge.shape[j, k, 2] * body.x[n, 2]
-        for i in range(3):
-            rate += edge.normal[j, k, i] * edge.velocity[n, i]
-    above = height - tip
+        height += edge.shape[j, k, 2] * body.x[edge.nodes[j, k], 2]
+    above, rate = height - tip, mean_rate(edge, j) - speed
     return rate + (above / dt if above < 0.0 else min(_BROUGHT_BACK * above / dt, _FASTEST * abs(speed)))
 
 
@@ -302,7 +348,7 @@ def solve_rows(edge: Floats, kick: float) -> None:
             if new != old:
                 edge.force[j, 0] = new
                 for other in range(rows):
-                    edge.excess[other] -= kick * edge.compliance[other, j] * (new - old)
+                    edge.excess[other] -= kick * edge.compliance[j, other] * (new - old)
             largest, change = max(largest, new), max(change, abs(new - old))
         if change <= _CLOSE * largest:
             return

@@ -15,12 +15,12 @@ from stemcal.fem.kernels.block import (
     HOURGLASS_STIFFNESS,
     LANES,
     RATES,
-    STATE_ROWS,
     VOLUMES,
     fetch,
     held,
     load,
     load_corners,
+    states_of,
 )
 from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
@@ -116,14 +116,12 @@ def stable_step(body: Floats, slots: Any, lame: float, shear: float, memory: flo
     No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
     step 0. Where an element lies is ``slots[e]``, block · `LANES` + lane.
     """
-    scratch, state, runs = body.scratch, body.state, body.runs
+    scratch, state, runs, states = body.scratch, body.state, body.runs, states_of(body.state)
     first = state[0, 0, 0]
     fastest, slowest, smallest = ZERO * first, 0, SIXTY_FOUR + ZERO * first
     for b in range(runs.shape[0]):
-        fetch(b, scratch, runs, body.x, body.v, state)
-        find_frequencies(
-            scratch, state[b].reshape(STATE_ROWS * LANES), like(first, lame), like(first, shear), like(first, memory)
-        )
+        fetch(scratch, runs[b], body.seen)
+        find_frequencies(scratch, states[b], like(first, lame), like(first, shear), like(first, memory))
         for lane in range(LANES):
             if state[b, ALIVE, lane] == ZERO:
                 continue
