@@ -8,7 +8,7 @@ import typer
 
 from stemcal.cli.options import AsJson, OpenPage, Out, Quiet, Spec
 
-Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Also write every figure as SVG and PNG.")]
+Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Also write the page's figures as SVG and PNG.")]
 
 
 def report(
@@ -27,7 +27,9 @@ def report(
     """
     from stemcal.cli.console import open_page, say_json, say_whole, warn
     from stemcal.cli.session import existing_folder, read_study
+    from stemcal.executors.local import LocalExecutor
     from stemcal.report.drawing import draw
+    from stemcal.report.figures.beside import Drawers
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
@@ -37,7 +39,9 @@ def report(
     if not quiet:
         for sentence in results.stale:
             warn(sentence)
-    page = draw(study, folder, results, verdict_of(study, folder, results), figures, again=True)
+    verdict = verdict_of(study, folder, results)
+    with LocalExecutor() as executor, Drawers(executor) as drawers:
+        page = draw(study, folder, results, verdict, figures, again=True, drawers=drawers)
     drawn = folder.path / "figures" if figures else None
     if open_it:
         open_page(page)

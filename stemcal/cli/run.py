@@ -10,6 +10,7 @@ from stemcal.errors import TargetUnreachable
 
 if TYPE_CHECKING:
     from stemcal.cli.session import Session
+    from stemcal.report.figures.beside import Drawers
     from stemcal.stages.result import StageResult
 
 
@@ -35,22 +36,26 @@ def run(
 
     unreachable: TargetUnreachable | None = None
     with opened(spec, out, workers, executor, quiet) as work:
+        work.foresee(yes)  # starts the workers, so that they load what they need while this process does
+
         from stemcal import workflow
         from stemcal.report.drawing import draw
+        from stemcal.report.figures.beside import Drawers
         from stemcal.stages.results import fresh_results
         from stemcal.stages.verdict.rules import verdict_of
 
-        work.foresee(yes)
-        try:
-            done = _telling(work) if not as_json else lambda _result: None
-            workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=done)
-        except TargetUnreachable as error:
-            unreachable = error
-        work.folder.remember_spec(work.study.source)
-        work.watch.busy("drawing the report")
-        results = fresh_results(work.study, work.folder)
-        verdict = verdict_of(work.study, work.folder, results)
-        page = draw(work.study, work.folder, results, verdict)
+        with Drawers(work.executor) as drawers:
+            try:
+                workflow.calibrate(
+                    work.study, work.folder, work.executor, work.watch, done=_with_each(work, drawers, not as_json)
+                )
+            except TargetUnreachable as error:
+                unreachable = error
+            work.folder.remember_spec(work.study.source)
+            work.watch.busy("drawing the report")
+            results = fresh_results(work.study, work.folder)
+            verdict = verdict_of(work.study, work.folder, results)
+            page = draw(work.study, work.folder, results, verdict, drawers=drawers)
     if open_it:
         open_page(page)
     show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
@@ -58,13 +63,15 @@ def run(
         raise unreachable
 
 
-def _telling(work: Session) -> Callable[[StageResult], None]:
-    """Return what prints a stage's table as soon as it is known, the progress bar put aside."""
+def _with_each(work: Session, drawers: Drawers, tell: bool) -> Callable[[StageResult], None]:
+    """Return what is done as soon as a stage is: its figures begun, and its table printed, the progress bar aside."""
     from stemcal.cli.show import show_known
+    from stemcal.report.drawing import begin_early
 
-    def told(result: StageResult) -> None:
-        if result.name == "screen":
+    def known(result: StageResult) -> None:
+        begin_early(work.study, work.folder, result.name, drawers)
+        if tell and result.name == "screen":
             with work.watch.aside():
                 show_known(result)
 
-    return told
+    return known

@@ -10,6 +10,7 @@ worker waits for a core that others have.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import multiprocessing
 import pickle
 import queue
@@ -33,6 +34,7 @@ from stemcal.patience import Hindrance, within
 
 P = ParamSpec("P")
 T = TypeVar("T")
+Chore = Callable[[], object]
 
 __all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
 
@@ -59,8 +61,9 @@ class LocalExecutor(RunExecutor):
     def __init__(self, workers: int | None = None, time_limit: float | None = None) -> None:
         self._workers = max(1, workers if workers is not None else available_cores())
         self.time_limit = time_limit
-        self._calls: queue.SimpleQueue[_Call | None] = queue.SimpleQueue()
+        self._calls = _Calls()
         self._crews: list[_Crew] = []
+        self._ready = self._spare = b""
         self._closed = False
         self._lock = threading.Lock()
 
@@ -69,22 +72,50 @@ class LocalExecutor(RunExecutor):
         """How many processes there are at most."""
         return self._workers
 
+    @property
+    def started(self) -> bool:
+        """Whether there are processes already."""
+        return bool(self._crews)
+
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Queue a call; function, arguments and result must be picklable."""
         return self.submit_pickled(pickle.dumps((fn, args, kwargs)), self.time_limit)
 
-    def submit_pickled(self, blob: bytes, time_limit: float | None) -> Future[Any]:
-        """Queue a pickled (function, args, kwargs) with a time limit of its own."""
+    def submit_pickled(self, blob: bytes, time_limit: float | None, when_idle: bool = False) -> Future[Any]:
+        """Queue a pickled (function, args, kwargs) with a time limit of its own; behind all others if `when_idle`."""
         future: Future[Any] = Future()
         with self._lock:
             if self._closed:
                 raise RuntimeError("cannot submit to an executor that is shut down")
-            self._calls.put(_Call(future, blob, time_limit))
+            self._calls.put(_Call(future, blob, time_limit), _WHEN_IDLE if when_idle else _NOW)
             if len(self._crews) < self.workers:
-                crew = _Crew(self._calls, f"worker {len(self._crews) + 1}")
-                self._crews.append(crew)
-                crew.start()
+                self._add_crew()
         return future
+
+    def start(self, ready: Chore, spare: Chore, most: int) -> None:
+        """Start the workers before there are calls, at most so many.
+
+        Parameters
+        ----------
+        ready : callable
+            What each of them does first.
+        spare : callable
+            What each does, once, when it has computed something and there is nothing else to compute.
+        most : int
+
+        Notes
+        -----
+        What these raise is not told: the calls that need what they load will tell.
+        """
+        self._ready, self._spare = (pickle.dumps((chore, (), {})) for chore in (ready, spare))
+        with self._lock:
+            while not self._closed and len(self._crews) < min(most, self.workers):
+                self._add_crew()
+
+    def _add_crew(self) -> None:
+        crew = _Crew(self._calls, f"worker {len(self._crews) + 1}", self._ready, self._spare)
+        self._crews.append(crew)
+        crew.start()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Take no more calls; finish what is queued, or cancel it; then end the workers."""
@@ -92,8 +123,10 @@ class LocalExecutor(RunExecutor):
             self._closed = True
         if cancel_futures:
             self._cancel_queued()
+        if self._calls.empty():
+            self._end_chores()
         for _ in self._crews:
-            self._calls.put(None)
+            self._calls.put(None, _LAST)
         if wait:
             for crew in self._crews:
                 crew.join()
@@ -115,10 +148,16 @@ class LocalExecutor(RunExecutor):
         else:
             self.stop()
 
+    def _end_chores(self) -> None:
+        """Wait for no worker that is only getting ready for calls that will not come."""
+        for crew in self._crews:
+            if crew.at_chore.is_set():
+                crew.stop()
+
     def _cancel_queued(self) -> None:
         with contextlib.suppress(queue.Empty):
             while True:
-                call = self._calls.get_nowait()
+                call = self._calls.get(wait=False)
                 if call is not None:
                     call.future.cancel()
                     call.future.set_running_or_notify_cancel()
@@ -132,26 +171,64 @@ class _Call(NamedTuple):
     limit: float | None
 
 
+_NOW, _WHEN_IDLE, _LAST = range(3)
+
+
+class _Calls:
+    """Calls in the order in which they are to be done; None says that there will be no more."""
+
+    def __init__(self) -> None:
+        self._queue: queue.PriorityQueue[tuple[int, int, _Call | None]] = queue.PriorityQueue()
+        self._count = itertools.count()  # of two calls with the same turn the first comes first
+        self.empty = self._queue.empty
+
+    def put(self, call: _Call | None, turn: int) -> None:
+        self._queue.put((turn, next(self._count), call))
+
+    def get(self, wait: bool = True) -> _Call | None:
+        """Return the next call; without waiting raise `queue.Empty` if there is none."""
+        return self._queue.get(block=wait)[2]
+
+
 class _Crew(threading.Thread):
     """A thread that feeds one worker process and replaces it when it dies.
 
     It starts the process itself and outlives it: on Linux a worker dies with the thread that started it.
     """
 
-    def __init__(self, calls: queue.SimpleQueue[_Call | None], name: str) -> None:
+    def __init__(self, calls: _Calls, name: str, ready: bytes, spare: bytes) -> None:
         super().__init__(name=name, daemon=True)
-        self.calls = calls
-        self.stopping = threading.Event()
+        self.calls, self.ready, self.spare = calls, ready, spare
+        self.stopping, self.at_chore = threading.Event(), threading.Event()
         self.worker: _Worker | None = None
 
     def run(self) -> None:
         """Feed the worker until there is no more work."""
         _block_ctrl_c()
-        while (call := self.calls.get()) is not None:
+        self._do(self.ready)
+        call = self.calls.get()
+        while call is not None:
             if call.future.set_running_or_notify_cancel():
                 self._fulfil(call)
+            call = self._next()
         if self.worker is not None:
             self.worker.dismiss()
+
+    def _next(self) -> _Call | None:
+        """Return the next call; while there is none, have done what is for a spare moment."""
+        try:
+            return self.calls.get(wait=False)
+        except queue.Empty:
+            chore, self.spare = self.spare, b""
+            self._do(chore)
+            return self.calls.get()
+
+    def _do(self, chore: bytes) -> None:
+        """Have the worker do something that nobody waits for."""
+        if chore:
+            self.at_chore.set()
+            self._fulfil(_Call(Future(), chore, None))
+            self.at_chore.clear()
 
     def stop(self) -> None:
         """End the worker now."""

@@ -13,6 +13,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.outputs import write_output
 
 if TYPE_CHECKING:
+    from stemcal.report.figures.beside import Drawers
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
@@ -21,11 +22,17 @@ MARK = "drawn-for.txt"
 
 
 def draw(
-    study: Study, folder: StudyFolder, results: Results, verdict: Verdict, figures: bool = True, again: bool = False
+    study: Study,
+    folder: StudyFolder,
+    results: Results,
+    verdict: Verdict,
+    figures: bool = True,
+    again: bool = False,
+    drawers: Drawers | None = None,
 ) -> Path:
     """Write page and figures unless they are there for the same inputs; returns the page.
 
-    With `again` the page is written anyway.
+    With `again` the page is written anyway. `drawers` may have begun some of the figures, see `begin_early`.
     """
     page, mark = folder.path / "report.html", folder.path / "figures" / MARK
     made_for = inputs_of(study, folder, results, verdict)
@@ -37,13 +44,30 @@ def draw(
     from stemcal.report.page.render import shown, write_page
 
     what = shown(study, folder, results, verdict)
+    plots = [plot for plot in what.plots if plot.on_page]
+    if old_figures and drawers is not None:
+        drawers.draw(plots)
     if old_page:
         write_page(study, folder, what)
     if old_figures:
-        write_figures([plot for plot in what.plots if not plot.on_request], mark.parent)
+        write_figures(plots, mark.parent)
     if figures:
         write_output(mark, f"{made_for}\n{_sum(page)}\n")
     return page
+
+
+def begin_early(study: Study, folder: StudyFolder, stage: str, drawers: Drawers) -> None:
+    """Have drawn, while nothing is to be simulated, the figures of which all is known now that a stage is done."""
+    if not drawers.at_work:
+        return
+    from stemcal.report.figures.gallery import gallery
+    from stemcal.stages.base import stages_of
+    from stemcal.stages.results import fresh_results
+
+    # the scatter over meshes widens the intervals of the inversion
+    known_with = {"invert": "mesh"} if any(one.name == "mesh" for one in stages_of(study)) else {}
+    plots = [plot for plot in gallery(study, fresh_results(study, folder), {}) if plot.on_page]
+    drawers.begin([plot for plot in plots if known_with.get(plot.known_with, plot.known_with) == stage])
 
 
 def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:

@@ -29,7 +29,7 @@ from stemcal.stages.base import stage_called
 from stemcal.stages.result import R
 from stemcal.study.model import Study
 
-__all__ = ["keep", "kept"]
+__all__ = ["any_kept", "keep", "kept"]
 
 NOTE = ".kept"
 _LIBRARIES = ("numpy", "scipy", "statsmodels", "pyDOE3")
@@ -45,6 +45,11 @@ def kept(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
         return kind.from_json(folder.read_stage(kind.name))
     except UsageError:
         return None
+
+
+def any_kept(folder: StudyFolder) -> bool:
+    """Tell whether there is a note of any stage."""
+    return bool(_noted(folder))
 
 
 def keep(result: R, study: Study, folder: StudyFolder) -> R:

@@ -9,7 +9,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress, Watch
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import Stage, stage_called, stages_of
-from stemcal.stages.kept import keep, kept
+from stemcal.stages.kept import any_kept, keep, kept
 from stemcal.stages.result import StageResult
 from stemcal.study.model import Study
 
@@ -30,7 +30,7 @@ def make(
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
     """Tell whether all stages of a study, or one, are there and made of what they would be made of now."""
     stages = stages_of(study) if stage is None else (stage_called(stage),)
-    return all(kept(kind_of(one), study, folder) is not None for one in stages)
+    return any_kept(folder) and all(kept(kind_of(one), study, folder) is not None for one in stages)
 
 
 def _told(result: StageResult, watch: Watch) -> StageResult:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from html import escape
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
@@ -119,6 +119,11 @@ class StageResult:
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
         return self.head.naming or CUTTING
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what the result is made of, not what has been worked out from it."""
+        result: Any = self
+        return {field.name: getattr(self, field.name) for field in fields(result)}
 
     def to_json(self) -> dict[str, Any]:
         """Return the contents of the stage's file."""

@@ -92,7 +92,7 @@ def _not_from_yaml(given: Any, info: ValidationInfo) -> Any:
 class _Frozen(BaseModel):
     """Immutable, no unknown keys, finite numbers only."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 UnitText = Annotated[

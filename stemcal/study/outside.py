@@ -30,7 +30,7 @@ MOST_FILES = 100
 class _Frozen(BaseModel):
     """Immutable, no unknown keys, finite numbers only."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 def _argument(given: object) -> object:

@@ -6,6 +6,8 @@ from typing import Any
 import pytest
 from commanding import REPLAY, command, undrawn
 
+from stemcal.report.figures.gallery import Plot
+
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
@@ -18,3 +20,10 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
 def replayed(finished: tuple[Path, Any], tmp_path: Path) -> Path:
     """The folder of the replay with all its stages and none of its pictures, to be changed at will."""
     return undrawn(finished[0], tmp_path / "replayed")
+
+
+@pytest.fixture
+def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave every figure empty where it is asked what a command says, not what it draws."""
+    monkeypatch.setattr(Plot, "document", "<svg></svg>")
+    monkeypatch.setattr(Plot, "pixels", b"")

@@ -116,6 +116,7 @@ def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
     assert "screen is made anew: solver version changed" in again.stderr
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_changed_target_recomputes_nothing(known: Known) -> None:
     assert known("run", "-j", 1).exit_code == 0
     before = len(lines(known.witness))

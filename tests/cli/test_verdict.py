@@ -33,6 +33,7 @@ def spec(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_the_last_screen_holds_verdict_table_and_path(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +101,7 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
     assert "hourglass energy up to 40 %" in told and "8 mm alone" not in told
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
     spec.write_text(spec.read_text("utf-8").replace("force: 110 N", "force: 200 N"), encoding="utf-8")

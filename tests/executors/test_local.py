@@ -11,6 +11,8 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import CancelledError, wait
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -128,6 +130,65 @@ def test_a_dying_worker_costs_only_its_run(executor: LocalExecutor, how: str) ->
     ending = {"exit": "exit code 3", "kill": "SIGKILL", "segfault": "SIGSEGV" if os.name != "nt" else "code"}
     with pytest.raises(WorkerDied, match=f"process ended: .*{ending[how]}"):
         deadly.result()
+
+
+# ---- what workers do beside calls
+
+
+def leave_a_trace(folder: Path, what: str) -> None:
+    (folder / f"{what} {os.getpid()}").touch()
+
+
+def test_workers_get_ready_at_once_and_use_a_spare_moment_once(tmp_path: Path) -> None:
+    def traces(what: str) -> list[str]:
+        return sorted(path.name.split()[1] for path in tmp_path.glob(f"{what} *"))
+
+    with LocalExecutor(2) as executor:
+        executor.start(partial(leave_a_trace, tmp_path, "ready"), partial(leave_a_trace, tmp_path, "spare"), most=8)
+        assert eventually(lambda: len(traces("ready")) == 2, 30.0)
+        time.sleep(0.2)
+        assert traces("spare") == []
+        workers = [str(executor.submit(whoami, 0.2).result()) for _ in range(3)]
+        assert eventually(lambda: traces("spare") == sorted(set(workers)), 30.0)
+    assert set(workers) <= set(traces("ready"))
+    assert len(traces("ready")) == 2
+
+
+def test_a_chore_that_fails_is_no_matter() -> None:
+    with LocalExecutor(1) as executor:
+        executor.start(partial(fail, "key"), partial(die, "exit"), most=1)
+        assert [executor.submit(square, x).result() for x in (2.0, 3.0)] == [4.0, 9.0]
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_nobody_waits_for_a_chore(broken: bool) -> None:
+    begun = time.monotonic()
+    with suppress(ZeroDivisionError), LocalExecutor(2) as executor:
+        executor.start(partial(time.sleep, 60.0), partial(time.sleep, 60.0), most=2)
+        time.sleep(0.5)
+        if broken:
+            raise ZeroDivisionError
+    assert time.monotonic() - begun < 20.0
+
+
+def note_turn(file: Path, word: str, seconds: float = 0.0) -> None:
+    time.sleep(seconds)
+    with file.open("a") as lines:
+        lines.write(f"{word} ")
+
+
+def test_what_is_for_idle_workers_comes_behind_all_others_and_may_be_cancelled(tmp_path: Path) -> None:
+    file = tmp_path / "turns"
+    with LocalExecutor(1) as executor:
+        executor.submit(note_turn, file, "first", 1.0)
+        idle = [
+            executor.submit_pickled(pickle.dumps((note_turn, (file, word), {})), None, when_idle=True)
+            for word in ("idle", "never", "also")
+        ]
+        idle[1].cancel()
+        for word in ("second", "third"):
+            executor.submit(note_turn, file, word)
+    assert file.read_text().split() == ["first", "second", "third", "idle", "also"]
 
 
 # ---- time limit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,3 +59,20 @@ def test_only_what_changed_is_drawn_again(replayed: tuple[Any, Any], tmp_path: P
     stage = tmp_path / "validate.json"
     stage.write_text(stage.read_text("utf-8") + "\n", "utf-8")
     assert drawn() == ["page", "figures"]
+
+
+def test_what_the_page_does_not_show_is_left_to_plot(
+    replayed: tuple[Any, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, original = replayed
+    for path in original.path.glob("*.json"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    what = shown(study, StudyFolder(tmp_path))
+    hidden = replace(what.plots[0], name="hidden", on_page=False)
+    written: list[str] = []
+    monkeypatch.setattr(render, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
+    monkeypatch.setattr(gallery, "write_figures", lambda plots, folder: written.extend(plot.name for plot in plots))
+    monkeypatch.setattr(render, "write_page", lambda *_: None)
+    (tmp_path / "figures").mkdir()
+    drawing.draw(study, StudyFolder(tmp_path), what.results, what.verdict)
+    assert written == [plot.name for plot in what.plots]

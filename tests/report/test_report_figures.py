@@ -50,7 +50,7 @@ def test_files_lie_on_white(stages: dict[str, Any], tmp_path: Path) -> None:
 
     figure = pareto(stages["screen"], {})
     document = svg(figure)
-    vectors, pixels = save_both(figure, tmp_path / "pareto", document)
+    vectors, pixels = save_both(figure, tmp_path / "pareto")
     ground, rest = vectors.read_text("utf-8").split("#ffffff", 1)
     assert "patch_1" in ground and "patch_2" not in ground
     assert ground + "none" + rest == document

@@ -11,12 +11,10 @@ from fakes import FakeSolver, make_study
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.report.figures.gallery import gallery, write_figures
-from stemcal.report.page.render import render
-from stemcal.report.records import read_records
+from stemcal.report.figures.gallery import write_figures
+from stemcal.report.page.render import render, shown
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study
 
 
@@ -33,10 +31,10 @@ def reported(study: Study, solver: FakeSolver, folder: StudyFolder, monkeypatch:
     """Take a study through all stages, draw every figure and return the page."""
     monkeypatch.setitem(SOLVERS, "embedded", lambda _: solver)
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    results = fresh_results(study, folder)
-    assert not results.stale and len(list(results.done())) == 4
-    assert write_figures(gallery(study, results, read_records(results, folder)), folder.path / "figures")
-    return render(study, folder)
+    what = shown(study, folder)
+    assert not what.results.stale and len(list(what.results.done())) == 4
+    assert write_figures(what.plots, folder.path / "figures")
+    return render(study, folder, what)
 
 
 def test_two_diameters_have_a_power_law_without_an_interval(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

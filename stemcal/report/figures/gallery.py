@@ -20,7 +20,7 @@ from stemcal.report.figures.fields import fields
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
-from stemcal.report.figures.style import resize, save, save_both, svg
+from stemcal.report.figures.style import png, resize, save, svg, write_both
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.numbers import short
 from stemcal.report.records import Details, Records, at_solution, curves_of
@@ -39,9 +39,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: its name, the section it belongs to, its caption, and what draws it.
+    """A figure: its name, the section it belongs to, its caption, and what draws it, which a worker may do too.
 
-    `on_request` figures are written by `stemcal plot` alone, not with the report; a `detail` is folded on the page.
+    Figures that are not `on_page` are drawn by `stemcal plot` alone, not with the report; a `detail` is folded on it.
+    All that a figure is made of is known with the stage of its section, or with a later one, `awaits`.
     """
 
     name: str
@@ -50,8 +51,13 @@ class Plot:
     make: Callable[[], Figure]
     on_page: bool = True
     wide: bool = False
-    on_request: bool = False
     detail: bool = False
+    awaits: str = ""
+
+    @property
+    def known_with(self) -> str:
+        """The stage with which all is known that the figure is made of."""
+        return self.awaits or self.section
 
     def draw(self) -> Figure:
         """Return the figure, made once: page and files share it."""
@@ -64,6 +70,15 @@ class Plot:
     def document(self) -> str:
         """The figure as SVG."""
         return svg(self.draw())
+
+    @cached_property
+    def pixels(self) -> bytes:
+        """The figure as PNG."""
+        return png(self.draw())
+
+    def take(self, document: str, pixels: bytes) -> None:
+        """Have what a worker has drawn."""
+        self.__dict__.update(document=document, pixels=pixels)
 
 
 def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
@@ -83,7 +98,7 @@ def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
 def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
     """Write every figure as SVG and PNG into a folder; returns the files."""
     make_folder(folder)
-    return [path for plot in plots for path in save_both(plot.draw(), folder / plot.name, plot.document)]
+    return [path for plot in plots for path in write_both(plot.document, plot.pixels, folder / plot.name)]
 
 
 def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, width: float | None) -> list[Path]:
@@ -116,23 +131,26 @@ def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plo
 
 def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
-    response = rsm.naming.response
-    noun, scale = response.noun, f" in {response.written}" if response.written else ""
-    held = "the others at the solution" if invert else "the others at the centre"
-    key = f" Orange: where the measured {noun} is met; star: the solution." if invert else ""
-    dots = " White dots: runs, with their number where there are several."
-    raised = " Dots: runs, full above the surface and open below it." if len(rsm.names) == 2 else ""
+    plots = _fit_plots(rsm)
+    for pair in combinations(rsm.names, 2):
+        plots += _pair_plots(rsm, pair, invert, labels)
+    if rsm.ridge:
+        text = (
+            f"Ridge of steepest ascent: the largest {rsm.naming.response.noun} at each distance from the centre, with "
+            "two standard errors, and the coded values that give it."
+        )
+        along = partial(ridge, rsm, invert, labels)
+        plots.append(Plot("ridge", "rsm", text, along, wide=True, detail=True, awaits="invert"))
+    return plots
+
+
+def _fit_plots(rsm: SurfaceResult) -> list[Plot]:
+    """Return what tells how well the surface meets its runs."""
+    against = f"Simulated {rsm.naming.response.noun} against the surface's prediction."
+    left = "What the surface leaves unexplained, run by run."
     plots = [
-        Plot(
-            "observed-predicted",
-            "rsm",
-            f"Simulated {noun} against the surface's prediction.",
-            partial(observed_predicted, rsm),
-            detail=True,
-        ),
-        Plot(
-            "residuals", "rsm", "What the surface leaves unexplained, run by run.", partial(residuals, rsm), detail=True
-        ),
+        Plot("observed-predicted", "rsm", against, partial(observed_predicted, rsm), detail=True),
+        Plot("residuals", "rsm", left, partial(residuals, rsm), detail=True),
     ]
     if rsm.runs_diagnostics:
         text = (
@@ -140,23 +158,27 @@ def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mappi
             "much each run sways the surface (Cook's distance above 1, dashed: much)."
         )
         plots.append(Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True, detail=True))
-    for pair in combinations(rsm.names, 2):
-        others = f", {held}" if len(rsm.names) > 2 else ""
-        over, name = f"{labels.get(pair[0], pair[0])} and {labels.get(pair[1], pair[1])}{others}", "-".join(pair)
-        flat, lifted = partial(contours, rsm, pair, invert, labels), partial(relief, rsm, pair, invert, labels)
-        plots += [
-            Plot(f"contour-{name}", "rsm", f"{response.capital} over {over}; lines bear it{scale}.{key}{dots}", flat),
-            Plot(
-                f"surface-{name}", "rsm", f"Relief of the {noun} over {over}; its lines on the floor.{raised}", lifted
-            ),
-        ]
-    if rsm.ridge:
-        text = (
-            f"Ridge of steepest ascent: the largest {noun} at each distance from the centre, with two standard errors, "
-            "and the coded values that give it."
-        )
-        plots.append(Plot("ridge", "rsm", text, partial(ridge, rsm, invert, labels), wide=True, detail=True))
     return plots
+
+
+def _pair_plots(
+    rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, labels: Mapping[str, str]
+) -> list[Plot]:
+    """Return contours and relief over two factors."""
+    response, alone = rsm.naming.response, len(rsm.names) == 2
+    noun, scale = response.noun, f" in {response.written}" if response.written else ""
+    held = "the others at the solution" if invert else "the others at the centre"
+    key = f" Orange: where the measured {noun} is met; star: the solution." if invert else ""
+    dots = " White dots: runs, with their number where there are several."
+    raised = " Dots: runs, full above the surface and open below it." if alone else ""
+    over = " and ".join(labels.get(name, name) for name in pair) + ("" if alone else f", {held}")
+    lines = f"{response.capital} over {over}; lines bear it{scale}.{key}{dots}"
+    relieved = f"Relief of the {noun} over {over}; its lines on the floor.{raised}"
+    flat, lifted = (partial(draw, rsm, pair, invert, labels) for draw in (contours, relief))
+    return [
+        Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat, awaits="invert"),
+        Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, lifted, awaits="invert"),
+    ]
 
 
 def inversion_plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
@@ -256,7 +278,6 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
             partial(_mesh, packed),
             on_page,
             wide=True,
-            on_request=not on_page,
             detail=True,
         ),
         Plot(f"fracture-{name}", "runs", cut, partial(_fracture, packed), on_page, wide=True),
@@ -271,7 +292,6 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
                 partial(_frames, packed, film),
                 on_page,
                 wide=True,
-                on_request=not on_page,
                 detail=True,
             )
         )
@@ -281,9 +301,7 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
             "blade and force above. Each has its own scale."
         )
         draw = partial(_fields, packed, film)
-        plots.append(
-            Plot(f"fields-{name}", "runs", told, draw, on_page, wide=True, on_request=not on_page, detail=True)
-        )
+        plots.append(Plot(f"fields-{name}", "runs", told, draw, on_page, wide=True, detail=True))
     return plots
 
 
