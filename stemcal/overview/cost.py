@@ -18,15 +18,16 @@ from statistics import median
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
 from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Timed
-from stemcal.study.model import Study
 from stemcal.words import counted
 
 __all__ = ["Costs", "beside", "costs_of", "elapsed"]
 
 _MOST_RECORDS = 50  # that are looked at
-# In thousands of small tasks (2 to 3.5 ms each where this was measured): starting and statistics; starting workers;
-# page and figures, and what each diameter adds to them; compiling.
-_STARTING, _WORKERS, _PAGE, _PAGE_PER_DIAMETER, _COMPILING = 1.8, 0.95, 1.7, 0.28, 9.5
+# In thousands of small tasks (1.8 to 3.5 ms each where this was measured): starting and statistics; what workers add;
+# compiling.
+_STARTING, _WORKERS, _COMPILING = 1.0, 0.75, 9.5
+# So too: the page, and loading what draws; figures, which workers share.
+_PAGE, _FIGURES = 0.2, 1.5
 
 
 @dataclass(frozen=True)
@@ -85,13 +86,15 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
     return total
 
 
-def beside(study: Study, solver: Solver) -> float:
-    """Return the seconds that compiling, starting, statistics and page take."""
+def beside(solver: Solver, workers: int) -> float:
+    """Return the seconds that compiling, starting, statistics and, drawn by so many workers, the page take."""
     tasks = 1000.0 * median(_small_task() for _ in range(9))
     compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
-    workers = 0.0 if isinstance(solver, Immediate) else _WORKERS
-    page = _PAGE + _PAGE_PER_DIAMETER * len(study.targets.forces)
-    return (_STARTING + workers + page) * tasks + (_COMPILING * tasks if compiling is None else compiling)
+    if isinstance(solver, Immediate):
+        needed = _STARTING + _PAGE + _FIGURES
+    else:
+        needed = _STARTING + _WORKERS + _PAGE + _FIGURES / workers
+    return needed * tasks + (_COMPILING * tasks if compiling is None else compiling)
 
 
 @dataclass(frozen=True)
