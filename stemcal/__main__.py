@@ -3,7 +3,10 @@
 import atexit
 import sys
 
+from stemcal.interrupts import Hearing
 from stemcal.leaving import leave_at_once
+
+_INTERRUPTED = (130, 143)  # exit codes of Ctrl-C and SIGTERM
 
 
 class _Ending:
@@ -18,6 +21,7 @@ class _Ending:
 def main() -> None:
     """Entry point of the console script; Ctrl-C while the command is still loading ends it without a word."""
     ending = _Ending()
+    sys.unraisablehook = hearing = Hearing()
     try:
         from stemcal.cli.app import main as command
 
@@ -25,9 +29,11 @@ def main() -> None:
         ending.code = 0
     except SystemExit as left:
         ending.code = left.code if isinstance(left.code, int) else int(left.code is not None)
+        hearing.interrupted |= ending.code in _INTERRUPTED
+        hearing.rest()
         raise
     except KeyboardInterrupt:
-        ending.code = 130
+        ending.code, hearing.interrupted = 130, True
         sys.exit(130)
 
 

@@ -17,6 +17,7 @@ FLOORS = {
     "stemcal.files": 1,
     "stemcal.outputs": 1,
     "stemcal.leaving": 0,
+    "stemcal.interrupts": 0,
     "stemcal.patience": 0,
     "stemcal.naming": 0,
     "stemcal.remarks": 0,

@@ -21,12 +21,9 @@ import typer
 
 from stemcal.cli.console import fail
 from stemcal.errors import SpecError, StemcalError
+from stemcal.interrupts import Terminated
 
 GO_ON = "finished runs are kept; the same command goes on from there"
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM, raised as an exception so that `with` blocks close as they do on Ctrl-C."""
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import _thread
 import functools
 import logging
 import os
@@ -34,12 +33,12 @@ from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
 from stemcal.fem.threads import shares_of
+from stemcal.interrupts import Hearing
 
 logger = logging.getLogger(__name__)
 
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
-_MOMENT = 0.01  # s, for LLVM to have gone on
 _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
 
@@ -107,28 +106,21 @@ def _interrupts_kept() -> Iterator[list[int]]:
         return
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     handlers: dict[int, Any] = {number: handler for number, handler in before.items() if callable(handler)}
-    report, timers = sys.unraisablehook, list[threading.Timer]()
+    report = sys.unraisablehook
+    sys.unraisablehook = hearing = Hearing()
 
     def note(number: int, frame: FrameType | None) -> None:
         came.append(number)
+        hearing.interrupted = True
         handlers[number](number, frame)
-
-    def again(lost: sys.UnraisableHookArgs) -> None:
-        if came and issubclass(lost.exc_type, KeyboardInterrupt):
-            timers.append(threading.Timer(_MOMENT, _thread.interrupt_main, [came[-1]]))
-            timers[-1].start()
-        else:
-            report(lost)
 
     for number in handlers:
         signal.signal(number, note)
-    sys.unraisablehook = again
     try:
         yield came
     finally:
         sys.unraisablehook = report
-        for timer in timers:
-            timer.cancel()
+        hearing.rest()
         for number, handler in handlers.items():
             signal.signal(number, handler)
     for number in came:
@@ -190,15 +182,23 @@ def _compile_in_halves(precision: Precision) -> None:
     code = f"from {__name__} import compile_contact; compile_contact({precision!r})"
     none = subprocess.DEVNULL
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=none, stderr=none) as beside:
-        state = start(_smallest_model(precision))
-        body, topology, clock = state.body, state.topology, state.clock
-        _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
-        _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
-        _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
-        _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
-        _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
-        _compile(march.finish_step, body, state.tools, clock, state.ledger)
+        try:
+            _compile_all_but_contact(precision)
+        except BaseException:
+            beside.kill()
+            raise
         beside.wait()
+
+
+def _compile_all_but_contact(precision: Precision) -> None:
+    state = start(_smallest_model(precision))
+    body, topology, clock = state.body, state.topology, state.clock
+    _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
+    _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
+    _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
+    _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
+    _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
+    _compile(march.finish_step, body, state.tools, clock, state.ledger)
 
 
 def compile_contact(precision: Precision) -> None:

@@ -18,7 +18,7 @@ from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command, process
 from typer.testing import CliRunner, Result
 
 from stemcal import __version__
-from stemcal.cli.guard import Terminated, exit_codes
+from stemcal.cli.guard import exit_codes
 from stemcal.errors import (
     FolderLocked,
     RunsFailed,
@@ -29,6 +29,7 @@ from stemcal.errors import (
     TargetUnreachable,
     UsageError,
 )
+from stemcal.interrupts import Terminated
 
 HEAVY = ("numpy", "scipy", "pandas", "numba", "pydantic", "statsmodels", "matplotlib", "jinja2", "yaml")
 
