@@ -1,9 +1,10 @@
 """`python -m stemcal` is the command `stemcal`."""
 
 import atexit
+import signal
 import sys
 
-from stemcal.interrupts import Hearing
+from stemcal.interrupts import QuietHook, heard
 from stemcal.leaving import leave_at_once
 
 _INTERRUPTED = (130, 143)  # exit codes of Ctrl-C and SIGTERM
@@ -21,19 +22,19 @@ class _Ending:
 def main() -> None:
     """Entry point of the console script; Ctrl-C while the command is still loading ends it without a word."""
     ending = _Ending()
-    sys.unraisablehook = hearing = Hearing()
+    sys.unraisablehook = quiet = QuietHook()
     try:
-        from stemcal.cli.app import main as command
+        with heard(signal.SIGINT):
+            from stemcal.cli.app import main as command
 
-        command()
+            command()
         ending.code = 0
     except SystemExit as left:
         ending.code = left.code if isinstance(left.code, int) else int(left.code is not None)
-        hearing.interrupted |= ending.code in _INTERRUPTED
-        hearing.rest()
+        quiet.interrupted |= ending.code in _INTERRUPTED
         raise
     except KeyboardInterrupt:
-        ending.code, hearing.interrupted = 130, True
+        ending.code, quiet.interrupted = 130, True
         sys.exit(130)
 
 

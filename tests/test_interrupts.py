@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
 
 import pytest
+import typer
 from fakes import ENVIRONMENT
 
-from stemcal.interrupts import Hearing, Terminated
+from stemcal.cli.guard import exit_codes
+from stemcal.interrupts import QuietHook, Terminated, heard
 
 
 class Losing:
@@ -39,40 +44,103 @@ def lose(number: signal.Signals) -> None:
 
 
 @pytest.fixture
-def hearing() -> Iterator[Hearing]:
-    def terminate(*_: object) -> None:
-        raise Terminated
-
-    report, handler = sys.unraisablehook, signal.signal(signal.SIGTERM, terminate)
-    sys.unraisablehook = found = Hearing(sys.__unraisablehook__)
+def quiet() -> Iterator[QuietHook]:
+    report = sys.unraisablehook
+    sys.unraisablehook = found = QuietHook(sys.__unraisablehook__)
     yield found
     sys.unraisablehook = report
-    signal.signal(signal.SIGTERM, handler)
 
 
 @pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
 def test_a_lost_interrupt_is_raised_again_and_nothing_said(
-    hearing: Hearing, number: signal.Signals, kind: type[BaseException], capfd: pytest.CaptureFixture[str]
+    quiet: QuietHook, number: signal.Signals, kind: type[BaseException], capfd: pytest.CaptureFixture[str]
 ) -> None:
-    begun = time.monotonic()
-    with pytest.raises(KeyboardInterrupt) as caught:
+    begun, before = time.monotonic(), signal.getsignal(number)
+    with pytest.raises(KeyboardInterrupt) as caught, heard(number) as came:
         lose(number)
     assert caught.type is kind and time.monotonic() - begun < 4.0
+    assert came == [number, number] and signal.getsignal(number) is before
     Complaining()
-    assert hearing.interrupted and capfd.readouterr().err == ""
+    assert quiet.interrupted and capfd.readouterr().err == ""
 
 
-def test_whatever_else_is_lost_is_told(hearing: Hearing, capfd: pytest.CaptureFixture[str]) -> None:
+def test_whatever_else_is_lost_is_told(quiet: QuietHook, capfd: pytest.CaptureFixture[str]) -> None:
     Complaining()
-    assert "half made" in capfd.readouterr().err and not hearing.interrupted
+    assert "half made" in capfd.readouterr().err and not quiet.interrupted
 
 
-def test_one_that_is_no_longer_wanted_stays_lost(hearing: Hearing, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.interrupts._MOMENT", 0.5)
-    Losing(signal.SIGINT)
-    hearing.rest()
-    time.sleep(0.6)
-    assert hearing.interrupted
+def generating() -> Iterator[int]:
+    try:
+        yield 1
+        time.sleep(5.0)
+    finally:
+        time.sleep(0.2)
+
+
+def test_who_deals_with_one_is_not_disturbed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not in ``finally`` nor in the end of a ``with``, of a generator that is closed, or in ``except``."""
+    monkeypatch.setattr("stemcal.interrupts._PATIENCE", 0.03)
+    done: list[str] = []
+    with heard(signal.SIGINT) as came:
+        try:
+            with closing(generating()) as numbers:
+                for _ in numbers:
+                    try:
+                        signal.raise_signal(signal.SIGINT)
+                    finally:
+                        time.sleep(0.2)
+                        done.append("finally")
+        except KeyboardInterrupt:
+            time.sleep(0.2)
+            done.append("except")
+    assert done == ["finally", "except"] and came == [signal.SIGINT]
+    time.sleep(0.1)
+
+
+def test_the_second_of_a_user_disturbs() -> None:
+    with pytest.raises(KeyboardInterrupt), heard(signal.SIGINT) as came:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            signal.raise_signal(signal.SIGINT)
+            pytest.fail("not heard")
+    assert came == [signal.SIGINT] * 2
+
+
+def test_one_that_an_import_takes_for_something_else_is_raised_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "falls_back.py").write_text(
+        "import signal\ntry:\n    signal.raise_signal(signal.SIGINT)\nexcept:\n    pass\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(KeyboardInterrupt), heard(signal.SIGINT):
+        importlib.import_module("falls_back")
+        time.sleep(5.0)
+    sys.modules.pop("falls_back")
+
+
+def test_one_that_is_ignored_stays_ignored() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with heard(signal.SIGINT) as came:
+            signal.raise_signal(signal.SIGINT)
+        assert came == []
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_error_that_a_library_has_made_of_one_is_none_of_the_program(
+    number: signal.Signals, code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As class creation does, and pydantic."""
+    with pytest.raises(typer.Exit) as left, exit_codes():
+        try:
+            signal.raise_signal(number)
+        except KeyboardInterrupt as interrupt:
+            raise RuntimeError("something went wrong here") from interrupt
+    assert left.value.exit_code == code and "internal" not in capsys.readouterr().err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="exit codes of signals")

@@ -10,18 +10,16 @@ import os
 import signal
 import sys
 import tempfile
-import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from types import FrameType
 from typing import NoReturn
 
 import typer
 
 from stemcal.cli.console import fail
 from stemcal.errors import SpecError, StemcalError
-from stemcal.interrupts import Terminated
+from stemcal.interrupts import Terminated, heard
 
 GO_ON = "finished runs are kept; the same command goes on from there"
 
@@ -29,14 +27,12 @@ GO_ON = "finished runs are kept; the same command goes on from there"
 @contextmanager
 def exit_codes() -> Iterator[None]:
     """Run a command; whatever it raises becomes one message on stderr and an exit code."""
-    with _sigterm_raises():
+    with heard(signal.SIGINT, signal.SIGTERM) as came:
         try:
             yield
             sys.stdout.flush()
-        except Terminated:
-            _leave(f"terminated; {GO_ON}", 143)
-        except KeyboardInterrupt:
-            _leave(f"interrupted; {GO_ON}", 130)
+        except KeyboardInterrupt as interrupt:
+            _leave_interrupted(isinstance(interrupt, Terminated))
         except BrokenPipeError:
             _forget_stdout()
             raise typer.Exit(0) from None
@@ -45,7 +41,15 @@ def exit_codes() -> Iterator[None]:
         except Exception as error:
             if _is_typers_own(error):
                 raise
+            if came:  # a library has made another error of it
+                _leave_interrupted(came[-1] == signal.SIGTERM)
             _leave(_unexpected(error), 1)
+
+
+def _leave_interrupted(by_sigterm: bool) -> NoReturn:
+    if by_sigterm:
+        _leave(f"terminated; {GO_ON}", 143)
+    _leave(f"interrupted; {GO_ON}", 130)
 
 
 def _leave(message: str, code: int) -> NoReturn:
@@ -93,20 +97,3 @@ def _forget_stdout() -> None:
     """Point stdout at nothing, so that the interpreter's last flush does not complain."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-@contextmanager
-def _sigterm_raises() -> Iterator[None]:
-    """Let SIGTERM raise `Terminated` inside the block; only the main thread may set handlers."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def raise_terminated(_number: int, _frame: FrameType | None) -> None:
-        raise Terminated
-
-    before = signal.signal(signal.SIGTERM, raise_terminated)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

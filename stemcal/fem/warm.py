@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
@@ -33,37 +33,46 @@ from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
 from stemcal.fem.threads import shares_of
-from stemcal.interrupts import Hearing
 
 logger = logging.getLogger(__name__)
 
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
+_HEARING = 0.5  # s, between looks for whether a process has ended
 _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
 
 @functools.cache
 def warm(precision: Precision = "double") -> None:
-    """Compile every kernel of a simulation, or load it from the cache; once in a process.
+    """Load every kernel of a simulation, compiled before if no cache has it; once in a process.
 
-    Of several processes with one cache, the first compiles and the others wait for it. A damaged cache entry makes
-    numba raise all kinds of exceptions, so any failure empties the cache and tries once more; the second failure is
-    real.
+    A damaged cache entry makes numba raise all kinds of exceptions, so any failure empties the cache and tries once
+    more; the second failure is real.
     """
-    _tell_of_spare()
+    compile_once(precision)
     _load_numba()
-    with _one_at_a_time(_mark(precision)), _interrupts_kept() as interrupted:
-        try:
-            if not is_compiled(precision):
-                _compile_in_halves(precision)
+    try:
+        with _undisturbed():
             _smallest_simulation(precision)
-        except Exception:
-            if interrupted:
-                return
-            shutil.rmtree(CACHE, ignore_errors=True)
-            CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except Exception:
+        shutil.rmtree(CACHE, ignore_errors=True)
+        CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
+        compile_once(precision)
+        with _undisturbed():
             _smallest_simulation(precision)
     sweep(CACHE)
+
+
+def compile_once(precision: Precision = "double") -> None:
+    """Compile every kernel of a simulation into the cache, if it is not there.
+
+    Of several processes with one cache, the first compiles and the others wait for it. It does so in a process of its
+    own, so that an interrupt is heard at once and reaches nothing half made.
+    """
+    _tell_of_spare()
+    with _one_at_a_time(_mark(precision)):
+        if not is_compiled(precision) and not _done_elsewhere(compile_all, precision):
+            compile_all(precision)
 
 
 def _tell_of_spare() -> None:
@@ -94,37 +103,32 @@ def _load_numba() -> None:
 
 
 @contextmanager
-def _interrupts_kept() -> Iterator[list[int]]:
-    """Raise again what an interrupt has raised inside: numba and LLVM's calls back into Python lose exceptions.
+def _undisturbed() -> Iterator[None]:
+    """Put an interrupt off to the end: in the middle of numba or LLVM it gets lost, or memory is freed twice.
 
-    Those of LLVM are raised again as soon as Python reports them lost, the others at the end. Yields the signals that
-    have come. Only the main thread may set handlers.
+    A second one is not put off. Only the main thread may set handlers; in another nothing is done.
     """
-    came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
-        yield came
+        yield
         return
+    came: list[int] = []
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     handlers: dict[int, Any] = {number: handler for number, handler in before.items() if callable(handler)}
-    report = sys.unraisablehook
-    sys.unraisablehook = hearing = Hearing()
 
     def note(number: int, frame: FrameType | None) -> None:
         came.append(number)
-        hearing.interrupted = True
-        handlers[number](number, frame)
+        if len(came) > 1:
+            handlers[number](number, frame)
 
     for number in handlers:
         signal.signal(number, note)
     try:
-        yield came
+        yield
     finally:
-        sys.unraisablehook = report
-        hearing.rest()
         for number, handler in handlers.items():
             signal.signal(number, handler)
-    for number in came:
-        handlers[number](number, None)
+        if came:
+            handlers[came[0]](came[0], None)
 
 
 @contextmanager
@@ -177,43 +181,67 @@ def sweep(cache: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-def _compile_in_halves(precision: Precision) -> None:
-    """Compile what a step calls, contact in a process of its own beside this one, which then has it from the cache."""
-    code = f"from {__name__} import compile_contact; compile_contact({precision!r})"
+def _done_elsewhere(function: Callable[[Precision], None], precision: Precision) -> bool:
+    """Call a function of this module in a process of its own; tell whether it came to its end.
+
+    That process ends with this one, or with the wait for it.
+    """
+    try:
+        with _process(function, precision) as other:
+            while other.poll() is None:  # on Windows a wait without end hears no Ctrl-C
+                with suppress(subprocess.TimeoutExpired):
+                    other.wait(_HEARING)
+    except OSError:
+        return False
+    return other.returncode == 0
+
+
+@contextmanager
+def _process(function: Callable[[Precision], None], precision: Precision) -> Iterator[subprocess.Popen[bytes]]:
+    code = f"import {__name__} as warm; warm.end_with_stdin(); warm.{function.__name__}({precision!r})"
     none = subprocess.DEVNULL
-    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=none, stderr=none) as beside:
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=none, stderr=none) as other:
         try:
-            _compile_all_but_contact(precision)
+            yield other
         except BaseException:
-            beside.kill()
+            other.kill()
+            other.wait()  # after Ctrl-C `Popen` itself does not
             raise
+
+
+def end_with_stdin() -> None:
+    """Let this process end when the one does that has started it."""
+
+    def wait() -> None:
+        os.read(sys.stdin.fileno(), 1)
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+def compile_all(precision: Precision) -> None:
+    """Compile what a step calls, contact in a second process beside this one, and then what calls all that."""
+    _load_numba()
+    with _process(compile_contact, precision) as beside:
+        state = start(_smallest_model(precision))
+        body, topology, clock = state.body, state.topology, state.clock
+        _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
+        _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
+        _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
+        _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
+        _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
+        _compile(march.finish_step, body, state.tools, clock, state.ledger)
         beside.wait()
-
-
-def _compile_all_but_contact(precision: Precision) -> None:
-    state = start(_smallest_model(precision))
-    body, topology, clock = state.body, state.topology, state.clock
-    _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
-    _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
-    _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
-    _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
-    _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
-    _compile(march.finish_step, body, state.tools, clock, state.ledger)
+    _smallest_simulation(precision)
 
 
 def compile_contact(precision: Precision) -> None:
-    """Compile what meets the tools; ends with the process that waits for it, at the latest."""
-    threading.Thread(target=_end_with_stdin, daemon=True).start()
+    """Compile what meets the tools."""
     state = start(_smallest_model(precision))
     _compile(
         march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread,
         state.candidates, state.clock, state.ledger, state.friction, state.settings,
     )  # fmt: skip
-
-
-def _end_with_stdin() -> None:
-    os.read(sys.stdin.fileno(), 1)
-    os._exit(1)
 
 
 def _compile(kernel: Any, *arguments: Any) -> None:
@@ -226,7 +254,7 @@ def _smallest_simulation(precision: Precision) -> None:
     simulate(_smallest_model(precision), 1.0e-6)
 
 
-def _smallest_model(precision: Precision = "double") -> Model:
+def _smallest_model(precision: Precision) -> Model:
     """Return one element with an edge pressed into it."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     return Model(

@@ -33,7 +33,7 @@ from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration, Precision
-from stemcal.fem.warm import is_compiled, seconds_to_compile, warm
+from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, Request
@@ -63,8 +63,7 @@ class Embedded:
 
     def prepare(self) -> None:
         """Compile the kernels before workers load them, unless the cache has them."""
-        if self.wait_before():
-            self.get_ready()
+        compile_once(_precision(self.study))
 
     def get_ready(self) -> None:
         """Load the kernels into this process, or compile them where no cache has them."""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import ctypes
+import _thread
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
-from contextlib import suppress
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -83,56 +85,80 @@ def test_caches_of_older_sources_are_swept_after_a_month(tmp_path: Path) -> None
     assert sorted(folder.name for folder in tmp_path.iterdir()) == ["kernels-a-numba-1", "kernels-b-numba-1", "other"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_that_compiling_loses_is_raised_in_the_end(
+def heeding(_number: int, _frame: object) -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.fixture(params=[signal.SIGINT, signal.SIGTERM])
+def number(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[signal.Signals]:
+    """A signal that raises an exception, while nothing is compiled yet."""
+    monkeypatch.setattr(module, "CACHE", tmp_path)
+    before = signal.signal(request.param, heeding)
+    module.warm.cache_clear()
+    yield request.param
+    assert signal.getsignal(request.param) is heeding
+    signal.signal(request.param, before)
+    module.warm.cache_clear()
+
+
+def test_an_interrupt_while_kernels_load_waits_for_the_end(
     number: signal.Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def losing(*_: object) -> None:
-        with suppress(KeyboardInterrupt):
-            signal.raise_signal(number)
+    loaded: list[bool] = []
 
-    def heeding(_number: int, _frame: object) -> None:
-        raise KeyboardInterrupt
+    def loading(*_: object) -> None:
+        signal.raise_signal(number)
+        loaded.append(True)
 
-    before = signal.signal(number, heeding)
-    monkeypatch.setattr(module, "_smallest_simulation", losing)
-    module.warm.cache_clear()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            module.warm()
-        assert signal.getsignal(number) is heeding
-    finally:
-        signal.signal(number, before)
-        module.warm.cache_clear()
+    monkeypatch.setattr(module, "_done_elsewhere", lambda *_: True)
+    monkeypatch.setattr(module, "_smallest_simulation", loading)
+    with pytest.raises(KeyboardInterrupt):
+        module.warm()
+    assert loaded == [True]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_lost_in_a_call_back_from_native_code_is_raised_at_once_and_quietly(
-    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+def test_the_second_interrupt_does_not_wait(number: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
+    came: list[bool] = []
+
+    def loading(*_: object) -> None:
+        signal.raise_signal(number)
+        came.append(True)
+        signal.raise_signal(number)
+        came.append(False)
+
+    monkeypatch.setattr(module, "_done_elsewhere", lambda *_: True)
+    monkeypatch.setattr(module, "_smallest_simulation", loading)
+    with pytest.raises(KeyboardInterrupt):
+        module.warm()
+    assert came == [True]
+
+
+def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As it befalls LLVM's notice of a compiled object: ctypes prints the exception and goes on."""
-    gone_on: list[float] = []
+    """What compiles is a process of its own, and is gone."""
+    started: list[subprocess.Popen[bytes]] = []
+    real = subprocess.Popen
 
-    def losing(*_: object) -> None:
-        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(number))()
-        gone_on.append(time.monotonic())
-        for _ in range(500):  # bytecode between native calls, as in a compilation
-            time.sleep(0.01)
+    def noting(*args: Any, **kwargs: Any) -> subprocess.Popen[bytes]:
+        started.append(real(*args, **kwargs))
+        threading.Timer(0.3, _thread.interrupt_main, [number]).start()
+        return started[-1]
 
-    def heeding(_number: int, _frame: object) -> None:
-        raise KeyboardInterrupt
+    monkeypatch.setattr(module.subprocess, "Popen", noting)
+    monkeypatch.setattr(module, "_smallest_simulation", lambda *_: pytest.fail("goes on"))
+    with pytest.raises(KeyboardInterrupt):
+        module.warm()
+    assert [process.poll() is not None for process in started] == [True]
+    assert not module.is_compiled()
 
-    before = signal.signal(number, heeding)
-    hook = sys.unraisablehook
-    monkeypatch.setattr(module, "_smallest_simulation", losing)
-    module.warm.cache_clear()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            module.warm()
-        assert time.monotonic() - gone_on[0] < 4.0
-        assert signal.getsignal(number) is heeding
-        assert sys.unraisablehook is hook
-    finally:
-        signal.signal(number, before)
-        module.warm.cache_clear()
-    assert capfd.readouterr().err == ""
+
+def test_what_cannot_be_compiled_elsewhere_is_compiled_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    here: list[str] = []
+    monkeypatch.setattr(module, "CACHE", tmp_path)
+    monkeypatch.setattr(module, "compile_all", lambda precision: here.append(precision))
+    for executable in (str(tmp_path / "nowhere"), ""):
+        monkeypatch.setattr(sys, "executable", executable)
+        module.compile_once("mixed")
+        module._mark("mixed").unlink()
+    assert here == ["mixed", "mixed"]
