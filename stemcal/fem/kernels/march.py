@@ -4,6 +4,9 @@ One step reads: find what has failed by its mean strain, add internal forces, me
 add contact forces), kick by contact, kick and drift, finish (book energies, move the tools and the clock). What fails
 goes before the forces of a step are added: an element whose force stayed while the contact that held it was gone would
 kick its nodes.
+
+Several threads may march together: each adds the internal forces of its blocks and moves its nodes, the first does the
+rest, and they meet wherever one needs what another has done.
 """
 
 from __future__ import annotations
@@ -50,7 +53,7 @@ NOT_FINITE = 3
 
 
 class Body(NamedTuple):
-    """The deformable body as the kernels see it; `stemcal.fem.stepper.State` owns the arrays."""
+    """The deformable body as the kernels see it; `stemcal.fem.state.State` owns the arrays."""
 
     x: Array  # (N, 3), with rows to spare behind the last, as those of v and f (see `stemcal.fem.lanes.nodal`)
     v: Array
