@@ -7,13 +7,14 @@ a small task of calls, texts and tables, which is measured; an empty loop is no 
 
 from __future__ import annotations
 
+import gc
 import socket
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from heapq import heapify, heapreplace
 from itertools import islice
-from statistics import median
 
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
@@ -28,6 +29,7 @@ _MOST_RECORDS = 50  # that are looked at
 _STARTING, _WORKERS, _COMPILING = 1.0, 0.75, 9.5
 # So too: the page, and loading what draws; figures, which workers share.
 _PAGE, _FIGURES = 0.2, 1.5
+_WATCHED_S = 0.3  # how long small tasks are timed
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
 
 def beside(solver: Solver, workers: int) -> float:
     """Return the seconds that compiling, starting, statistics and, drawn by so many workers, the page take."""
-    tasks = 1000.0 * median(_small_task() for _ in range(9))
+    tasks = 1000.0 * _small_task(_WATCHED_S)
     compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
     if isinstance(solver, Immediate):
         needed = _STARTING + _PAGE + _FIGURES
@@ -106,10 +108,29 @@ class _Place:
         return _Place(self.x + 1.0, 0.5 * self.y)
 
 
-def _small_task() -> float:
-    """Return how many seconds Python takes to make some objects, write them as text and keep them in a table."""
-    begun, place, table = time.perf_counter(), _Place(1.0, 2.0), {}
-    for i in range(1500):
-        place = place.moved()
-        table[f"{i % 97}:{place.x:.1f}"] = (place, i)
-    return time.perf_counter() - begun
+def _small_task(watched: float) -> float:
+    """Return how many seconds Python takes to make some objects, write them as text and keep them in a table.
+
+    The mean over so many seconds: machines change their pace many times in one. What the collector of garbage takes
+    depends on all that this process has loaded, so it is kept still.
+    """
+    begun, done = time.perf_counter(), 0
+    with _uncollected():
+        while done == 0 or time.perf_counter() - begun < watched:
+            place, table = _Place(1.0, 2.0), {}
+            for i in range(1500):
+                place = place.moved()
+                table[f"{i % 97}:{place.x:.1f}"] = (place, i)
+            done += 1
+    return (time.perf_counter() - begun) / done
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()

@@ -66,7 +66,7 @@ def test_a_stage_waits_for_the_one_before(tmp_path: Path) -> None:
 
 
 def test_workers_share_the_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.overview.cost._small_task", lambda: 2e-3)
+    monkeypatch.setattr("stemcal.overview.cost._small_task", lambda _: 2e-3)
     one, two, four = (beside(FakeSolver(), workers) for workers in (1, 2, 4))
     assert one - two == pytest.approx(2.0 * (two - four)) and 1.0 < one - two < 2.0
 
