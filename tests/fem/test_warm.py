@@ -101,36 +101,22 @@ def number(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.M
     module.warm.cache_clear()
 
 
-def test_an_interrupt_while_kernels_load_waits_for_the_end(
-    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("times", [1, 2])
+def test_the_first_interrupt_while_kernels_load_waits_for_the_end_the_second_does_not(
+    times: int, number: signal.Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    loaded: list[bool] = []
+    gone_on: list[int] = []
 
     def loading(*_: object) -> None:
-        signal.raise_signal(number)
-        loaded.append(True)
+        for turn in range(times):
+            signal.raise_signal(number)
+            gone_on.append(turn)
 
     monkeypatch.setattr(module, "_done_elsewhere", lambda *_: True)
     monkeypatch.setattr(module, "_smallest_simulation", loading)
     with pytest.raises(KeyboardInterrupt):
         module.warm()
-    assert loaded == [True]
-
-
-def test_the_second_interrupt_does_not_wait(number: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
-    came: list[bool] = []
-
-    def loading(*_: object) -> None:
-        signal.raise_signal(number)
-        came.append(True)
-        signal.raise_signal(number)
-        came.append(False)
-
-    monkeypatch.setattr(module, "_done_elsewhere", lambda *_: True)
-    monkeypatch.setattr(module, "_smallest_simulation", loading)
-    with pytest.raises(KeyboardInterrupt):
-        module.warm()
-    assert came == [True]
+    assert gone_on == [0]
 
 
 def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
