@@ -20,7 +20,10 @@ class _Ending:
 
 
 def main() -> None:
-    """Entry point of the console script; Ctrl-C while the command is still loading ends it without a word."""
+    """Entry point of the console script; Ctrl-C while the command is still loading ends it without a word.
+
+    For a process of its own: this is how it will end.
+    """
     ending = _Ending()
     sys.unraisablehook = quiet = QuietHook()
     try:

@@ -11,12 +11,14 @@ import _thread
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from math import inf
 from types import FrameType
-from typing import Any
 
 _PATIENCE = 1.0  # s, until an interrupt that nobody deals with is raised again
+_LOOK = 0.1  # s, between looks for whether one is due
 
 
 class Terminated(KeyboardInterrupt):
@@ -31,52 +33,67 @@ def heard(*numbers: signal.Signals) -> Iterator[list[int]]:
     """Let signals raise exceptions inside the block, again and again until one is dealt with.
 
     Yields the signals that have come: an error after one may be what a library has made of it. A signal that is
-    ignored today stays so. Only the main thread may set handlers; in another nothing is done.
+    ignored today stays so. Only the main thread may set handlers; in another nothing is done. A generator with a
+    ``finally`` that takes longer than a second needs `contextlib.closing` to be left in peace.
     """
     came: list[int] = []
-    handlers: list[_Handler] = []
-    before: dict[int, Any] = {}
+    handlers = {number: _Handler(KINDS[number], came) for number in numbers if _can_be_heard(number)}
+    before = {number: signal.getsignal(number) for number in handlers}
+    over: list[bool] = []
+    if handlers:
+        threading.Thread(target=_repeat, args=(handlers, over), name="repeat interrupts", daemon=True).start()
     try:
-        if threading.current_thread() is threading.main_thread():
-            for number in numbers:
-                if signal.getsignal(number) is not signal.SIG_IGN:
-                    handlers.append(_Handler(KINDS[number], came))
-                    before[number] = signal.signal(number, handlers[-1])
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         yield came
     finally:
-        for handler in handlers:
-            handler.rest()
-        for known, former in before.items():
-            signal.signal(known, former)
+        over.append(True)
+        for number, former in before.items():
+            signal.signal(number, former)
+
+
+def _can_be_heard(number: signal.Signals) -> bool:
+    """Tell whether this thread may set a handler, and the present one is neither to ignore it nor out of reach."""
+    is_main = threading.current_thread() is threading.main_thread()
+    return is_main and signal.getsignal(number) not in (signal.SIG_IGN, None)
 
 
 class _Handler:
-    """Raises an exception for each signal that comes, and once more for one that nobody has dealt with."""
+    """Raises an exception for each signal that comes, and for a repeated one unless it is being dealt with.
+
+    It takes no lock: a signal may come while another is being handled.
+    """
 
     def __init__(self, kind: type[KeyboardInterrupt], came: list[int]) -> None:
         self._kind, self._came = kind, came
-        self._timer: threading.Timer | None = None
-        self._repeats = False
+        self.due = inf  # when it is to be repeated, s
+        self.repeats = False
 
     def __call__(self, number: int, _frame: FrameType | None) -> None:
-        repeats, self._repeats = self._repeats, False
-        self.rest()
-        self._timer = threading.Timer(_PATIENCE, self._repeat, [signal.Signals(number)])
-        self._timer.daemon = True
-        self._timer.start()
+        repeats, self.repeats = self.repeats, False
+        self.due = time.monotonic() + _PATIENCE
         if repeats and _dealt_with():
             return
         self._came.append(number)
         raise self._kind
 
-    def _repeat(self, number: signal.Signals) -> None:
-        self._repeats = True
-        _thread.interrupt_main(number)
 
-    def rest(self) -> None:
-        """Raise no more."""
-        if self._timer is not None:
-            self._timer.cancel()
+def _repeat(handlers: Mapping[signal.Signals, _Handler], over: Sequence[bool]) -> None:
+    """Send signals to the main thread again when they are due, until all is over; runs in a thread."""
+    while not over:
+        time.sleep(_LOOK)
+        for number, handler in handlers.items():
+            if time.monotonic() > handler.due and not over:
+                handler.due, handler.repeats = inf, True
+                _send_to_main(number)
+
+
+def _send_to_main(number: signal.Signals) -> None:
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, number)  # it wakes a main thread that waits
+    else:
+        _thread.interrupt_main(number)
 
 
 def _dealt_with() -> bool:

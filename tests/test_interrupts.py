@@ -39,8 +39,7 @@ class Complaining:
 
 def lose(number: signal.Signals) -> None:
     Losing(number)
-    for _ in range(500):
-        time.sleep(0.01)
+    time.sleep(6.0)
 
 
 @pytest.fixture
@@ -80,6 +79,7 @@ def generating() -> Iterator[int]:
 def test_who_deals_with_one_is_not_disturbed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not in ``finally`` nor in the end of a ``with``, of a generator that is closed, or in ``except``."""
     monkeypatch.setattr("stemcal.interrupts._PATIENCE", 0.03)
+    monkeypatch.setattr("stemcal.interrupts._LOOK", 0.01)
     done: list[str] = []
     with heard(signal.SIGINT) as came:
         try:

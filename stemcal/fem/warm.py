@@ -38,6 +38,10 @@ logger = logging.getLogger(__name__)
 
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
+_LOCK = ".compiling"
+_loading = threading.Lock()
+# How a process ends that Ctrl-C has ended, on POSIX and on Windows.
+_INTERRUPTED = (-signal.SIGINT, 0xC000013A)
 _HEARING = 0.5  # s, between looks for whether a process has ended
 _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
@@ -50,16 +54,12 @@ def warm(precision: Precision = "double") -> None:
     more; the second failure is real.
     """
     compile_once(precision)
-    _load_numba()
     try:
-        with _undisturbed():
-            _smallest_simulation(precision)
+        _load(precision)
     except Exception:
-        shutil.rmtree(CACHE, ignore_errors=True)
-        CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _empty_cache()
         compile_once(precision)
-        with _undisturbed():
-            _smallest_simulation(precision)
+        _load(precision)
     sweep(CACHE)
 
 
@@ -67,12 +67,33 @@ def compile_once(precision: Precision = "double") -> None:
     """Compile every kernel of a simulation into the cache, if it is not there.
 
     Of several processes with one cache, the first compiles and the others wait for it. It does so in a process of its
-    own, so that an interrupt is heard at once and reaches nothing half made.
+    own, so that an interrupt is heard at once and reaches nothing half made. Where no process can be started it is
+    done here, and interrupts wait.
     """
     _tell_of_spare()
     with _one_at_a_time(_mark(precision)):
-        if not is_compiled(precision) and not _done_elsewhere(compile_all, precision):
-            compile_all(precision)
+        if is_compiled(precision) or _done_elsewhere(compile_all, precision):
+            return
+        _empty_cache()  # there may be damaged entries of a compilation that was broken off
+        if not _done_elsewhere(compile_all, precision):
+            _load(precision)
+
+
+def _load(precision: Precision) -> None:
+    with _undisturbed():
+        _load_numba()
+        _smallest_simulation(precision)
+
+
+def _empty_cache() -> None:
+    """Remove what is compiled, not the lock that this or another process may hold."""
+    CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
+    for path in CACHE.iterdir():
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        elif path.name != _LOCK:
+            with suppress(OSError):
+                path.unlink()
 
 
 def _tell_of_spare() -> None:
@@ -92,39 +113,42 @@ def _load_numba() -> None:
 
     Whatever needs that looks for it once more.
     """
-    from numba.np import linalg
+    with _loading:
+        from numba.np import linalg
 
-    real: Any = linalg.ensure_blas
-    linalg.ensure_blas = lambda: None
-    try:
-        from numba.np import arraymath  # noqa: F401
-    finally:
-        linalg.ensure_blas = real
+        real: Any = linalg.ensure_blas
+        linalg.ensure_blas = lambda: None
+        try:
+            from numba.np import arraymath  # noqa: F401
+        finally:
+            linalg.ensure_blas = real
 
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Put an interrupt off to the end: in the middle of numba or LLVM it gets lost, or memory is freed twice.
+    """Put interrupts off to the end: in the middle of numba or LLVM one gets lost, or memory is freed twice.
 
-    A second one is not put off. Only the main thread may set handlers; in another nothing is done.
+    Only the main thread may set handlers; in another nothing is done.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     came: list[int] = []
+    over: list[bool] = []
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     handlers: dict[int, Any] = {number: handler for number, handler in before.items() if callable(handler)}
 
     def note(number: int, frame: FrameType | None) -> None:
         came.append(number)
-        if len(came) > 1:
+        if over:
             handlers[number](number, frame)
 
-    for number in handlers:
-        signal.signal(number, note)
     try:
+        for number in handlers:
+            signal.signal(number, note)
         yield
     finally:
+        over.append(True)
         for number, handler in handlers.items():
             signal.signal(number, handler)
         if came:
@@ -137,14 +161,14 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
     if mark.exists():
         yield
         return
-    lock = FileLock(CACHE / ".compiling")
+    lock = FileLock(CACHE / _LOCK)
     with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
         lock.acquire()
     try:
         begun = time.perf_counter()
         yield
-        with suppress(OSError):
-            mark.write_text(f"{time.perf_counter() - begun:.1f}\n", encoding="ascii")
+        with suppress(OSError), mark.open("x", encoding="ascii") as file:
+            file.write(f"{time.perf_counter() - begun:.1f}\n")
     finally:
         lock.release()
 
@@ -186,21 +210,24 @@ def _done_elsewhere(function: Callable[[Precision], None], precision: Precision)
 
     That process ends with this one, or with the wait for it.
     """
+    if not sys.executable:
+        return False
     try:
         with _process(function, precision) as other:
-            while other.poll() is None:  # on Windows a wait without end hears no Ctrl-C
-                with suppress(subprocess.TimeoutExpired):
-                    other.wait(_HEARING)
+            _wait_for(other)
     except OSError:
         return False
+    if other.returncode in _INTERRUPTED:  # by the terminal that this process, or a thread of it, also heard
+        raise KeyboardInterrupt
     return other.returncode == 0
 
 
 @contextmanager
 def _process(function: Callable[[Precision], None], precision: Precision) -> Iterator[subprocess.Popen[bytes]]:
-    code = f"import {__name__} as warm; warm.end_with_stdin(); warm.{function.__name__}({precision!r})"
+    call = f"import {__name__} as warm; warm.get_ready_to_compile(); warm.{function.__name__}({precision!r})"
+    line = [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
     none = subprocess.DEVNULL
-    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=none, stderr=none) as other:
+    with subprocess.Popen(line, stdin=subprocess.PIPE, stdout=none, stderr=none) as other:
         try:
             yield other
         except BaseException:
@@ -209,19 +236,25 @@ def _process(function: Callable[[Precision], None], precision: Precision) -> Ite
             raise
 
 
-def end_with_stdin() -> None:
-    """Let this process end when the one does that has started it."""
+def _wait_for(other: subprocess.Popen[bytes]) -> None:
+    while other.poll() is None:  # on Windows a wait without end hears no Ctrl-C
+        with suppress(subprocess.TimeoutExpired):
+            other.wait(_HEARING)
 
-    def wait() -> None:
+
+def get_ready_to_compile() -> None:
+    """Load what compiling needs, and let this process end when the one does that has started it."""
+    _load_numba()  # first: on Windows some libraries cannot be loaded while a thread reads from stdin
+
+    def end_with_stdin() -> None:
         os.read(sys.stdin.fileno(), 1)
         os._exit(1)
 
-    threading.Thread(target=wait, daemon=True).start()
+    threading.Thread(target=end_with_stdin, daemon=True).start()
 
 
 def compile_all(precision: Precision) -> None:
     """Compile what a step calls, contact in a second process beside this one, and then what calls all that."""
-    _load_numba()
     with _process(compile_contact, precision) as beside:
         state = start(_smallest_model(precision))
         body, topology, clock = state.body, state.topology, state.clock
@@ -231,7 +264,7 @@ def compile_all(precision: Precision) -> None:
         _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
         _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
         _compile(march.finish_step, body, state.tools, clock, state.ledger)
-        beside.wait()
+        _wait_for(beside)
     _smallest_simulation(precision)
 
 

@@ -26,6 +26,7 @@ from stemcal.study.model import RunsOptions
 logger = logging.getLogger(__name__)
 
 MOST_WARNINGS = 10
+_HEARING = 0.1  # s
 WORK = "work"  # where solvers that need files have their run folders
 
 
@@ -175,8 +176,8 @@ def _recording(
             beside.start()
         for key, computed in batch.arriving():
             yield key, _record(key, missing[key], computed, solver, folder)
-        if beside.ident is not None:
-            beside.join()
+        while beside.is_alive():  # on Windows a wait without end hears no Ctrl-C
+            beside.join(_HEARING)
     finally:
         for key, computed in batch.rest():
             _record(key, missing[key], computed, solver, folder)

@@ -61,10 +61,13 @@ def test_a_damaged_cache_is_recovered(tmp_path: Path) -> None:
     assert run(tmp_path).stdout.strip() == "warm"
     files = entries(tmp_path)
     assert files
-    for keep in (0.5, 0.0):
+    for keep, marked in ((0.5, True), (0.0, True), (0.5, False)):
         for file in entries(tmp_path):
             data = file.read_bytes()
             file.write_bytes(data[: int(keep * len(data))])
+        if not marked:
+            for mark in tmp_path.rglob("complete-*"):
+                mark.unlink()
         again = run(tmp_path)
         assert again.returncode == 0, again.stderr
         assert again.stdout.strip() == "warm"
@@ -96,19 +99,18 @@ def number(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.M
     before = signal.signal(request.param, heeding)
     module.warm.cache_clear()
     yield request.param
-    assert signal.getsignal(request.param) is heeding
-    signal.signal(request.param, before)
+    left = signal.signal(request.param, before)
     module.warm.cache_clear()
+    assert left is heeding
 
 
-@pytest.mark.parametrize("times", [1, 2])
-def test_the_first_interrupt_while_kernels_load_waits_for_the_end_the_second_does_not(
-    times: int, number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+def test_interrupts_while_kernels_load_wait_for_the_end(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gone_on: list[int] = []
 
     def loading(*_: object) -> None:
-        for turn in range(times):
+        for turn in range(2):
             signal.raise_signal(number)
             gone_on.append(turn)
 
@@ -116,7 +118,7 @@ def test_the_first_interrupt_while_kernels_load_waits_for_the_end_the_second_doe
     monkeypatch.setattr(module, "_smallest_simulation", loading)
     with pytest.raises(KeyboardInterrupt):
         module.warm()
-    assert gone_on == [0]
+    assert gone_on == [0, 1]
 
 
 def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
@@ -142,9 +144,63 @@ def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
 def test_what_cannot_be_compiled_elsewhere_is_compiled_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     here: list[str] = []
     monkeypatch.setattr(module, "CACHE", tmp_path)
-    monkeypatch.setattr(module, "compile_all", lambda precision: here.append(precision))
-    for executable in (str(tmp_path / "nowhere"), ""):
+    monkeypatch.setattr(module, "_smallest_simulation", here.append)
+    for executable in (str(tmp_path / "nowhere"), "", None):
         monkeypatch.setattr(sys, "executable", executable)
         module.compile_once("mixed")
         module._mark("mixed").unlink()
-    assert here == ["mixed", "mixed"]
+    assert here == ["mixed"] * 3
+
+
+def test_a_compilation_that_fails_is_tried_again_without_what_an_earlier_one_left(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Such as entries damaged by a crash, before anything was marked as complete. The lock stays."""
+    (tmp_path / "fem").mkdir()
+    (tmp_path / "fem" / "damaged.nbi").write_bytes(b"")
+    found: list[bool] = []
+
+    def compiling(*_: object) -> bool:
+        found.append((tmp_path / "fem").exists())
+        return len(found) > 1
+
+    monkeypatch.setattr(module, "CACHE", tmp_path)
+    monkeypatch.setattr(module, "_done_elsewhere", compiling)
+    module.compile_once("mixed")
+    assert found == [True, False] and module.is_compiled("mixed")
+
+
+def test_one_who_waited_keeps_what_the_first_took(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """`plan` tells by it how long compiling takes."""
+    monkeypatch.setattr(module, "CACHE", tmp_path)
+    mark = tmp_path / "complete"
+    with module._one_at_a_time(mark):
+        mark.write_text("31.0\n")
+    assert mark.read_text() == "31.0\n"
+
+
+def test_compiling_elsewhere_is_of_this_very_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not of another that is installed, nor of what lies in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "platform.py").write_text("raise SystemExit(3)\n")
+    seen: list[list[str]] = []
+    real = subprocess.Popen
+
+    def asking(line: list[str], **kwargs: Any) -> subprocess.Popen[bytes]:
+        seen.append(line)
+        code = (
+            line[-1].split("; import ")[0]
+            + f"; import {module.__name__} as w; assert w.__file__ == {module.__file__!r}"
+        )
+        return real([*line[:-1], code], **kwargs)
+
+    monkeypatch.setattr(module.subprocess, "Popen", asking)
+    assert module._done_elsewhere(module.compile_all, "mixed") and len(seen) == 1
+
+
+def test_a_child_that_the_terminal_interrupted_is_no_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = subprocess.Popen
+    code = "import os, signal; signal.signal(signal.SIGINT, signal.SIG_DFL); os.kill(os.getpid(), signal.SIGINT)"
+    monkeypatch.setattr(module.subprocess, "Popen", lambda line, **how: real([sys.executable, "-c", code], **how))
+    with pytest.raises(KeyboardInterrupt):
+        module._done_elsewhere(module.compile_all, "mixed")
