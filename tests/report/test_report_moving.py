@@ -252,7 +252,7 @@ def test_the_page_shows_mesh_cut_and_frames(with_film: tuple[Any, StudyFolder]) 
     text = render(*with_film)
     for begin in (
         "The mesh of the stem of",
-        "The cut stem of",
+        "The stem of",
         "How the stem of",
         "Energies over blade travel, stem of",
     ):
