@@ -110,15 +110,15 @@ def test_without_emcee_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.slow
 def test_coverage_of_credible_intervals() -> None:
-    """400 laboratories of six specimens at five diameters: 93 to 97 % of the 95 % intervals hold the truth."""
+    """1000 laboratories of six specimens at five diameters: 93 to 97 % of the 95 % intervals hold the truth."""
     pytest.importorskip("emcee")
     fitted, rng, sd = surfaces(), np.random.default_rng(7), 0.03
     middle = exact(fitted, TRUTH)
     held = np.zeros(2)
-    for _ in range(400):
+    for _ in range(1000):
         broken = middle[:, None] * (1.0 + sd * rng.standard_normal((5, 6)))
         told = zip(DIAMETERS, fitted, broken.mean(axis=1), broken.std(axis=1, ddof=1), strict=True)
         data = misfit_of([Observation(f"{d:g} mm", surface, m, s, 6) for d, surface, m, s in told])
         low, high = sample_posterior(data, region(), steps=400, burn_in=100).interval().T
         held += (low <= TRUTH) & (high >= TRUTH)
-    assert np.all((held / 400 >= 0.93) & (held / 400 <= 0.97)), held / 400
+    assert np.all((held / 1000 >= 0.93) & (held / 1000 <= 0.97)), held / 1000
