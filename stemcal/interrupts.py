@@ -16,7 +16,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import inf
 from types import FrameType
+from typing import Any
 
+_Takes = Callable[[int, FrameType | None], None]
+
+HEARTBEAT_S = 0.5  # how long Ctrl-C may have to wait on Windows, where a wait without end hears none
 _PATIENCE = 1.0  # s, until an interrupt that nobody deals with is raised again
 _LOOK = 0.1  # s, between looks for whether one is due
 
@@ -38,14 +42,45 @@ def heard(*numbers: signal.Signals) -> Iterator[list[int]]:
     """
     came: list[int] = []
     handlers = {number: _Handler(KINDS[number], came) for number in numbers if _can_be_heard(number)}
-    before = {number: signal.getsignal(number) for number in handlers}
     over: list[bool] = []
     if handlers:
         threading.Thread(target=_repeat, args=(handlers, over), name="repeat interrupts", daemon=True).start()
+    with _installed(handlers, over):
+        yield came
+
+
+@contextmanager
+def put_off() -> Iterator[None]:
+    """Put interrupts off to the end of the block, for what must not be broken off in the middle.
+
+    Only the main thread may set handlers; in another nothing is done.
+    """
+    came: list[int] = []
+    over: list[bool] = []
+    former = {number: signal.getsignal(number) for number in KINDS if _can_be_heard(number)}
+    handlers: dict[signal.Signals, Any] = {number: handler for number, handler in former.items() if callable(handler)}
+
+    def note(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        if over:
+            handlers[signal.Signals(number)](number, frame)
+
+    try:
+        with _installed(dict.fromkeys(handlers, note), over):
+            yield
+    finally:
+        if came:
+            handlers[signal.Signals(came[0])](came[0], None)
+
+
+@contextmanager
+def _installed(handlers: Mapping[signal.Signals, _Takes], over: list[bool]) -> Iterator[None]:
+    """Have these handlers inside the block, the former ones after it; `over` is true as soon as it ends."""
+    before = {number: signal.getsignal(number) for number in handlers}
     try:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        yield came
+        yield
     finally:
         over.append(True)
         for number, former in before.items():

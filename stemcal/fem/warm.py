@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import llvmlite.binding
@@ -33,6 +32,7 @@ from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
 from stemcal.fem.threads import shares_of
+from stemcal.interrupts import HEARTBEAT_S, put_off
 
 logger = logging.getLogger(__name__)
 
@@ -42,7 +42,6 @@ _LOCK = ".compiling"
 _loading = threading.Lock()
 # How a process ends that Ctrl-C has ended, on POSIX and on Windows.
 _INTERRUPTED = (-signal.SIGINT, 0xC000013A)
-_HEARING = 0.5  # s, between looks for whether a process has ended
 _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
 
@@ -80,7 +79,7 @@ def compile_once(precision: Precision = "double") -> None:
 
 
 def _load(precision: Precision) -> None:
-    with _undisturbed():
+    with put_off():  # in the middle of numba or LLVM an interrupt gets lost, or memory is freed twice
         _load_numba()
         _smallest_simulation(precision)
 
@@ -122,37 +121,6 @@ def _load_numba() -> None:
             from numba.np import arraymath  # noqa: F401
         finally:
             linalg.ensure_blas = real
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Put interrupts off to the end: in the middle of numba or LLVM one gets lost, or memory is freed twice.
-
-    Only the main thread may set handlers; in another nothing is done.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    over: list[bool] = []
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    handlers: dict[int, Any] = {number: handler for number, handler in before.items() if callable(handler)}
-
-    def note(number: int, frame: FrameType | None) -> None:
-        came.append(number)
-        if over:
-            handlers[number](number, frame)
-
-    try:
-        for number in handlers:
-            signal.signal(number, note)
-        yield
-    finally:
-        over.append(True)
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        if came:
-            handlers[came[0]](came[0], None)
 
 
 @contextmanager
@@ -237,9 +205,9 @@ def _process(function: Callable[[Precision], None], precision: Precision) -> Ite
 
 
 def _wait_for(other: subprocess.Popen[bytes]) -> None:
-    while other.poll() is None:  # on Windows a wait without end hears no Ctrl-C
+    while other.poll() is None:
         with suppress(subprocess.TimeoutExpired):
-            other.wait(_HEARING)
+            other.wait(HEARTBEAT_S)
 
 
 def get_ready_to_compile() -> None:

@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.interrupts import HEARTBEAT_S
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
@@ -26,7 +27,6 @@ from stemcal.study.model import RunsOptions
 logger = logging.getLogger(__name__)
 
 MOST_WARNINGS = 10
-_HEARING = 0.1  # s
 WORK = "work"  # where solvers that need files have their run folders
 
 
@@ -176,8 +176,8 @@ def _recording(
             beside.start()
         for key, computed in batch.arriving():
             yield key, _record(key, missing[key], computed, solver, folder)
-        while beside.is_alive():  # on Windows a wait without end hears no Ctrl-C
-            beside.join(_HEARING)
+        while beside.is_alive():
+            beside.join(HEARTBEAT_S)
     finally:
         for key, computed in batch.rest():
             _record(key, missing[key], computed, solver, folder)

@@ -16,6 +16,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.folder.store import now, provenance
+from stemcal.interrupts import HEARTBEAT_S
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.policy import ACCIDENTS, TIMEOUT
 from stemcal.solvers.protocol import RESPONSES, Answer, Readied, Request, Solver, words_of
@@ -23,7 +24,6 @@ from stemcal.solvers.protocol import RESPONSES, Answer, Readied, Request, Solver
 logger = logging.getLogger(__name__)
 
 MOST = 1e30  # its powers are still numbers
-_HEARTBEAT_S = 0.5  # how long Ctrl-C may have to wait on Windows
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Batch:
     def _next(self) -> Future[Computed]:
         while True:
             try:
-                return self._done.get(timeout=_HEARTBEAT_S)
+                return self._done.get(timeout=HEARTBEAT_S)
             except queue.Empty:
                 continue
 
