@@ -8,25 +8,12 @@ from __future__ import annotations
 
 import fnmatch
 import glob
-from enum import IntEnum
 from string import Formatter
 from typing import ClassVar
 
+from stemcal.notes import Weight
+
 __all__ = ["Remark", "Weight", "weight_of"]
-
-
-class Weight(IntEnum):
-    """How soon a remark is read, by what it would change; the first is read first."""
-
-    NUMBERS = 0
-    """Something is missing or wrong in what the result is made of: runs that failed, forces that are bounds, terms
-    left out, a surface that extrapolates."""
-    USE = 1
-    """How far the result may be used: diameters that it misses, effects that may be chance, factors left free."""
-    TRUST = 2
-    """What makes statistics look better or worse than they are; so does every sentence that is no `Remark`."""
-    ASIDE = 3
-    """What is told for completeness."""
 
 
 class Remark:

@@ -1,8 +1,54 @@
-"""Make `fakes` importable from every folder of tests, and from the workers they start."""
+"""The published study, replayed once; `fakes` importable from every folder of tests, and by the workers they start."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session")
+def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
+    """The study of the printed tables and its folder, all stages done."""
+    from stemcal.executors.inline import InlineExecutor
+    from stemcal.folder.store import StudyFolder
+    from stemcal.study.spec import load_study
+    from stemcal.workflow import calibrate
+
+    study = load_study(ROOT / "configs" / "paper-replay.yaml")
+    folder = StudyFolder(tmp_path_factory.mktemp("replay"))
+    calibrate(study, folder, InlineExecutor())
+    return study, folder
+
+
+@pytest.fixture(scope="session")
+def results(replayed: tuple[Any, Any]) -> Any:
+    """What the replayed study came to."""
+    from stemcal.stages.results import fresh_results
+
+    return fresh_results(*replayed)
+
+
+@pytest.fixture(scope="session")
+def stages(results: Any) -> dict[str, Any]:
+    """The same by the name of the stage."""
+    return {result.name: result for result in results.done()}
+
+
+@pytest.fixture(scope="session")
+def edited() -> Callable[[Any, Callable[[dict[str, Any]], None]], Any]:
+    """Return a result as it comes back from an edited file."""
+
+    def edit(result: Any, change: Callable[[dict[str, Any]], None]) -> Any:
+        content = result.to_json()
+        change(content)
+        return type(result).from_json(content)
+
+    return edit

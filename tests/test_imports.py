@@ -20,7 +20,8 @@ FLOORS = {
     "stemcal.interrupts": 0,
     "stemcal.patience": 0,
     "stemcal.naming": 0,
-    "stemcal.remarks": 0,
+    "stemcal.remarks": 2.5,
+    "stemcal.notes": 2,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,
@@ -35,10 +36,11 @@ FLOORS = {
     "stemcal.stages": 8,
     "stemcal.overview": 9,
     "stemcal.workflow": 10,
-    "stemcal.report": 11,
-    "stemcal.python": 12,
-    "stemcal.cli": 12,
-    "stemcal.__main__": 13,
+    "stemcal.text": 11,
+    "stemcal.report": 12,
+    "stemcal.python": 13,
+    "stemcal.cli": 13,
+    "stemcal.__main__": 14,
 }
 WORKFLOW = 10  # every other module at the top
 

@@ -24,6 +24,8 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     from stemcal.overview.foresight import Demand, excess
     from stemcal.overview.plan import plan as make_plan
     from stemcal.report.tables.terminal import drawn
+    from stemcal.text.names import Names
+    from stemcal.text.results import sentence
 
     study = read_study(spec)
     path = folder_of(study, out)
@@ -33,17 +35,17 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     else:
         say(*drawn(_sheet(found)))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
-    for sentence in excess(demand, found.workers, machine_memory()):
-        warn(sentence)
+    for excessive in excess(demand, found.workers, machine_memory()):
+        warn(excessive)
     if not quiet:
-        for sentence in found.notes:
-            note(f"note: {sentence}")
+        for said in found.notes:
+            note(f"note: {said if isinstance(said, str) else sentence(said, Names(study.naming))}")
 
 
 def _sheet(found: Plan) -> Sheet:
     from stemcal.overview.foresight import in_bytes
-    from stemcal.report.numbers import duration
     from stemcal.report.tables.sheet import Sheet
+    from stemcal.text.numbers import duration
     from stemcal.words import counted
 
     rows = tuple(

@@ -39,7 +39,7 @@ def requestable(study: Study, folder: StudyFolder) -> dict[str, Details]:
 def write_requested(study: Study, folder: StudyFolder, name: str, suffix: str) -> Path:
     """Write the picture called `name`; the bare word means the calibration diameter. Returns the file."""
     from stemcal.outputs import make_folder
-    from stemcal.report.numbers import short
+    from stemcal.text.numbers import short
 
     known = requestable(study, folder)
     if not study.naming.is_cutting:

@@ -96,8 +96,8 @@ def write_table(found: Iterable[Entry], factors: Iterable[str], path: Path, nami
 
 def table_of(title: str, found: Iterable[Entry], naming: Naming = CUTTING) -> Sheet:
     """Return runs as a table for the terminal."""
-    from stemcal.report.numbers import fixed, significant
     from stemcal.report.tables.sheet import Sheet, place_cell, place_head
+    from stemcal.text.numbers import fixed, significant
 
     place, response = place_head(naming, ",\n"), naming.response.heading(",\n")
     columns = ("Stage", "Key", "Status", "Reason", "Run", *place, response, "Time,\ns")

@@ -34,11 +34,11 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
-        from stemcal.report.verdict import claims_of, shown_notes
+        from stemcal.text.results import remarks_of, shown_remarks
 
-        for sentence in shown_notes(result, verdict.may_hold):
-            note(f"note: {sentence}")
-        if claims_of(result) and not verdict.holds:
+        for remark in shown_remarks(result, verdict.may_hold):
+            note(f"note: {remark.sentence}")
+        if any(remark.claims for remark in remarks_of(result)) and not verdict.holds:
             reasons = [reason for reason in verdict.reasons if reason.rule != "unfinished"] or list(verdict.reasons)
             note(f"note: {verdict.word}: {reasons[0].sentence}.")
     warn_of_runs(result, folder)
@@ -85,11 +85,11 @@ def show_run(
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
-    from stemcal.report.notes import MOST, notes_of, warned, weighed
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.findings import spoken
     from stemcal.report.tables.stages import joint_sheets
     from stemcal.report.tables.terminal import drawn, stage_tables
+    from stemcal.text.results import MOST, read_first, said_by_all, warned
 
     found = results.inversion
     if found is not None:
@@ -101,13 +101,14 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     physics = any(reason.rule == "physics" for reason in verdict.reasons)
     warnings = [] if physics else warned(run_warnings(read_records(results, folder)))
     told = {sentence for part in (found.known if found is not None else []) for sentence in part.sentences}
-    notes = weighed([*warnings, *notes_of(results, verdict)], told)
-    if quiet or not notes:
+    said = read_first([*warnings, *said_by_all(results, verdict.holds)])
+    said = [(title, remark) for title, remark in said if remark.sentence not in told]
+    if quiet:
         return
-    for sentence in notes[:MOST]:
-        note(f"note: {sentence}")
-    if len(notes) > MOST:
-        note(f"{counted(len(notes) - MOST, 'more note')} in the report")
+    for title, remark in said[:MOST]:
+        note(f"note: {title}: {remark.sentence}")
+    if len(said) > MOST:
+        note(f"{counted(len(said) - MOST, 'more note')} in the report")
 
 
 def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:

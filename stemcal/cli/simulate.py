@@ -101,7 +101,7 @@ def live(
         return None
     from stemcal.cli.console import can_show
     from stemcal.cli.sketch import sparkline
-    from stemcal.report.numbers import duration
+    from stemcal.text.numbers import duration
 
     forces: list[float] = []
     began = 0.0  # with the first report: what was compiled or built before says nothing of the time left

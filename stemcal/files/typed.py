@@ -8,15 +8,33 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import re
 import types
 import typing
 from collections.abc import Callable, Hashable, Mapping
-from typing import Any, TypeVar, Union, get_args, get_origin
+from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
 
 T = TypeVar("T")
 Called = tuple[tuple[str, str | None], ...]
 """Fields by the keys they have in place of their names; None of those that are left out, which hold `NOWHERE`."""
 NOWHERE = 0.0
+
+
+class Tagged:
+    """A dataclass of which there are several kinds: in JSON `kind` tells which one, beside its fields."""
+
+    kind: ClassVar[str]
+    kinds: ClassVar[dict[str, type[Tagged]]] = {}
+    """Every kind of the modules that are imported, by its name."""
+
+    def __init_subclass__(cls) -> None:
+        """Name the kind after its class: ``FlatResponse`` is ``flat_response``."""
+        cls.kind = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        Tagged.kinds[cls.kind] = cls
+
+    def tags(self) -> dict[str, str]:
+        """Return the keys that come before those of the fields."""
+        return {"kind": self.kind}
 
 
 def absent(default: Any = None) -> Any:
@@ -37,7 +55,8 @@ def key(name: str) -> Any:
 def to_json(thing: Any, called: Called = ()) -> Any:
     """Return dataclasses as dictionaries, tuples as lists, all the way down; `called` gives fields other keys."""
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
-        return {key: value for field in dataclasses.fields(thing) for key, value in _keys(field, thing, called)}
+        tags = thing.tags() if isinstance(thing, Tagged) else {}
+        return tags | {key: value for field in dataclasses.fields(thing) for key, value in _keys(field, thing, called)}
     if isinstance(thing, Mapping):
         return {key: to_json(value, called) for key, value in thing.items()}
     if isinstance(thing, list | tuple):
@@ -92,7 +111,7 @@ def _made_reader(kind: Any, called: Called) -> Reader:
     if kind is Any:
         return lambda given, _path: given
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        return _dataclass_reader(kind, called)
+        return _tagged_reader(kind, called) if issubclass(kind, Tagged) else _dataclass_reader(kind, called)
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):
         return _optional_reader(inner, called)
@@ -155,6 +174,19 @@ def _dataclass_reader(kind: type, called: Called) -> Reader:
             elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
                 raise ValueError(f"{place} is missing")
         return kind(**values)
+
+    return read
+
+
+def _tagged_reader(base: type[Tagged], called: Called) -> Reader:
+    """Read one of the kinds of `base`; the kind is looked up when a value is read, since modules declare their own."""
+
+    def read(given: Any, path: str) -> Any:
+        name = _plain((dict,), given, path).get("kind")
+        found = Tagged.kinds.get(name) if isinstance(name, str) else None
+        if found is None or not issubclass(found, base):
+            raise ValueError(f"{path}.kind is not a known one: {name!r:.60}")
+        return _dataclass_reader(found, called)(given, path)
 
     return read
 

@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from stemcal.doe.designs.aliases import describe_aliases
+from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.designs.power import DesignQuality, judge_design
 from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
+from stemcal.notes import Note
 from stemcal.overview.cost import Costs, beside, costs_of, elapsed
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import stands
@@ -60,7 +61,7 @@ class Plan:
     stages: Rows[PlannedStage]
     to_run: int
     seconds: float | None
-    notes: tuple[str, ...]
+    notes: tuple[Note | str, ...]
     memory: float | None = None
     source: str = ""
     workers: int = 1
@@ -233,14 +234,14 @@ def _without_copies(design: Design, requests: Sequence[Request], solver: Solver)
     return replace(design, coded=design.coded[kept], levels=tuple(design.levels[row] for row in kept), blocks=None)
 
 
-def foretell(design: Design) -> list[str]:
-    """Say what the design can find and what its main effects hide."""
+def foretell(design: Design) -> list[Note | str]:
+    """Return what the design can find and what its main effects hide."""
     try:
-        said = [f"{design.stage}, {design.kind}: {_judge(design).describe()}"]
+        said: list[Note | str] = [f"{design.stage}, {design.kind}: {_judge(design).describe()}"]
     except UsageError as error:
         return [f"{design.stage}, {design.kind}: {error}"]
     if design.stage == "screen":
-        said.append(describe_aliases(design.coded, design.names))
+        said.append(aliases_note(design.coded, design.names))
     return said
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 from stemcal.naming import CUTTING, FORCE, Naming
-from stemcal.report.numbers import duration, significant
 from stemcal.stages.base import STAGES
+from stemcal.text.numbers import duration, significant
 from stemcal.words import counted
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import Any
 
 from stemcal.files.typed import from_json
 from stemcal.folder.store import StudyFolder
-from stemcal.report.numbers import duration
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.text.numbers import duration
 from stemcal.words import counted
 
 Numbers = tuple[float, ...]

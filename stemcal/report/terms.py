@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.naming import FORCE, Named
-from stemcal.report.numbers import fixed
 from stemcal.report.tables.sheet import response_decimals
+from stemcal.text.numbers import fixed
 
 ONE = "1"
 

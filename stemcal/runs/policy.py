@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from stemcal.errors import RunsFailed
-from stemcal.remarks import Remark, Weight
+from stemcal.notes import Note, Weight
+from stemcal.remarks import Remark
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.model import RunsOptions
@@ -17,11 +18,15 @@ ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
 CENSORED = "censored"
 _MOST_REASONS = 10
-_LOWER_BOUND = Remark(
-    Weight.NUMBERS,
-    "In {runs} {numbers} {ended}: such a force is a lower bound. Give the blade a longer way (loading.duration) or say "
-    "what such runs count as (runs.censored).",
-)
+
+
+@dataclass(frozen=True)
+class LowerBound(Note):
+    """In these rows (from 1) the response is a lower bound: how the stroke ended, as far as the solver tells."""
+
+    weight = Weight.NUMBERS
+    rows: tuple[int, ...]
+    stroke_end: str
 
 
 def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
@@ -63,6 +68,13 @@ def is_censored(answer: Answer) -> bool:
     return answer.reason == CENSORED or (answer.ok and answer.details.get("stroke_was_enough") is False)
 
 
+_LOWER_BOUND = Remark(
+    Weight.NUMBERS,
+    "In {runs} {numbers} {ended}: such a force is a lower bound. Give the blade a longer way (loading.duration) or say "
+    "what such runs count as (runs.censored).",
+)
+
+
 def censored_remarks(answers: Sequence[Answer]) -> list[str]:
     """Return a note on the rows whose force is only a lower bound."""
     rows: dict[str, list[str]] = {}
@@ -73,6 +85,15 @@ def censored_remarks(answers: Sequence[Answer]) -> list[str]:
         _LOWER_BOUND(runs="run" if len(numbers) == 1 else "runs", numbers=", ".join(numbers), ended=ended)
         for ended, numbers in rows.items()
     ]
+
+
+def lower_bounds(answers: Sequence[Answer]) -> list[Note]:
+    """Return a note on the rows whose response is only a lower bound, one for each way in which their stroke ended."""
+    rows: dict[str, list[int]] = {}
+    for row, answer in enumerate(answers, 1):
+        if is_censored(answer):
+            rows.setdefault(str(answer.details.get("stroke_end", "unknown")), []).append(row)
+    return [LowerBound(tuple(numbers), end) for end, numbers in rows.items()]
 
 
 def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], policy: RunsOptions) -> None:

@@ -16,6 +16,7 @@ from stemcal.files.typed import absent, from_json, inline, to_json
 from stemcal.folder.record import is_key, naming_in
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import CUTTING, Naming
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
 from stemcal.solvers.protocol import Answer, Request
@@ -113,7 +114,7 @@ class StageResult:
 
     name: ClassVar[str]
     head: Head
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...] | tuple[str, ...]
 
     @property
     def naming(self) -> Naming:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening, get_ready
 from stemcal.doe.screening.curvature import Curvature
@@ -13,9 +13,10 @@ from stemcal.doe.screening.definitive import TwoStages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.policy import censored_remarks
-from stemcal.stages.audit.cells import Audited, audit_screening, sentences
+from stemcal.runs.policy import lower_bounds
+from stemcal.stages.audit.cells import Audited, audit_screening
 from stemcal.stages.design import Design, runs_of, screening_design
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult, reasons_given
 from stemcal.stages.work import Work, a_stage
@@ -26,13 +27,27 @@ _COLUMNS = ("factor", "symbol", "effect", "contribution_percent", "sum_of_square
 
 
 @dataclass(frozen=True)
+class UnexpectedSign(Note):
+    """A significant effect has not the sign that the spec expects."""
+
+    weight = Weight.USE
+    factor: str
+    effect: float
+    expected: str
+
+
+@dataclass(frozen=True)
 class TestedAgainst:
-    """What effects are tested against; `mean_square` is None where there is nothing."""
+    """What effects are tested against; `mean_square` is None where there is nothing.
+
+    `scatter` tells whether repeated runs that differ are in it; other errors are what aliased interactions leave.
+    """
 
     source: str
     sum_of_squares: float
     df: int
     mean_square: float | None
+    scatter: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,11 +69,10 @@ class LenthMargins:
 
 @dataclass(frozen=True)
 class Limit:
-    """The size from which an effect counts, by which method, and the style of line that marks it."""
+    """The size from which an effect counts, by which method: Lenth's margin, also for all effects, or the t test."""
 
     value: float
-    label: str
-    line: str
+    method: Literal["lenth", "lenth_all", "t"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +91,7 @@ class FurtherScreening:
     lenth: LenthMargins | None
     runs_used: int
     runs_failed: int
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @classmethod
     def of(cls, found: Screening) -> FurtherScreening:
@@ -85,7 +99,7 @@ class FurtherScreening:
         error, lenth = found.error, found.lenth
         return cls(
             effects=Rows(found.effects),
-            error=TestedAgainst(error.source, error.sum_of_squares, error.df, error.mean_square),
+            error=TestedAgainst(error.source, error.sum_of_squares, error.df, error.mean_square, error.scatter),
             half_normal=Rows(found.half_normal()),
             pareto=found.pareto(),
             two_stages=found.two_stages,
@@ -131,7 +145,7 @@ class ScreenResult(StageResult):
     runs_failed: int
     responses: dict[str, FurtherScreening] | None = absent()
     published: Audited | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def of_each(self) -> list[ScreenResult]:
@@ -173,12 +187,12 @@ class ScreenResult(StageResult):
         The standard error s of an effect is its size over its t.
         """
         margins = self.lenth or LenthMargins(None, None, None)
-        found = [(margins.me, "Lenth ME", "--"), (margins.sme, "Lenth SME", ":")]
+        limits = [Limit(margins.me, "lenth")] if margins.me is not None else []
+        limits += [Limit(margins.sme, "lenth_all")] if margins.sme is not None else []
         if self.pareto is not None and self.pareto.t_limit:
             errors = [abs(self.effect(row.factor).effect) / row.t for row in self.pareto.rows if row.t]
-            limit = self.pareto.t_limit * max(errors) if errors else None
-            found.append((limit, f"t test, p = {self.alpha:g}", "-."))
-        return [Limit(value, label, line) for value, label, line in found if value is not None]
+            limits += [Limit(self.pareto.t_limit * max(errors), "t")] if errors else []
+        return limits
 
     def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""
@@ -211,7 +225,7 @@ def screen(work: Work) -> ScreenResult:
         found = _analysed(study, design, runs, "force")
         further = {name: FurtherScreening.of(_analysed(study, design, runs, name)) for name in study.own_further}
     published = audit_screening(study, found.effects)
-    notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
+    notes = (*lower_bounds(answers), *unexpected_signs(found))
     result = _result(head, runs, found, published, (*found.notes, *notes))
     return replace(result, responses=further) if further else result
 
@@ -225,7 +239,6 @@ def _analysed(study: Study, design: Design, runs: DesignRuns, response: str) -> 
         study.screen.alpha,
         error_asked(study),
         {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
-        study.naming.named(response),
     )
 
 
@@ -236,21 +249,19 @@ def error_asked(study: Study) -> str:
 
 
 def _result(
-    head: Head, runs: DesignRuns, found: Screening, published: Audited | None, notes: tuple[str, ...]
+    head: Head, runs: DesignRuns, found: Screening, published: Audited | None, notes: tuple[Note, ...]
 ) -> ScreenResult:
     told = FurtherScreening.of(found).told() | {"notes": notes}
     return ScreenResult(head=head, design=runs, aliases=found.aliases(), alpha=found.alpha, published=published, **told)
 
 
-def sign_remarks(study: Study, found: Screening) -> list[str]:
+def unexpected_signs(found: Screening) -> list[Note]:
     """Point out significant effects whose sign is not the one the spec expects."""
-    remarks = []
-    for effect in found.effects:
-        expected = study.factor(effect.factor).expected_sign
-        sign = "+" if effect.effect > 0.0 else "-"
-        if expected is not None and effect.factor in found.significant and sign != expected:
-            remarks.append(
-                f"{effect.factor} has the effect {study.naming.response.text(effect.effect, '+.4g')} where the spec "
-                f"expects the sign {expected}: look for an alias or a wrong unit before trusting it."
-            )
-    return remarks
+    return [
+        UnexpectedSign(effect.factor, effect.effect, effect.conclusion.expected_sign)
+        for effect in found.effects
+        if effect.factor in found.significant
+        and effect.conclusion is not None
+        and effect.conclusion.expected_sign is not None
+        and effect.against_expectation
+    ]

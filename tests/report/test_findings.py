@@ -29,7 +29,7 @@ def test_a_verdict_per_factor_the_strongest_first(stages: dict[str, Any]) -> Non
         < text.index("X9 failure_strain matters")
         < text.index("X7 strain_rate_c may matter")
     )
-    assert " ".join(text.split()).count("from low to high") == 9
+    assert " ".join(text.split()).count("From low to high") == 9
 
 
 def test_shape_and_ridge_of_the_surface(stages: dict[str, Any]) -> None:

@@ -15,7 +15,7 @@ from stemcal.report.tables.appendix import canonical_sheet, checks_sheet, design
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.stages import screening_sheet
 
-VERDICT_ON_X7 = "may matter, against the expected sign"
+VERDICT_ON_X7 = "may matter, unexpected sign"
 
 
 def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:

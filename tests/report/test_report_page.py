@@ -62,7 +62,7 @@ def test_words_come_first(page: str) -> None:
         "Lenth's method, which needs no residual, confirms Yield stress, Strain rate parameter C and Failure strain."
     )
     assert confirmed in text.replace("&#39;", "'")
-    assert "Among all 9 factors at once, Strain rate parameter C may be chance (Holm, Lenth)." in text
+    assert "Tested among all 9 factors at once (Holm, Lenth), Strain rate parameter C may be chance." in text
     assert "other combinations meet it as well" in text
     assert "read from a table, not simulated" in text
 

@@ -15,12 +15,12 @@ from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.report.export.paper import paper_tables
-from stemcal.report.numbers import fixed
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import read_result
 from stemcal.stages.results import Results
 from stemcal.study.spec import load_study
+from stemcal.text.numbers import fixed
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

@@ -3,15 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
+from stemcal.notes import Note
 
-# Long lists help nobody: name this many, count the rest.
-_SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
+
+@dataclass(frozen=True)
+class NoInteractions(Note):
+    """A single factor has none."""
+
+
+@dataclass(frozen=True)
+class ClearOfInteractions(Note):
+    """No main effect holds part of a two-factor interaction."""
+
+    runs: int
+
+
+@dataclass(frozen=True)
+class UniformlyAliased(Note):
+    """Every main effect holds ±`share` of each two-factor interaction that does not contain it."""
+
+    runs: int
+    share: float
+
+
+@dataclass(frozen=True)
+class PartlyAliased(Note):
+    """Main effects hold parts of two-factor interactions, of up to this weight."""
+
+    runs: int
+    largest: float
+
+
+@dataclass(frozen=True)
+class FullyAliased(Note):
+    """These main effects cannot be told from these interactions at all."""
+
+    runs: int
+    hidden: dict[str, tuple[str, ...]]
 
 
 def alias_matrix(coded: Array) -> Array:
@@ -28,50 +62,33 @@ def alias_matrix(coded: Array) -> Array:
     return np.asarray(solution[1:])
 
 
-def describe_aliases(coded: Array, names: Sequence[str]) -> str:
-    """Say in a sentence which two-factor interactions the main effects carry."""
+def aliases_note(coded: Array, names: Sequence[str]) -> Note:
+    """Return which two-factor interactions the main effects carry."""
     n, k = coded.shape
     weights = alias_matrix(coded)
     largest = float(np.abs(weights).max(initial=0.0))
     if k < 2:
-        return "One factor has no interactions."
+        return NoInteractions()
     if largest < 1e-9:
-        return f"In these {n} runs the main effects are clear of two-factor interactions."
+        return ClearOfInteractions(n)
     if largest > 1.0 - 1e-9:
-        return _full_aliases(weights, n, names)
-    if (uniform := _uniform_weight(weights, k)) is not None:
-        return (
-            f"In these {n} runs every main effect is aliased ±{uniform} with each two-factor interaction "
-            "that does not contain it."
-        )
-    return (
-        f"In these {n} runs main effects are partly aliased with two-factor interactions (weights up to {largest:.2g})."
-    )
+        return FullyAliased(n, _full_aliases(weights, names))
+    uniform = _uniform_weight(weights, k)
+    return PartlyAliased(n, largest) if uniform is None else UniformlyAliased(n, uniform)
 
 
-def _uniform_weight(weights: Array, k: int) -> Fraction | None:
+def _uniform_weight(weights: Array, k: int) -> float | None:
     """The one |weight| shared by all pairs (effect, interaction not containing it), if there is one."""
     pairs = list(combinations(range(k), 2))
     outside = np.array([[i not in pair for pair in pairs] for i in range(k)])
     sizes = np.abs(weights[outside])
     if sizes.size == 0 or np.ptp(sizes) > 1e-9 or np.abs(weights[~outside]).max(initial=0.0) > 1e-9:
         return None
-    return Fraction(float(sizes[0])).limit_denominator(100)
+    return float(sizes[0])
 
 
-def _full_aliases(weights: Array, n: int, names: Sequence[str]) -> str:
-    """Name the main effects that cannot be told from an interaction at all."""
+def _full_aliases(weights: Array, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Return the main effects that cannot be told from an interaction at all, with those interactions."""
     pairs = [f"{a}:{b}" for a, b in combinations(names, 2)]
-    rows = [(name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True)]
-    hidden = [(name, columns) for name, columns in rows if columns.size]
-    parts = [f"{name} with {_first([pairs[c] for c in columns])}" for name, columns in hidden[:_SHOWN_FACTORS]]
-    more = len(hidden) - len(parts)
-    tail = f"; and {more} more likewise" if more else ""
-    listed = "; ".join(parts) + tail
-    return f"In these {n} runs main effects cannot be told from two-factor interactions: {listed}."
-
-
-def _first(items: list[str]) -> str:
-    shown = ", ".join(items[:_SHOWN_ALIASES])
-    more = len(items) - _SHOWN_ALIASES
-    return f"{shown} and {more} more" if more > 0 else shown
+    rows = ((name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True))
+    return {name: tuple(pairs[c] for c in columns) for name, columns in rows if columns.size}

@@ -27,10 +27,10 @@ from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, 
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
 from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import Lenth, critical_t, lenth
-from stemcal.doe.screening.notes import screening_notes, stands_out, verdict
+from stemcal.doe.screening.notes import conclusion, screening_notes, stands_out
 from stemcal.doe.screening.unused import unused_columns
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.naming import FORCE, Named
+from stemcal.notes import Note
 
 _MOST_ALIASES = 20  # an alias matrix of more factors is too large to be read
 
@@ -51,7 +51,7 @@ class Screening:
     significant: tuple[str, ...]
     runs_used: int
     runs_failed: int
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     error: ErrorTerm
     design: Array
     two_stages: TwoStages | None = None
@@ -111,7 +111,6 @@ def analyse_screening(
     alpha: float = 0.05,
     error: str = "residual",
     expected: Mapping[str, str] | None = None,
-    called: Named = FORCE,
 ) -> Screening:
     """Estimate and test the main effects of a screening design.
 
@@ -127,9 +126,7 @@ def analyse_screening(
     error : {'residual', 'pooled', 'replicates', 'lenth'}
         What the effects are tested against (see `error_term`).
     expected : mapping, optional
-        ``+`` or ``-`` for factors whose sign is known beforehand; the verdict says whether it came true.
-    called : Named
-        What the response is called in sentences.
+        ``+`` or ``-`` for factors whose sign is known beforehand.
 
     Raises
     ------
@@ -151,12 +148,12 @@ def analyse_screening(
         )
     changes = _changes(fit)
     size = lenth(changes, alpha)
-    stages = two_stages(design[present], y[present], names, alpha, called)
+    stages = two_stages(design[present], y[present], names, alpha)
     error_term = with_centre(choose_error(error, design[present], fit, changes, size), centre)
     curvature = curvature_of(y[present], centre, error_term, alpha)
     effects = _effects(fit, error_term, changes, names, symbols or names, size)
     signs = expected or {}
-    judged = tuple(replace(e, verdict=verdict(e, size, error_term, alpha, signs.get(e.factor))) for e in effects)
+    judged = tuple(replace(e, conclusion=conclusion(e, size, alpha, signs.get(e.factor))) for e in effects)
     return Screening(
         effects=judged,
         residual_sum_of_squares=fit.residual_ss,
@@ -167,11 +164,7 @@ def analyse_screening(
         significant=_significant(effects, size, alpha) if stages is None else stages.first.active,
         runs_used=int(present.sum()) + len(centre),
         runs_failed=int(np.sum(~np.isfinite(responses))),
-        notes=(
-            *([] if stages is None else [stages.sentence]),
-            *([] if curvature is None else [curvature.sentence]),
-            *screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha, called),
-        ),
+        notes=screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha),
         error=error_term,
         design=design[present],
         two_stages=stages,

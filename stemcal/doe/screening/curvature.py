@@ -20,7 +20,10 @@ __all__ = ["Curvature", "centre_runs", "curvature_of", "with_centre"]
 
 @dataclass(frozen=True)
 class Curvature:
-    """Mean of the corners, mean of so many centre runs, what they differ by (corners − centre), and its test."""
+    """Mean of the corners, mean of so many centre runs, what they differ by (corners − centre), and its test.
+
+    `df` are the degrees of freedom of the error; `curved` tells whether p is below the level of significance.
+    """
 
     corners: float
     centre: float
@@ -29,7 +32,8 @@ class Curvature:
     sum_of_squares: float
     f: float | None
     p: float | None
-    sentence: str
+    df: int
+    curved: bool
 
 
 def centre_runs(design: Array) -> NDArray[np.bool_]:
@@ -59,23 +63,10 @@ def curvature_of(corners: Array, centre: Array, error: ErrorTerm, alpha: float) 
     square = n_f * n_c * (high - middle) ** 2 / (n_f + n_c)
     test = f_test(square, 1, error.mean_square, error.df)
     f, p = test if test else (None, None)
-    said = f"Curvature: the corners give {high:.4g} on average, the centre {middle:.4g} ({_times(n_c)})"
-    return Curvature(high, middle, n_c, high - middle, square, f, p, f"{said}{_judged(f, p, error.df, alpha)}")
+    return Curvature(high, middle, n_c, high - middle, square, f, p, error.df, p is not None and p < alpha)
 
 
 def _pure(centre: Array) -> float:
     """Return the scatter of centre runs; 0 where they agree but for rounding."""
     pure = float(np.sum((centre - centre.mean()) ** 2)) if len(centre) > 1 else 0.0
     return pure if pure > NEGLIGIBLE * float(centre @ centre) else 0.0
-
-
-def _times(runs: int) -> str:
-    return "one run" if runs == 1 else f"{runs} runs"
-
-
-def _judged(f: float | None, p: float | None, df: int, alpha: float) -> str:
-    if f is None or p is None:
-        return "; there is no error to test the difference against."
-    if p < alpha:
-        return f"; F(1, {df}) = {f:.3g}, p = {p:.4f}: the response is curved, a plane does not do."
-    return f"; F(1, {df}) = {f:.3g}, p = {p:.4f}: no curvature beyond the error."

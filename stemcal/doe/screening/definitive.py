@@ -24,8 +24,6 @@ import numpy as np
 
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, f_test, fit_least_squares
 from stemcal.doe.screening.lenth import lenth
-from stemcal.naming import FORCE, Named
-from stemcal.words import counted, joined
 
 # A main effect matters below this p where its error has one or two degrees of freedom; beyond, below the level asked.
 _THRESHOLDS = {1: 0.2, 2: 0.1}
@@ -35,13 +33,29 @@ Pairings = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True)
+class ErrorSource:
+    """What an error is made of: columns without a factor, repeated centre runs; neither: effects within Lenth's margin.
+
+    Effects of the first stage that do not matter join it in any case.
+    """
+
+    fake_columns: int = 0
+    centre_runs: int = 0
+
+    @property
+    def lenth(self) -> bool:
+        """Whether it comes from the effects alone."""
+        return not (self.fake_columns or self.centre_runs)
+
+
+@dataclass(frozen=True)
 class FirstStage:
     """Which factors matter, and the error of one run that both stages test against."""
 
     active: tuple[str, ...]
     mean_square: float
     df: int
-    source: str
+    source: ErrorSource
 
 
 @dataclass(frozen=True)
@@ -56,7 +70,7 @@ class Term:
 
 @dataclass(frozen=True)
 class TwoStages:
-    """What a definitive screening comes to: the terms besides the mean, squares and interactions among them.
+    """The outcome of a definitive screening: the terms besides the mean, squares and interactions among them.
 
     `equals` counts other sets of as many squares and interactions that the error of the first stage explains too.
     """
@@ -65,7 +79,6 @@ class TwoStages:
     second_order: tuple[str, ...]
     equals: int
     terms: tuple[Term, ...]
-    sentence: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,15 +137,13 @@ class Mirrored:
         return 2.0 * float(self.odd @ self.odd) + float(np.sum((self.even - self.even.mean()) ** 2))
 
     @property
-    def source(self) -> str:
-        """Name what the error is made of."""
-        parts = [(self.fakes[1], "without a factor", "column"), (self.repeats[1] + 1, "at the centre", "run")]
-        return joined([f"{counted(n, noun)} {what}" for n, what, noun in parts if n > (noun == "run")])
+    def source(self) -> ErrorSource:
+        """What the error is made of."""
+        repeated = self.repeats[1]
+        return ErrorSource(self.fakes[1], repeated + 1 if repeated else 0)
 
 
-def two_stages(
-    design: Array, y: Array, names: Sequence[str], alpha: float = 0.05, response: Named = FORCE
-) -> TwoStages | None:
+def two_stages(design: Array, y: Array, names: Sequence[str], alpha: float = 0.05) -> TwoStages | None:
     """Analyse a definitive screening; None where the runs are not those of one, or leave no error.
 
     Parameters
@@ -149,7 +160,7 @@ def two_stages(
     second = tuple(f"{names[i]}^2" if i == j else f"{names[i]}:{names[j]}" for i, j in chosen)
     columns = np.column_stack([np.ones(len(y)), design[:, active], *(design[:, i] * design[:, j] for i, j in chosen)])
     terms = _terms(columns, y, [*first.active, *second])
-    return TwoStages(first, second, equals, terms, _sentence(first, second, equals, len(names), response))
+    return TwoStages(first, second, equals, terms)
 
 
 def _first_stage(pairs: Mirrored, names: Sequence[str], alpha: float) -> FirstStage | None:
@@ -159,7 +170,7 @@ def _first_stage(pairs: Mirrored, names: Sequence[str], alpha: float) -> FirstSt
         tests = [f_test(float(ss), 1, error / df, df) for ss in gained]
         active = [test is not None and test[1] < _THRESHOLDS.get(df, alpha) for test in tests]
     elif (margin := lenth(effects, alpha).me) is not None:
-        active, source = (np.abs(effects) > margin).tolist(), "the effects within Lenth's margin"
+        active, source = (np.abs(effects) > margin).tolist(), ErrorSource()
     else:
         return None
     idle = np.flatnonzero(~np.array(active))
@@ -213,13 +224,3 @@ def _terms(columns: Array, y: Array, names: Sequence[str]) -> tuple[Term, ...]:
         test = f_test(float(fit.partial_ss[j]), 1, None if fit.exact else fit.mean_square, fit.df)
         found.append(Term(name, float(fit.coefficients[j]), error, test[1] if test else None))
     return tuple(found)
-
-
-def _sentence(first: FirstStage, second: Sequence[str], equals: int, k: int, response: Named) -> str:
-    error = f"{response.text(first.mean_square**0.5, '.3g')} with {first.df} degrees of freedom, from {first.source}"
-    if not first.active:
-        return f"In two stages: none of {k} main effects stands out from the error ({error})."
-    rivals = f", the best of {equals + 1} sets of as many that explain the runs: which terms it is stays open"
-    found = f"beside them {joined(second)}{rivals if equals else ''}"
-    bent = found if second else "no square or interaction of them is needed"
-    return f"In two stages: {joined(first.active)} above the error ({error}); {bent}."

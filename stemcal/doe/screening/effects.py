@@ -3,6 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Standing = Literal["none", "disputed", "possible", "active"]
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """Whether an effect stands out: by its p, by Lenth's margin of error (None: no such test), among all effects.
+
+    `expected_sign`, ``+`` or ``-``, is what the study expected; None where it expected nothing.
+    """
+
+    by_p: bool | None
+    by_lenth: bool | None
+    among_all: bool
+    expected_sign: str | None = None
+
+    @property
+    def standing(self) -> Standing:
+        """Active where all methods agree, also among all effects; possible for one effect alone; else disputed."""
+        votes = [vote for vote in (self.by_p, self.by_lenth) if vote is not None]
+        if not any(votes):
+            return "none"
+        if not all(votes):
+            return "disputed"
+        return "active" if self.among_all else "possible"
 
 
 @dataclass(frozen=True)
@@ -20,7 +46,18 @@ class Effect:
     lenth_t: float | None
     p_holm: float | None
     p_bh: float | None
-    verdict: str = ""
+    conclusion: Conclusion | None = None
+
+    @property
+    def sign(self) -> str:
+        """The sign of the effect."""
+        return "+" if self.effect > 0.0 else "-"
+
+    @property
+    def against_expectation(self) -> bool:
+        """Whether the study expected the other sign."""
+        expected = None if self.conclusion is None else self.conclusion.expected_sign
+        return expected is not None and expected != self.sign
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,11 @@ class ErrorTerm:
     centre_df: int = 0
 
     @property
+    def scatter(self) -> bool:
+        """Whether it shows how repeated runs differ; columns without a factor hold what aliased interactions leave."""
+        return (self.source == "replicates" or self.centre_df > 0) and self.mean_square is not None
+
+    @property
     def mean_square(self) -> float | None:
         """Sum of squares per degree of freedom."""
         return self.sum_of_squares / self.df if self.df and not self.exact else None

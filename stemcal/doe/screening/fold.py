@@ -19,14 +19,14 @@ from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.designs.augment import fold_over
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.lenth import critical_t, pseudo_standard_error
-from stemcal.naming import FORCE, Named
+from stemcal.notes import Note
 
 _DRAWS, _SEED, _PARENT, _SMALL = 2000, 12, 0.5, 0.25
 _WORTH = 0.05  # share of the cases that it must find more
 
 
 @dataclass(frozen=True)
-class FoldOver:
+class FoldOverPays(Note):
     """Runs that it costs, and the share of cases in which an effect of this size is missed without and with it."""
 
     runs: int
@@ -34,17 +34,10 @@ class FoldOver:
     missed: float
     missed_folded: float
 
-    def describe(self, response: Named = FORCE) -> str:
-        """Say in a sentence what it would cost and find."""
-        return (
-            f"A fold-over (`stemcal augment SPEC --fold-over`, {self.runs} runs more) frees the main effects of "
-            f"interactions: an effect of {response.text(self.effect, '.3g')} beside those found is missed in "
-            f"{100.0 * self.missed:.0f} % of cases now and in {100.0 * self.missed_folded:.0f} % then, where "
-            "interactions are half their parents."
-        )
 
-
-def fold_over_gain(design: Array, found: Sequence[tuple[int, float]], effect: float, alpha: float) -> FoldOver | None:
+def fold_over_gain(
+    design: Array, found: Sequence[tuple[int, float]], effect: float, alpha: float
+) -> FoldOverPays | None:
     """Return what the mirrored half of a design would find.
 
     Parameters
@@ -63,7 +56,7 @@ def fold_over_gain(design: Array, found: Sequence[tuple[int, float]], effect: fl
         return None
     truth = _drawn(k, found, free, effect)
     now, folded = (_missed(half, truth, alpha) for half in (design, fold_over(design)))
-    return FoldOver(len(design), effect, now, folded) if now - folded >= _WORTH else None
+    return FoldOverPays(len(design), effect, now, folded) if now - folded >= _WORTH else None
 
 
 @dataclass(frozen=True)

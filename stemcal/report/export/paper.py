@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stemcal.naming import FORCE, Named, Naming
-from stemcal.report.numbers import MISSING, fixed, percent, probability, short, significant, unit_written
 from stemcal.report.tables.sheet import force_or_reason, place_cell, response_decimals
 from stemcal.report.terms import equation, written
 from stemcal.stages.climb import ClimbResult
@@ -19,6 +18,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import FurtherRow, ValidateResult
+from stemcal.text.numbers import MISSING, fixed, percent, probability, short, significant, unit_written
 from stemcal.words import joined
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.outputs import refuse_link
 from stemcal.report.figures.fracture import colour_bar, draw_faces, section_faces, side_faces, strain_scale
 from stemcal.report.figures.style import BLUE, INK, ORANGE, new_figure, styled
-from stemcal.report.numbers import fixed
+from stemcal.text.numbers import fixed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stemcal.report.figures.style import BLUE, FAINT, ORANGE, new_figure, plain, styled
-from stemcal.report.numbers import unit_written
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.text.numbers import unit_written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.report.tables.sheet import response_decimals
-from stemcal.stages.screen import ScreenResult
+from stemcal.stages.screen import Limit, ScreenResult
+from stemcal.text.screening import limit_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}
 
 
 def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
@@ -24,11 +27,21 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
         axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
         for limit in screen.limits():
-            axes.axvline(limit.value, color=INK, linestyle=limit.line, linewidth=1, label=limit.label)
+            axes.axvline(
+                limit.value,
+                color=INK,
+                linestyle=_LINES[limit.method],
+                linewidth=1,
+                label=limit_label(limit, screen.alpha),
+            )
         if axes.lines:
             figure.legend(loc="outside upper right", ncols=3)
         axes.set_xlabel(plain(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
     return figure
+
+
+def _marking(limit: Limit, alpha: float) -> dict[str, str]:
+    return {"linestyle": _LINES[limit.method], "label": limit_label(limit, alpha)}
 
 
 def _signed(effect: float, places: int = 1) -> str:
@@ -48,8 +61,14 @@ def half_normal(screen: ScreenResult, labels: Mapping[str, str] | None = None) -
         if screen.lenth is not None and screen.lenth.pse is not None:
             last = points[-1].quantile
             axes.plot([0, last], [0, screen.lenth.pse * last], color=FAINT, label="chance (Lenth)")
-        for limit in screen.limits()[:2]:
-            axes.axhline(limit.value, color=FAINT, linestyle=limit.line, linewidth=1, label=limit.label)
+        for limit in (one for one in screen.limits() if one.method != "t"):
+            axes.axhline(
+                limit.value,
+                color=FAINT,
+                linestyle=_LINES[limit.method],
+                linewidth=1,
+                label=limit_label(limit, screen.alpha),
+            )
         if axes.lines:
             legend_above(axes)
         for point in points:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.report.figures.fracture import colour_bar, draw_faces, near, section_faces
 from stemcal.report.figures.style import INK, new_figure, styled
-from stemcal.report.numbers import fixed
+from stemcal.text.numbers import fixed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,7 +20,7 @@ from stemcal.report.figures.fracture import (
     strain_scale,
 )
 from stemcal.report.figures.style import INK, new_figure, styled
-from stemcal.report.numbers import fixed
+from stemcal.text.numbers import fixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,7 +22,6 @@ from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
 from stemcal.report.figures.style import png, resize, save, svg, write_both
 from stemcal.report.figures.validation import growth, validation
-from stemcal.report.numbers import short
 from stemcal.report.records import Details, Records, at_solution, curves_of
 from stemcal.solvers.film import frames_of
 from stemcal.stages.invert.result import InvertResult
@@ -30,6 +29,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.numbers import short
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

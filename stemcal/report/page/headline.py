@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import significant, unit_written
 from stemcal.report.tables.stages import cited_ranges
 from stemcal.stages.invert.result import InvertResult
+from stemcal.text.numbers import significant, unit_written
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study

@@ -16,7 +16,6 @@ from stemcal.files.durable import write_durably
 from stemcal.folder.store import StudyFolder
 from stemcal.report.figures.gallery import Plot, gallery
 from stemcal.report.figures.style import inline
-from stemcal.report.numbers import short
 from stemcal.report.page import sentences
 from stemcal.report.page.headline import headline
 from stemcal.report.page.labels import named_all, relabelled
@@ -25,13 +24,15 @@ from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, p
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import belonging, resting, sheets_of
-from stemcal.report.verdict import CLAIMING, shown_notes
+from stemcal.report.verdict import CLAIMING
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.text.numbers import short
+from stemcal.text.results import shown_remarks
 from stemcal.words import counted, joined
 
 if TYPE_CHECKING:
@@ -139,7 +140,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         verdict=verdict,
         word=verdict.word,
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
-        certainty=named_all([*sentences.certainty(results, verdict.holds), *from_table(study, results)], labels),
+        certainty=named_all(
+            [*sentences.certainty(results, verdict.holds, labels), *from_table(study, results)], labels
+        ),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
         belonging=_beside_values(results, verdict.holds),
         setting=part_of(setting_sheets(study), ()),
@@ -225,9 +228,12 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
         sheets[: len(each)] = [judged(sheet, one) for sheet, one in zip(sheets, each, strict=False)]
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
-        [relabelled(sheet, labels) for sheet in sheets], pictures, shown_notes(result, verdict.holds), labels
+        [relabelled(sheet, labels) for sheet in sheets],
+        pictures,
+        [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
+        labels,
     )
-    told = named_all(sentences.outcome_of(result, verdict.holds), labels)
+    told = named_all(sentences.outcome_of(result, verdict.holds, labels), labels)
     return Section(result.name, stage_called(result.name).title, " ".join(told), part)
 
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from stemcal.doe.validation.null_model import compared
 from stemcal.naming import Naming
-from stemcal.report.numbers import fixed, interval, probability, short, significant
-from stemcal.report.verdict import WITHHELD
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult, JointFitted
 from stemcal.stages.mesh.result import MeshResult
@@ -17,6 +15,10 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text import screening
+from stemcal.text.names import Names
+from stemcal.text.numbers import fixed, interval, probability, short, significant
+from stemcal.text.results import withheld
 from stemcal.words import an, counted, joined
 
 AGREES = 10  # percent
@@ -24,22 +26,22 @@ _AGREEING = (RefineResult, ValidateResult)
 _CLAIMING = (InvertResult, MeshResult, *_AGREEING)
 
 
-def outcome_of(result: StageResult, holds: bool = True) -> list[str]:
+def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return what came out of a stage, in a sentence; no claim of agreement where the study does not bear it."""
+    if isinstance(result, ScreenResult):
+        return screening.outcome(result, Names(result.naming, labels or {}))
     return [_outcome(result)] if holds or not isinstance(result, _AGREEING) else []
 
 
-def certainty(results: Results, holds: bool = True) -> list[str]:
+def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return how sure it is, as far as the finished stages tell; no interval where the study is not calibrated."""
     told = [result for result in results.done() if holds or not isinstance(result, _CLAIMING)]
-    sentences = [sentence for result in told for sentence in _certainty(result)]
-    return sentences if holds else [*sentences, WITHHELD]
+    sentences = [sentence for result in told for sentence in _certainty(result, labels or {})]
+    return sentences if holds else [*sentences, withheld()]
 
 
 def _outcome(result: StageResult) -> str:
     match result:
-        case ScreenResult():
-            return _screening_outcome(result)
         case ClimbResult():
             return _climb_outcome(result)
         case SurfaceResult():
@@ -53,10 +55,10 @@ def _outcome(result: StageResult) -> str:
     return result.summary()
 
 
-def _certainty(result: StageResult) -> list[str]:
+def _certainty(result: StageResult, labels: Mapping[str, str]) -> list[str]:
     match result:
         case ScreenResult():
-            return _screening_certainty(result)
+            return screening.certainty(result, Names(result.naming, labels))
         case SurfaceResult():
             return _surface_certainty(result)
         case InvertResult():
@@ -66,16 +68,6 @@ def _certainty(result: StageResult) -> list[str]:
         case ValidateResult():
             return _validation_certainty(result)
     return []
-
-
-def _screening_outcome(stage: ScreenResult) -> str:
-    runs, effects = stage.design.runs, {e.factor: e for e in stage.effects}
-    begin = f"Of {counted(len(effects), 'factor')}, screened in {counted(len(runs), 'run')},"
-    chosen = sorted(stage.significant, key=lambda name: -abs(effects[name].effect))
-    if not chosen:
-        return f"{begin} none moved the {stage.naming.response.long} significantly."
-    shares = [f"{name} ({fixed(effects[name].contribution_percent, 1)} %)" for name in chosen]
-    return f"{begin} these moved the {stage.naming.response.long} (share of the sum of squares): {joined(shares)}."
 
 
 def _surface_outcome(stage: SurfaceResult) -> str:
@@ -150,26 +142,6 @@ def _apart(stage: ValidateResult) -> Iterator[str]:
 
 def _size(error_percent: float | None) -> str:
     return f"{fixed(None if error_percent is None else abs(error_percent), 1)} %"
-
-
-def _screening_certainty(stage: ScreenResult) -> list[str]:
-    margin = stage.lenth.me if stage.lenth is not None else None
-    chosen = [e for e in stage.effects if e.factor in stage.significant]
-    if margin is None or not chosen:
-        return []
-    firm = [e.factor for e in chosen if abs(e.effect) > margin]
-    weak = [e.factor for e in chosen if abs(e.effect) <= margin]
-    sentences = []
-    if firm:
-        sentences.append(f"Lenth's method, which needs no residual, confirms {joined(firm)}.")
-    if weak:
-        also = "It" if firm else "Lenth's method"
-        sentences.append(f"{also} does not confirm {joined(weak)}: treat as doubtful.")
-    largest = (stage.lenth.sme if stage.lenth is not None else None) or margin
-    lost = [e.factor for e in chosen if (e.p_holm or 0.0) >= stage.alpha and abs(e.effect) <= largest]
-    if lost:
-        sentences.append(f"Among all {len(stage.effects)} factors at once, {joined(lost)} may be chance (Holm, Lenth).")
-    return sentences
 
 
 def _surface_certainty(stage: SurfaceResult) -> list[str]:

@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from stemcal.naming import CUTTING, Named, Naming
-from stemcal.report.numbers import fixed, short, significant
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.sheet import Sheet, force_or_reason, response_decimals
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.shape import Shape
+from stemcal.text.numbers import fixed, short, significant
+from stemcal.text.screening import standing
 
 WIDE = 3  # factors from which a table on the terminal does
 MANY = 4  # factors from which a table's columns bear symbols in place of names
@@ -34,26 +35,12 @@ def shape_sheets(stage: StageResult) -> list[Sheet]:
 
 def judged(sheet: Sheet, stage: ScreenResult) -> Sheet:
     """Return the table of effects with a column that says in words what each of them means."""
-    told = [_short_verdict(effect.factor, effect.verdict) for effect in stage.effects]
+    told = [standing(effect) for effect in stage.effects]
     if not any(told):
         return sheet
     told += [""] * (len(sheet.rows) - len(told))
     rows = tuple((*row[:2], words, *row[2:]) for row, words in zip(sheet.rows, told, strict=True))
     return replace(sheet, columns=(*sheet.columns[:2], "Verdict", *sheet.columns[2:]), rows=rows, texts=3)
-
-
-def _short_verdict(name: str, verdict: str) -> str:
-    """Return the beginning of a factor's verdict, and what it says of the sign.
-
-    >>> _short_verdict("a", "a matters: from low to high it raises the response. Its sign is against the expected -.")
-    'matters, against the expected sign'
-    >>> _short_verdict("a", "a shows no effect beyond what aliased interactions can feign: it lowers the response.")
-    'no effect seen'
-    """
-    words = verdict.partition(":")[0].removeprefix(name).strip()
-    if words.startswith("shows no effect"):
-        return "no effect seen"
-    return words + (", against the expected sign" if "against the expected" in verdict else "")
 
 
 def canonical_sheet(stage: SurfaceResult, canonical: Shape) -> Sheet:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from stemcal.naming import DIAMETER, Naming
-from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.findings import response_sheets
 from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head
 from stemcal.report.tables.tested import tested_sheets
@@ -13,6 +12,7 @@ from stemcal.stages.invert.result import Certainty, Desired, InvertResult, Joint
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.numbers import fixed, interval, short, significant
 
 
 def further_sheets(stage: StageResult) -> list[Sheet]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import short, significant, unit_written
 from stemcal.report.tables.findings import response_sheets
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import cited_ranges, validation_sheet
 from stemcal.stages.results import Results
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.numbers import short, significant, unit_written
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stemcal.naming import CUTTING, Naming
-from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head
 from stemcal.report.tables.tested import further_tested_sheets
 from stemcal.stages.invert.result import InvertResult
@@ -14,6 +13,9 @@ from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.names import Names
+from stemcal.text.numbers import fixed, interval, short, significant
+from stemcal.text.screening import judgement
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -61,7 +63,9 @@ def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING, fo
 def spoken(stage: StageResult) -> list[RenderableType]:
     """Return what a stage says in sentences: a verdict per factor, or what the forces fix and leave open."""
     if isinstance(stage, ScreenResult):
-        return _lines("Verdicts", [f"{e.symbol} {e.verdict}" for e in stage.ranked() if e.verdict])
+        names = Names(stage.naming)
+        judged = [(effect.symbol, judgement(effect, stage, names)) for effect in stage.ranked()]
+        return _lines("Verdicts", [" ".join([symbol, *sentences]) for symbol, sentences in judged if sentences])
     known = stage.known if isinstance(stage, InvertResult | MeshResult) else []
     lines = [line for part in known for line in (*part.sentences, *part.direction_sentences)]
     return _lines("What the measurements fix", lines)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
 from stemcal.power_law import PowerLaw
-from stemcal.report.numbers import fixed, interval, probability, short, significant
 from stemcal.report.tables.sheet import Sheet
+from stemcal.text.numbers import fixed, interval, probability, short, significant
 
 
 def diameter_sheets(found: Diameters) -> list[Sheet]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.sheet import Sheet, force_or_reason
 from stemcal.stages.mesh.result import MeshResult
+from stemcal.text.numbers import fixed, interval, short, significant
 
 
 def mesh_sheet(stage: MeshResult) -> Sheet:

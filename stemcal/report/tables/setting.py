@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import short, significant, unit_written
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head
+from stemcal.text.numbers import short, significant, unit_written
 from stemcal.words import joined
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from stemcal.naming import FORCE, Named, Naming
-from stemcal.report.numbers import decimals, probability, short, significant
+from stemcal.text.numbers import decimals, probability, short, significant
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from stemcal.report.numbers import alike, fixed, interval, percent, probability, short, significant
 from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet, share_of
 from stemcal.report.tables.mesh import budget_sheet, mesh_sheet
 from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head, response_decimals, starred
@@ -16,6 +15,7 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.numbers import alike, fixed, interval, percent, probability, short, significant
 from stemcal.words import joined
 
 

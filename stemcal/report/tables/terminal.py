@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stemcal.report.numbers import duration, fixed, significant
 from stemcal.report.tables.appendix import shape_sheets
 from stemcal.report.tables.findings import spoken
 from stemcal.report.tables.sheet import Sheet, borne
@@ -12,6 +11,7 @@ from stemcal.report.tables.stages import sheets_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
+from stemcal.text.numbers import duration, fixed, significant
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from stemcal.doe.validation.diameters import ValidationRow
-from stemcal.report.numbers import interval, probability, short, significant
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head
 from stemcal.stages.validate import FurtherRow, ValidateResult
+from stemcal.text.numbers import interval, probability, short, significant
 
 _TESTS = ("p differ-\nent", "p\nequal")
 

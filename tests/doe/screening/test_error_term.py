@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from stemcal.doe.screening.analysis import analyse_screening
+from stemcal.doe.screening.effects import Conclusion
+from stemcal.doe.screening.notes import PooledError, ReplicateError
 from stemcal.errors import UsageError
 
 NAMES = [f"X{i}" for i in range(1, 10)]
@@ -16,7 +18,7 @@ def test_pooling_takes_what_lies_within_lenths_margin(pb_runs):
     assert result.error.df == 8 and result.error.sum_of_squares == pytest.approx(expected)
     assert result.effects[3].f == pytest.approx(result.effects[3].sum_of_squares / (expected / 8))
     assert result.significant == ("X2", "X4", "X7", "X9")  # X2 by the small error alone, as the note warns
-    assert any("pools the unused columns and X1, X2" in note for note in result.notes)
+    assert PooledError(("X1", "X2", "X3", "X5", "X6", "X8"), 8) in result.notes
 
 
 def test_lenths_own_p_values(pb_runs):
@@ -35,21 +37,20 @@ def test_replicates_are_the_error_where_there_are_some(pb_runs):
     assert result.error.df == 12 and result.error.sum_of_squares == pytest.approx(12 * 4.5)
     single = analyse_screening(pb_runs.coded, pb_runs.force, NAMES, error="replicates")
     assert all(effect.p is None for effect in single.effects)
-    assert any("no run is repeated" in note for note in single.notes)
+    assert ReplicateError(None) in single.notes
     with pytest.raises(UsageError, match=r"screen\.error: no error term 'best'"):
         analyse_screening(pb_runs.coded, pb_runs.force, NAMES, error="best")
 
 
-def test_a_verdict_per_factor(pb_runs):
+def test_a_conclusion_per_factor(pb_runs):
+    """Published: X4 matters by every test, X7 for itself only (Holm p = 0.32), X5 not at all."""
     result = analyse_screening(pb_runs.coded, pb_runs.force, NAMES, expected={"X4": "+", "X7": "-"})
-    said = {effect.factor: effect.verdict for effect in result.effects}
-    assert said["X4"] == (
-        "X4 matters: from low to high it raises the response by 79.42 (60.2 % of the variation), p = 0.0022, "
-        "beyond Lenth's margin. Its sign is as expected."
-    )
-    assert said["X7"].startswith("X7 may matter: ") and "against the expected -" in said["X7"]
-    assert "beyond Lenth's margin, but not among all factors at once (Holm p = 0.32)" in said["X7"]
-    assert said["X5"].startswith("X5 shows no effect beyond what aliased interactions can feign")
+    found = {effect.factor: effect for effect in result.effects}
+    assert found["X4"].conclusion == Conclusion(True, True, True, "+")
+    assert found["X7"].conclusion == Conclusion(True, True, False, "-")
+    assert found["X5"].conclusion == Conclusion(False, False, False)
+    assert [found[name].conclusion.standing for name in ("X4", "X7", "X5")] == ["active", "possible", "none"]
+    assert [found[name].against_expectation for name in ("X4", "X7", "X5")] == [False, True, False]
 
 
 def test_data_for_the_plots(pb_runs):

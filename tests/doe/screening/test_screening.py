@@ -8,11 +8,23 @@ import pytest
 from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
 
+from stemcal.doe.designs.aliases import UniformlyAliased
 from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.designs.plackett_burman import cyclic_design
 from stemcal.doe.screening.analysis import analyse_screening
+from stemcal.doe.screening.fold import FoldOverPays
 from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import critical_t, lenth, null_t
+from stemcal.doe.screening.notes import (
+    ExactResidual,
+    FlatResponse,
+    InteractionOfStrongest,
+    NoResidual,
+    NotAfterHolm,
+    ScreeningRunsFailed,
+    UnusedContrasts,
+    WeakError,
+)
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
 from stemcal.stages.audit.printed import agrees
@@ -80,13 +92,14 @@ def test_adjusted_p_by_hand(pb):
 
 
 def test_notes_name_the_weak_error_the_many_tests_and_the_aliases(pb):
-    text = " ".join(pb.notes)
-    assert "only 2 residual df" in text and "these columns hold no scatter" in text
-    assert "X7 has p below 0.05 alone, not after Holm's correction: of 9 factors" in text and "up to 37 %" in text
-    assert "±1/3" in text
-    assert "interaction X4:X9" in text
-    assert "Lenth's margin of 11 is 16.54 N" in text and "+5.32" in text and "A fold-over" in text
-    assert len(pb.notes) == 6
+    weak, tests, aliases, interaction, unused, fold = pb.notes
+    assert weak == WeakError(2)
+    assert tests == NotAfterHolm(("X7",), 0.05, 9, pytest.approx(37.0, abs=0.1))
+    assert aliases == UniformlyAliased(12, pytest.approx(1 / 3))
+    assert isinstance(interaction, InteractionOfStrongest) and (interaction.first, interaction.second) == ("X4", "X9")
+    assert isinstance(unused, UnusedContrasts) and unused.count == 11
+    assert unused.margin == pytest.approx(16.54, abs=5e-3) and 5.32 in np.round(unused.contrasts, 2)
+    assert isinstance(fold, FoldOverPays) and fold.runs == 12
 
 
 def test_lenth_published_example():
@@ -160,7 +173,7 @@ def test_a_saturated_design_has_lenth_alone():
     assert all(effect.f is None and effect.p is None and effect.p_holm is None for effect in result.effects)
     assert result.significant == ("f2",)
     assert result.effects[2].effect == pytest.approx(60.0, abs=2.0)
-    assert any("no residual" in note for note in result.notes)
+    assert NoResidual() in result.notes
     json.dumps(to_json(result.effects), allow_nan=False)
 
 
@@ -168,7 +181,7 @@ def test_an_exact_response_gives_no_f():
     design = plackett_burman(5, "plackett-burman", runs=8)
     result = analyse_screening(design, 10.0 + 3.0 * design[:, 0] + 1.0 * design[:, 1], list("abcde"))
     assert all(effect.f is None for effect in result.effects)
-    assert any("exactly zero" in note for note in result.notes)
+    assert ExactResidual() in result.notes
     assert result.effects[0].effect == pytest.approx(6.0)
     assert [effect.effect for effect in result.effects[2:]] == [0.0, 0.0, 0.0]
     assert result.significant == ("a", "b")
@@ -179,7 +192,7 @@ def test_a_flat_response_has_no_effects():
     result = analyse_screening(plackett_burman(5, runs=8), np.full(8, 0.1), list("abcde"))
     assert [effect.contribution_percent for effect in result.effects] == [0.0] * 5
     assert result.significant == ()
-    assert any("same response" in note for note in result.notes)
+    assert FlatResponse() in result.notes
     json.dumps(to_json(result.effects), allow_nan=False)
 
 
@@ -188,7 +201,7 @@ def test_a_failed_run_is_left_out_and_said(pb_runs):
     force[3] = np.nan
     result = analyse_screening(pb_runs.coded, force, NAMES)
     assert (result.runs_used, result.runs_failed, result.residual_df) == (11, 1, 1)
-    assert "no longer orthogonal" in result.notes[0]
+    assert result.notes[0] == ScreeningRunsFailed(1, 12, 1)
     keep = np.isfinite(force)
     frame = pd.DataFrame(pb_runs.coded[keep], columns=NAMES).assign(y=force[keep])
     table = anova_lm(ols("y ~ " + " + ".join(NAMES), frame).fit(), typ=3)
@@ -265,5 +278,5 @@ def test_an_effect_beyond_the_simultaneous_margin_needs_no_holm():
     result = analyse_screening(design, 100.0 + 30.0 * design[:, 0] + 25.0 * design[:, 1] + 7.0 * unused + noise, NAMES)
     strong = result.effects[:2]
     assert all(effect.p < 0.05 and effect.p_holm > 0.05 and effect.effect > result.lenth.sme for effect in strong)
-    assert all(effect.verdict.startswith(f"{effect.factor} matters: ") for effect in strong)
-    assert not any("not after Holm's correction" in note for note in result.notes)
+    assert all(effect.conclusion.standing == "active" for effect in strong)
+    assert not any(isinstance(note, NotAfterHolm) for note in result.notes)

@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Callable, Iterable
 
+from stemcal.text.language import say
+
 MISSING = "–"
 
 
@@ -76,7 +78,7 @@ def interval(bounds: list[float] | tuple[float, float] | None, digits: int = 4, 
     """
     if not bounds:
         return missing
-    return f"{significant(bounds[0], digits)} to {significant(bounds[1], digits)}"
+    return say("{low} to {high}", low=significant(bounds[0], digits), high=significant(bounds[1], digits))
 
 
 def unit_written(unit: str) -> str:
@@ -119,15 +121,17 @@ def duration(seconds: float | None) -> str:
     ('under 1 s', '48 s', '10 min', '2 h 30 min', 'unknown')
     """
     if seconds is None:
-        return "unknown"
+        return say("unknown")
     if seconds < 1.0:
-        return "under 1 s"
+        return say("under 1 s")
     if seconds < 90.0:
-        return f"{seconds:.0f} s"
+        return say("{seconds:.0f} s", seconds=seconds)
     if seconds > 100 * 365.25 * 86400:
-        return "more than 100 years"
+        return say("more than 100 years")
     minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
+    if minutes < 90:
+        return say("{minutes} min", minutes=minutes)
+    return say("{hours} h {minutes} min", hours=minutes // 60, minutes=minutes % 60)
 
 
 def _minus(text: str) -> str:
