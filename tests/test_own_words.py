@@ -16,6 +16,7 @@ from scipy import stats
 from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -44,8 +45,8 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, StudyFolder, R
 
 
 def test_units_are_those_declared(two: tuple[Study, StudyFolder, Results]) -> None:
-    (target,) = two[0].targets.forces
-    assert (target.force, target.sd, target.n) == (32.6, 0.8, 5)
+    (target,) = two[0].targets.means
+    assert (target.response, target.sd, target.n) == (32.6, 0.8, 5)
     assert target.further["bulk"].value == pytest.approx(741.0) and target.further["bulk"].sd == pytest.approx(6.0)
 
 
@@ -53,10 +54,10 @@ def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
     """An effect is the mean at high less the mean at low of that response."""
     screen = two[2].screen
     assert screen is not None and screen.responses is not None
-    for one, name in zip(screen.of_each, ("force", "bulk"), strict=True):
+    for one, name in zip(screen.of_each, (FIRST, "bulk"), strict=True):
         for effect in one.effects:
             values = {
-                sign: np.mean([run.response(name) for run in screen.design.runs if run.coded[effect.factor] == sign])
+                sign: np.mean([run.number(name) for run in screen.design.runs if run.coded[effect.factor] == sign])
                 for sign in (-1.0, 1.0)
             }
             assert effect.effect == pytest.approx(values[1.0] - values[-1.0], rel=1e-9)
@@ -74,16 +75,16 @@ def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder,
 def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
     surface = two[2].surface
     assert surface is not None
-    (at,) = surface.diameters
+    (at,) = surface.conditions
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
-    bulk = np.array([run.outcome.response("bulk") for run in at.runs], dtype=float)
+    bulk = np.array([run.outcome.of("bulk") for run in at.runs], dtype=float)
     beta, *_ = np.linalg.lstsq(term_columns(coded), bulk, rcond=None)
     fit = (at.responses or {})["bulk"]
     assert [row.value for row in fit.coefficients] == pytest.approx(beta.tolist(), rel=1e-8, abs=1e-8 * abs(beta[0]))
     residual = bulk - term_columns(coded) @ beta
     row = next(row for row in fit.anova if row.source == "Residual")
     assert row.sum_of_squares == pytest.approx(float(residual @ residual), rel=1e-6)
-    seen = surface.seen_by("bulk", at.diameter)
+    seen = surface.seen_by("bulk", at.condition)
     assert seen.naming.response.unit == "kg/m3" and seen.r2 == pytest.approx(fit.r2)
 
 

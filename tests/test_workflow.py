@@ -56,7 +56,7 @@ def test_calibrates_to_the_known_point(tmp_path: Path, folder: StudyFolder) -> N
     assert a / (20.0 + 0.5 * b) == pytest.approx(b / (8.0 + 6.0 * b + 0.5 * a), rel=1e-4)
     assert found["coded_radius"] == pytest.approx(2**0.5 * (a * a + b * b) ** 0.5)
     assert found["parameters"]["density"] == pytest.approx(1100.0)
-    assert found["target"] == 110.0 and found["diameter"] == 8.0
+    assert found["target"] == 110.0 and found["condition"] == 8.0
 
 
 def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) -> None:
@@ -113,7 +113,7 @@ def test_unreachable_target(tmp_path: Path, folder: StudyFolder) -> None:
     far = study.model_copy(
         update={
             "targets": study.targets.model_copy(
-                update={"forces": tuple(t.model_copy(update={"force": t.force * 10}) for t in study.targets.forces)}
+                update={"means": tuple(t.model_copy(update={"response": t.response * 10}) for t in study.targets.means)}
             )
         }
     )
@@ -187,7 +187,7 @@ def test_progress_counts_rows(tmp_path: Path, folder: StudyFolder) -> None:
     study = make_study(tmp_path, TWO)
     workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
     assert (seen[0].done, seen[-1].done, seen[-1].total, seen[-1].cached) == (0, 11, 11, 0)
-    assert seen[1].last_force is not None
+    assert seen[1].last_response is not None
     seen.clear()
     workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
     assert [(p.done, p.cached) for p in seen] == [(11, 11)]
@@ -257,7 +257,7 @@ def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble:
         make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble={3: trouble})
     ).to_json()
     run = stage["design"]["runs"][3]
-    assert (run["status"], run["reason"], run["force"]) == ("failed", reason, None)
+    assert (run["status"], run["reason"], run["response"]) == ("failed", reason, None)
     assert stage["residual"]["df"] == 1
     assert any("1 of 12 runs failed" in note for note in stage["notes"])
     with (folder.path / "screen_runs.csv").open(encoding="utf-8", newline="") as file:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import (
+    AliasChoices,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -25,7 +26,7 @@ from pydantic import (
 from pydantic.dataclasses import dataclass
 from pydantic.json_schema import SkipJsonSchema
 
-from stemcal.naming import CUTTING, Naming
+from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.study import units
 from stemcal.study.outside import CommandSolver, LsDynaSolver, OpenRadiossSolver
 from stemcal.study.parameters import PARAMETERS
@@ -43,7 +44,7 @@ from stemcal.study.spec.fields import (
     complain,
 )
 from stemcal.study.spec.lengths import Length, StemLength, StemLengthOrZero
-from stemcal.study.spec.named import OwnCondition, OwnResponse, internal_names, naming_of
+from stemcal.study.spec.named import OwnCondition, OwnResponse, naming_of, responses_by_name
 
 __all__ = [
     "Blade",
@@ -78,7 +79,7 @@ Size = Annotated[float, Quantity("length", above=0)]
 AtSize = Annotated[float, OwnCondition("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
 Time = Annotated[float, Quantity("time", above=0)]
-Force = Annotated[float, OwnResponse("force", above=0)]
+FirstResponse = Annotated[float, OwnResponse("force", above=0)]
 Work = Annotated[float, Quantity("energy", above=0)]
 
 
@@ -283,14 +284,15 @@ class Mean(_Frozen):
 
 
 class Target(_Frozen):
-    """The measured maximum force at one stem diameter, with its standard deviation over n specimens.
+    """The measured mean of the first response at one condition, with its standard deviation over n specimens.
 
-    `travel` is how far the blade has come from first touch to that maximum, `work` what it has done by then. Where the
-    study names its own responses, `force` is the first of them, `diameter` the condition, and `further` has the others.
+    In the shear test these are the maximum force at a stem diameter, as a spec calls them; `travel` is how far the
+    blade has come from first touch to that maximum, `work` what it has done by then. `further` has the other responses
+    that a study declares itself.
     """
 
-    diameter: AtSize
-    force: Force
+    condition: AtSize = Field(alias="diameter")
+    response: FirstResponse = Field(alias="force")
     sd: Annotated[float, OwnResponse("force", at_least=0)] | None = None
     n: Annotated[Whole, Field(ge=1)] | None = None
     travel: Size | None = None
@@ -300,11 +302,11 @@ class Target(_Frozen):
     further: SkipJsonSchema[Annotated[dict[str, Mean], BeforeValidator(_not_from_yaml)]] = {}
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
-        """Return mean and standard deviation of a response."""
+        """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""
         if response in self.further:
             return self.further[response].value, self.further[response].sd
         known = {
-            "force": (self.force, self.sd),
+            FIRST: (self.response, self.sd),
             "travel": (self.travel, self.travel_sd),
             "work": (self.work, self.work_sd),
         }
@@ -312,10 +314,10 @@ class Target(_Frozen):
 
 
 class Targets(_Frozen):
-    """What the laboratory measured, and the diameter at which the parameters are calibrated."""
+    """What the laboratory measured, and the condition at which the parameters are calibrated."""
 
     calibrate_at: AtSize
-    forces: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)]
+    means: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)] = Field(alias="forces")
     equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
 
 
@@ -496,13 +498,13 @@ class RsmOptions(_Frozen):
 
 Responses = Annotated[
     tuple[str, ...],
-    BeforeValidator(internal_names),
+    BeforeValidator(responses_by_name),
     WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
 
 
 class InvertOptions(_Frozen):
-    """Which of the points that give the target is called the solution; with `diameters`, the joint fit over them.
+    """Which of the points that give the target is called the solution; with `conditions`, the joint fit over them.
 
     `responses` chooses what is fitted there; more than the force makes a joint fit even of one diameter.
     `posterior` adds samples of what the measured forces leave possible (needs emcee). `ranges_chosen` says whether the
@@ -513,8 +515,10 @@ class InvertOptions(_Frozen):
     """
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
-    diameters: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = None
-    responses: Responses = ("force",)
+    conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
+        default=None, validation_alias=AliasChoices("diameters", "conditions")
+    )
+    responses: Responses = (FIRST,)
     posterior: Annotated[bool, Field(strict=True)] = False
     ranges_chosen: Literal["before", "after"] = "before"
     discrepancy: Literal["none", "scale", "process"] = "none"
@@ -654,7 +658,7 @@ class Study(StudyForm):
 
     def __repr__(self) -> str:
         return (
-            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.forces)} measured "
+            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.means)} measured "
             f"{self.naming.response.plural}, solver {self.solver.kind}"
         )
 
@@ -726,7 +730,7 @@ class Study(StudyForm):
     @property
     def calibration_target(self) -> Target:
         """The target at the diameter the parameters are calibrated at."""
-        return min(self.targets.forces, key=lambda target: abs(target.diameter - self.targets.calibrate_at))
+        return min(self.targets.means, key=lambda target: abs(target.condition - self.targets.calibrate_at))
 
     @property
     def unvalidated(self) -> bool:
@@ -736,8 +740,8 @@ class Study(StudyForm):
     @property
     def joint_targets(self) -> tuple[Target, ...]:
         """The targets that the parameters are fitted to together; empty if one force alone is."""
-        wanted = self.invert.diameters
+        wanted = self.invert.conditions
         if wanted is None:
             return (self.calibration_target,) if len(self.invert.responses) > 1 else ()
-        forces = self.targets.forces
-        return tuple(t for t in forces if wanted == "all" or any(abs(t.diameter - d) < 1e-6 for d in wanted))
+        responses = self.targets.means
+        return tuple(t for t in responses if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, ValidationInfo, WithJsonSchema
 
-from stemcal.naming import CUTTING, Naming
+from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.study.spec.fields import Number, Quantity, SpecFile, Whole, complain
 
 __all__ = [
@@ -191,8 +191,8 @@ class CommandSolver(ProgramOptions, Commanded):
 
     @property
     def readers(self) -> dict[str, ResultReader]:
-        """How each response is read; the one of a single reader is called ``force``, as inside the study."""
-        return dict(self.results) if self.result is None else {"force": self.result}
+        """How each response is read; the one of a single reader is called `FIRST`."""
+        return dict(self.results) if self.result is None else {FIRST: self.result}
 
     @property
     def by_chance(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from stemcal.doe.validation.diameters import EQUAL
+from stemcal.doe.validation.conditions import EQUAL
 from stemcal.notes import Note, Weight
 from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called

@@ -43,7 +43,7 @@ class Huge(FakeSolver):
         """Answer, or give the huge force."""
         rows: dict[int, float] = getattr(self, "rows")  # noqa: B009
         if request.stage == "screen" and request.row in rows:
-            return Answer("ok", force=rows[request.row])
+            return Answer("ok", response=rows[request.row])
         return super().solve(request)
 
 
@@ -142,7 +142,7 @@ def slow_result(folder: Path, number: int, _rng: random.Random) -> None:
         "open('out.txt', 'w').write('F = 12.5')",
         result="{kind: regex, file: out.txt, pattern: 'F = (.*)'}",
     )
-    assert again.ok and again.force == 12.5, again
+    assert again.ok and again.response == 12.5, again
     assert len(aside._running) <= 1
 
 
