@@ -20,7 +20,7 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import read_result
 from stemcal.stages.results import Results
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from stemcal.study.model import StudyForm
-from stemcal.study.spec.meanings import MEANINGS, TOP
-from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import NodePath
 
-__all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_with"]
+__all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_places", "section_with"]
 
 SOLVER_KINDS = ("embedded", "table", "command", "lsdyna", "openradioss")
+_DEFS = "#/$defs/"
 RESULT_KINDS = ("json", "csv", "regex", "rcforc", "calculix")
 
 
@@ -35,7 +35,7 @@ def json_schema() -> dict[str, Any]:
         ],
     }
     schema["$defs"]["InvertOptions"]["properties"]["conditions"] = {
-        "description": MEANINGS["InvertOptions"]["conditions"],
+        "description": "The same where `conditions` names the study's own: `diameters` by its name there.",
         "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
     }
     command = schema["$defs"]["CommandSolver"]["properties"]
@@ -52,15 +52,42 @@ def _form() -> dict[str, Any]:
     schema["title"] = "stemcal study"
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
-    _describe(schema["properties"], TOP)
-    for name, section in schema["$defs"].items():
-        _describe(section.get("properties", {}), MEANINGS[name])
     return schema
 
 
-def _describe(keys: dict[str, Any], meanings: Mapping[str, str]) -> None:
-    for key, node in keys.items():
-        node["description"] = meanings[key]
+def section_places() -> dict[str, str]:
+    """Return where the keys of each class of the model stand in a spec.
+
+    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckHourglass")]
+    ['targets.forces[]', 'rsm.coding.*', 'solver.hourglass, kind: lsdyna, openradioss']
+    """
+    found: dict[str, tuple[str, list[str]]] = {}
+    for name, path, kind in _sections(_schema(), "", ""):
+        first, kinds = found.setdefault(name, (path, []))
+        if path == first and kind and kind not in kinds:
+            kinds.append(kind)
+    return {name: path + (f", kind: {', '.join(kinds)}" if kinds else "") for name, (path, kinds) in found.items()}
+
+
+def _sections(node: dict[str, Any], path: str, kind: str) -> Iterator[tuple[str, str, str]]:
+    """Yield each class below a node with its path and the kind of solver or result that it belongs to."""
+    for key, value in node.get("properties", {}).items():
+        for name, where in _references(value, f"{path}.{key}".removeprefix(".")):
+            section = _schema()["$defs"][name]
+            own_kind = section["properties"].get("kind", {}).get("const", kind)
+            yield name, where, own_kind
+            yield from _sections(section, where, own_kind)
+
+
+def _references(node: dict[str, Any], path: str) -> Iterator[tuple[str, str]]:
+    """Yield the classes that a value may be of, each with its path."""
+    if "$ref" in node:
+        yield node["$ref"].removeprefix(_DEFS), path
+    for option in (*node.get("anyOf", ()), *node.get("oneOf", ()), *node.get("allOf", ())):
+        yield from _references(option, path)
+    for below, step in (("items", "[]"), ("additionalProperties", ".*")):
+        if isinstance(node.get(below), dict):
+            yield from _references(node[below], path + step)
 
 
 def keys_of(path: NodePath) -> tuple[str, ...]:
@@ -99,5 +126,5 @@ def _resolved(node: dict[str, Any]) -> dict[str, Any]:
     if len(options) == 1:
         node = options[0]
     reference = node.get("$ref", "")
-    found: dict[str, Any] = _schema()["$defs"].get(reference.removeprefix("#/$defs/"), {}) if reference else node
+    found: dict[str, Any] = _schema()["$defs"].get(reference.removeprefix(_DEFS), {}) if reference else node
     return found

@@ -14,8 +14,8 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from stemcal.files.typed import NOWHERE
 from stemcal.naming import CUTTING, DIAMETER, FORCE, Named, Naming, small
-from stemcal.study import units
-from stemcal.study.spec.fields import MOST, Quantity, complain
+from stemcal.study.types import units
+from stemcal.study.types.fields import MOST, Quantity, complain
 
 __all__ = [
     "OwnCondition",

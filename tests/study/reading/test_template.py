@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.study.parameters import PARAMETERS
-from stemcal.study.spec import read_study
-from stemcal.study.spec.template import template
+from stemcal.study.model import PARAMETERS
+from stemcal.study.reading import read_study
+from stemcal.study.reading.template import template
 
 
 @pytest.mark.parametrize("name", ["my-study", "菊花 2026", "it's", "010", "yes"])

@@ -8,8 +8,8 @@ import textwrap
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
-from stemcal.study.spec.crops import CROPS, Crop, Range
-from stemcal.study.spec.fields import StudyName
+from stemcal.study.reading.crops import CROPS, Crop, Range
+from stemcal.study.types.fields import StudyName
 from stemcal.words import did_you_mean
 
 __all__ = ["study_name", "template"]

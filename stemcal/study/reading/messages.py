@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.study.spec.draft import Finding
-from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS, keys_of, section_with
-from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.study.reading.schema import RESULT_KINDS, SOLVER_KINDS, keys_of, section_with
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
 
 __all__ = ["finding_of"]

@@ -1,0 +1,128 @@
+"""Calibration and what follows it: options of the stages behind the surface, and of every run."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+from stemcal.study.model.frozen import Flag, Frozen, Share, Time
+from stemcal.study.model.measured_targets import AtSize
+from stemcal.study.types.fields import Number, Whole
+from stemcal.study.types.lengths import StemLength
+from stemcal.study.types.named import internal_names
+
+__all__ = ["ClimbOptions", "InvertOptions", "MeshOptions", "RefineOptions", "RunsOptions"]
+
+Responses = Annotated[
+    tuple[str, ...],
+    BeforeValidator(internal_names),
+    WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}),
+]
+
+
+class InvertOptions(Frozen):
+    """Which of the points that give the target is called the solution; with `diameters`, the joint fit over them.
+
+    More `responses` than the force make a joint fit even of one diameter.
+    """
+
+    rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = Field(
+        default="least_coded_distance",
+        description="Which of the points that give the force is the solution: the nearest to the centre, the best "
+        "predicted, or the one with all factors but the strongest at their centre.",
+    )
+    diameters: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
+        default=None,
+        description="Fit several diameters at once: `all`, or a list. The surface's design is then run at each.",
+    )
+    responses: Responses = Field(
+        default=("force",), description="What is fitted: the force alone, or also travel and work to the maximum."
+    )
+    posterior: Flag = Field(default=False, description="Sample what the forces leave possible (extra `bayes`).")
+    ranges_chosen: Literal["before", "after"] = Field(
+        default="before",
+        description="Whether the factors' ranges were fixed before the measured forces were seen; after that no "
+        "diameter that is left out is an independent check.",
+    )
+    discrepancy: Literal["none", "scale", "process"] = Field(
+        default="none",
+        description="What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that "
+        "changes smoothly with the diameter. Gives prediction intervals of the measured forces.",
+    )
+    desirability: Flag | None = Field(
+        default=None,
+        description="Put the most desirable point (Derringer and Suich) beside the fit; by default where the study "
+        "declares several responses.",
+    )
+
+
+class ClimbOptions(Frozen):
+    """The walk towards the target between screening and surface.
+
+    Steps of one's own end where the ranges do; active factors without a size go along in proportion to their slopes.
+    """
+
+    steps: Annotated[Whole, Field(ge=1, le=50)] = Field(
+        default=5, description="Steps from the middle to the edge of the ranges."
+    )
+    step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = Field(
+        default={},
+        description="Steps of one's own, in the units of the factors by their names; `steps` is then the most of them.",
+    )
+    shrink: Share = Field(
+        default=0.5, description="Share of each range over which the surface's design reaches, around the best step."
+    )
+
+
+class RefineOptions(Frozen):
+    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent."""
+
+    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = Field(
+        default=1.0, description="Done once the simulated force is within this of the measured one."
+    )
+    budget: Annotated[Whole, Field(ge=1, le=1000)] = Field(default=10, description="Most simulations it may take.")
+    model: Literal["quadratic", "process", "better"] = Field(
+        default="quadratic",
+        description="What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at "
+        "predicting the design's runs left out.",
+    )
+    batch: Annotated[Whole, Field(ge=1, le=64)] = Field(
+        default=4, description="How many points a Gaussian process proposes at a time; they are simulated together."
+    )
+
+
+class MeshOptions(Frozen):
+    """Which other meshes the solution is simulated on.
+
+    Their scatter enters every interval; what a size does to all diameters alike is told beside the calibrated values.
+    """
+
+    phases: Annotated[Whole, Field(ge=2, le=50)] = Field(default=5, description="Places of the mesh along the stem.")
+    sizes: Annotated[tuple[StemLength, ...], Field(max_length=10)] = Field(
+        default=(), description="Further element sizes, lengths or shares of the diameter such as `d/24`."
+    )
+
+
+class RunsOptions(Frozen):
+    """What becomes of runs that fail, and how long one may take.
+
+    Only accidents are tried again: what fails for a physical reason would fail again.
+    """
+
+    tries: Annotated[Whole, Field(ge=1, le=20)] = Field(
+        default=2,
+        description="How often a run is begun that ends by accident: its process died, the solver raised an exception.",
+    )
+    time_limit: Time | None = Field(
+        default=None, description="How long one run may take, counted from its start; as long as it needs by default."
+    )
+    quorum: Annotated[Number, Field(ge=0, le=1)] = Field(
+        default=0.5, description="Share of a stage's runs that must succeed."
+    )
+    keep_going: Flag = Field(default=True, description="`false` stops a stage at its first failure.")
+    censored: Literal["warn", "fail"] = Field(
+        default="warn",
+        description="What a force counts as that still rises when the stroke ends: a bound that is warned of, or a "
+        "failure.",
+    )
