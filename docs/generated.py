@@ -126,7 +126,11 @@ def glossary() -> str:
 
     rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(GLOSSARY, key=lambda e: e.term.lower())]
     return "\n\n".join(
-        ["# Glossary", "The same as `stemcal explain TERM`.", _table(("Term", "Meaning", "Source"), rows)]
+        [
+            "# Glossary",
+            "The same as `stemcal explain TERM`, which knows the keys of a [spec](spec.md) too.",
+            _table(("Term", "Meaning", "Source"), rows),
+        ]
     )
 
 

@@ -9,7 +9,17 @@ from typing import Any
 from stemcal.study.model import StudyForm
 from stemcal.study.types.strict_yaml import NodePath
 
-__all__ = ["RESULT_KINDS", "SOLVER_KINDS", "json_schema", "keys_of", "section_places", "section_with"]
+__all__ = [
+    "RESULT_KINDS",
+    "SOLVER_KINDS",
+    "choices_of",
+    "json_schema",
+    "keys_of",
+    "meaning_of",
+    "meanings",
+    "section_places",
+    "section_with",
+]
 
 SOLVER_KINDS = ("embedded", "table", "command", "lsdyna", "openradioss")
 _DEFS = "#/$defs/"
@@ -92,10 +102,31 @@ def _references(node: dict[str, Any], path: str) -> Iterator[tuple[str, str]]:
 
 def keys_of(path: NodePath) -> tuple[str, ...]:
     """Return the keys known at `path`; a solver's path goes through its kind."""
-    node = _schema()
-    for step in path:
-        node = _below(node, step)
-    return tuple(_resolved(node).get("properties", {}))
+    return tuple(_resolved(_at(path)).get("properties", {}))
+
+
+def meaning_of(path: NodePath) -> str:
+    """Return what the key at `path` means; nothing where none is known."""
+    return str(_at(path).get("description", ""))
+
+
+def choices_of(path: NodePath) -> tuple[str, ...]:
+    """Return the words that the key at `path` takes."""
+    return tuple(_at(path).get("enum", ()))
+
+
+def meanings() -> dict[str, str]:
+    """Return what each key of a spec means, by its place.
+
+    >>> meanings()["screen.alpha"], meanings()["solver.threads, kind: embedded"].partition(";")[0]
+    ('A factor whose p is below goes on to the surface.', 'Threads of one simulation, for a single large model')
+    """
+    found = {key: node["description"] for key, node in _schema()["properties"].items()}
+    for name, place in section_places().items():
+        path, comma, kind = place.partition(",")
+        keys = _schema()["$defs"][name]["properties"]
+        found |= {f"{path}.{key}{comma}{kind}": node["description"] for key, node in keys.items()}
+    return found
 
 
 def section_with(key: str) -> str | None:
@@ -108,6 +139,13 @@ def section_with(key: str) -> str | None:
 @functools.cache
 def _schema() -> dict[str, Any]:
     return _form()
+
+
+def _at(path: NodePath) -> dict[str, Any]:
+    node = _schema()
+    for step in path:
+        node = _below(node, step)
+    return node
 
 
 def _below(node: dict[str, Any], step: str | int) -> dict[str, Any]:
