@@ -53,36 +53,30 @@ class ScreenOptions(Frozen):
     PB stands for plackett-burman, DSD for definitive-screening.
     """
 
-    design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = Field(
-        default="plackett-burman", description="The design; `stemcal plan` tells what it can find."
+    design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (
+        "plackett-burman"
     )
-    centre_points: Annotated[Whole, Field(ge=0, le=50)] = Field(
-        default=0,
-        description="Runs in the middle of all ranges: they tell whether the response is curved, and its scatter.",
-    )
-    runs: Annotated[Whole, Field(ge=4, le=512)] | None = Field(
-        default=None,
-        description="Another number of runs than the usual one: of Plackett–Burman 12 for 5 to 11 factors.",
-    )
-    fold_over: Flag = Field(
-        default=False,
-        description="Repeat every run with all signs turned: main effects clear of two-factor interactions.",
-    )
-    error: Literal["residual", "pooled", "replicates", "lenth"] = Field(
-        default="residual",
-        description="What effects are tested against: columns without a factor, those pooled with small effects, "
-        "repeated runs, or Lenth's pseudo standard error.",
-    )
-    alpha: Annotated[Number, Field(gt=0, lt=1)] = Field(
-        default=0.05, description="A factor whose p is below goes on to the surface."
-    )
+    """The design; `stemcal plan` tells what it can find."""
+    centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
+    """Runs in the middle of all ranges: they tell whether the response is curved, and its scatter."""
+    runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
+    """Another number of runs than the usual one: of Plackett–Burman 12 for 5 to 11 factors."""
+    fold_over: Flag = False
+    """Repeat every run with all signs turned: main effects clear of two-factor interactions."""
+    error: Literal["residual", "pooled", "replicates", "lenth"] = "residual"
+    """What effects are tested against: columns without a factor, those pooled with small effects, repeated runs, or
+    Lenth's pseudo standard error."""
+    alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
+    """A factor whose p is below goes on to the surface."""
 
 
 class CodingEntry(Frozen):
     """Coded 0 and coded 1 of one factor: centre, and centre + half step, in the factor's unit."""
 
-    center: Number = Field(description="The value that coded 0 means, in the factor's unit.")
-    half_step: Annotated[Number, Field(gt=0)] = Field(description="What coded +1 is above it.")
+    center: Number
+    """The value that coded 0 means, in the factor's unit."""
+    half_step: Annotated[Number, Field(gt=0)]
+    """What coded +1 is above it."""
 
 
 _STRONGEST = r"strongest ([1-9][0-9]?)"
@@ -143,22 +137,21 @@ ExtraRuns = Annotated[
 class Constraint(Frozen):
     """Σ coefficient·level ≤ `at_most`, in the units of the factors."""
 
-    of: Annotated[dict[str, Number], Field(min_length=1)] = Field(description="A coefficient for each factor in it.")
-    at_most: Number = Field(description="What the sum of coefficients times levels may not exceed.")
+    of: Annotated[dict[str, Number], Field(min_length=1)]
+    """A coefficient for each factor in it."""
+    at_most: Number
+    """What the sum of coefficients times levels may not exceed."""
 
 
 class CoarseOptions(Frozen):
     """Elements of another, larger size for the runs of the surface's design; the study's own correct it in a few."""
 
-    element_size: StemLength = Field(
-        description="Size of the elements in the runs of the design, such as `d/10`; larger than "
-        "`solver.element_size`, which refinement, validation and the calibrated values keep."
-    )
-    fine_runs: Annotated[Whole, Field(ge=3, le=100)] = Field(
-        default=4,
-        description="How many runs of the design are made with the study's own elements too: with three more than "
-        "there are factors the correction has a slope along each, with fewer it is one factor on the force.",
-    )
+    element_size: StemLength
+    """Size of the elements in the runs of the design, such as `d/10`; larger than `solver.element_size`, which
+    refinement, validation and the calibrated values keep."""
+    fine_runs: Annotated[Whole, Field(ge=3, le=100)] = 4
+    """How many runs of the design are made with the study's own elements too: with three more than there are factors
+    the correction has a slope along each, with fewer it is one factor on the force."""
 
 
 class RsmOptions(Frozen):
@@ -167,10 +160,10 @@ class RsmOptions(Frozen):
     CCD stands for central-composite, BBD for box-behnken.
     """
 
-    design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = Field(
-        default="central-composite",
-        description="The design; all but Box–Behnken (3 to 7 factors) take any number of factors.",
+    design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = (
+        "central-composite"
     )
+    """The design; all but Box–Behnken (3 to 7 factors) take any number of factors."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -184,64 +177,44 @@ class RsmOptions(Frozen):
                 ]
             }
         ),
-    ] = Field(
-        default="significant",
-        description="The significant ones of the screening, `strongest 3` of it, or a list of names, which makes the "
-        "screening unnecessary for it.",
-    )
-    centre_points: Annotated[Whole, Field(ge=0, le=100)] = Field(
-        default=6,
-        description="Runs at the centre. The embedded solver gives the same force each time: one teaches as much as "
-        "six.",
-    )
+    ] = "significant"
+    """The significant ones of the screening, `strongest 3` of it, or a list of names, which makes the screening
+    unnecessary for it."""
+    centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
+    """Runs at the centre. The embedded solver gives the same force each time: one teaches as much as six."""
     alpha: Annotated[
         AlphaRule | float,
         BeforeValidator(_axial_distance),
         WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
-    ] = Field(default="rotatable", description="How far the axial points lie out, by a rule or in coded units.")
-    core: Literal["full", "fractional"] = Field(
-        default="full", description="All corners, or a fraction of them from five factors on."
-    )
-    runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = Field(
-        default=None, description="Number of runs of the space-filling designs."
-    )
-    seed: Annotated[Whole, Field(ge=0, le=2**31)] = Field(default=0, description="Seed of the space-filling designs.")
-    extra_runs: ExtraRuns = Field(
-        default=0, description="Further runs where they teach most (D-optimal); a list adds batch after batch."
-    )
-    axial: Annotated[Number, Field(gt=0, le=100)] | None = Field(
-        default=None, description="Adds axial points at this coded distance."
-    )
-    blocks: Literal["none", "orthogonal"] = Field(
-        default="none",
-        description="`orthogonal` splits a composite into corners and axial points, each with a level of its own.",
-    )
-    weights: Literal["equal", "phases"] = Field(
-        default="equal", description="`phases` lets runs of small scatter over `solver.phases` count more."
-    )
-    inestimable: Literal["refuse", "drop"] = Field(
-        default="refuse",
-        description="Whether terms that failed runs have made inestimable are left out or end the fit.",
-    )
-    reduce: Literal["none", "backward", "forward", "aicc"] = Field(
-        default="none", description="How terms are left out: none, backward, forward or by AICc; hierarchy is kept."
-    )
-    reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = Field(
-        default=0.1, description="The p from which backward and forward leave a term out."
-    )
-    sums_of_squares: Literal["partial", "sequential"] = Field(
-        default="partial",
-        description="What a term of the analysis of variance is asked to explain: what all other terms leave (type "
-        "III), or what the terms before it leave (type I, in the order of `factors`).",
-    )
-    constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = Field(
-        default=(), description="What an I-optimal design has to keep to, in the units of the factors."
-    )
-    coarse: CoarseOptions | None = Field(
-        default=None,
-        description="Run the design with larger elements, which is faster, and correct the surface by a few runs with "
-        "the study's own.",
-    )
-    coding: dict[str, CodingEntry] = Field(
-        default={}, description="What coded 0 and +1 mean, by factor; others get theirs from their range."
-    )
+    ] = "rotatable"
+    """How far the axial points lie out, by a rule or in coded units."""
+    core: Literal["full", "fractional"] = "full"
+    """All corners, or a fraction of them from five factors on."""
+    runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
+    """Number of runs of the space-filling designs."""
+    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
+    """Seed of the space-filling designs."""
+    extra_runs: ExtraRuns = 0
+    """Further runs where they teach most (D-optimal); a list adds batch after batch."""
+    axial: Annotated[Number, Field(gt=0, le=100)] | None = None
+    """Adds axial points at this coded distance."""
+    blocks: Literal["none", "orthogonal"] = "none"
+    """`orthogonal` splits a composite into corners and axial points, each with a level of its own."""
+    weights: Literal["equal", "phases"] = "equal"
+    """`phases` lets runs of small scatter over `solver.phases` count more."""
+    inestimable: Literal["refuse", "drop"] = "refuse"
+    """Whether terms that failed runs have made inestimable are left out or end the fit."""
+    reduce: Literal["none", "backward", "forward", "aicc"] = "none"
+    """How terms are left out: none, backward, forward or by AICc; hierarchy is kept."""
+    reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
+    """The p from which backward and forward leave a term out."""
+    sums_of_squares: Literal["partial", "sequential"] = "partial"
+    """What a term of the analysis of variance is asked to explain: what all other terms leave (type III), or what
+    the terms before it leave (type I, in the order of `factors`)."""
+    constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
+    """What an I-optimal design has to keep to, in the units of the factors."""
+    coarse: CoarseOptions | None = None
+    """Run the design with larger elements, which is faster, and correct the surface by a few runs with the study's
+    own."""
+    coding: dict[str, CodingEntry] = {}
+    """What coded 0 and +1 mean, by factor; others get theirs from their range."""

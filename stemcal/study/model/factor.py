@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, StringConstraints
+from pydantic import BeforeValidator, StringConstraints
 
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.types import units
@@ -27,22 +27,22 @@ UnitText = Annotated[
 class Factor(Frozen):
     """One parameter to calibrate, with the range to search."""
 
-    name: FactorName = Field(
-        description="Name in tables and files. The embedded solver knows its nine material parameters, `stem_friction` "
-        "(friction at any speed) and `wall_thickness` (at the calibration diameter; other stems have the same ratio); "
-        "other programs any name."
-    )
-    symbol: Symbol = Field(description="Short sign in tables and equations; X1, X2, … by default.")
-    label: Label = Field(description="What page and figures write; made from the name by default.")
-    unit: UnitText = Field(
-        default="1", description="Unit of `low` and `high`, and of its values in all results; 1 for pure numbers."
-    )
-    low: Number = Field(description="Lower end of the range that is searched.")
-    high: Number = Field(description="Upper end of the range that is searched.")
-    expected_sign: Literal["+", "-"] | None = Field(
-        default=None,
-        description="What mechanics says of its effect on the force: a screening that finds the other sign says so.",
-    )
+    name: FactorName
+    """Name in tables and files. The embedded solver knows its nine material parameters, `stem_friction` (friction at
+    any speed) and `wall_thickness` (at the calibration diameter; other stems have the same ratio); other programs
+    any name."""
+    symbol: Symbol
+    """Short sign in tables and equations; X1, X2, … by default."""
+    label: Label
+    """What page and figures write; made from the name by default."""
+    unit: UnitText = "1"
+    """Unit of `low` and `high`, and of its values in all results; 1 for pure numbers."""
+    low: Number
+    """Lower end of the range that is searched."""
+    high: Number
+    """Upper end of the range that is searched."""
+    expected_sign: Literal["+", "-"] | None = None
+    """What mechanics says of its effect on the force: a screening that finds the other sign says so."""
 
     @property
     def centre(self) -> float:
@@ -63,26 +63,25 @@ class Factor(Frozen):
 class Response(Frozen):
     """What a run gives and the laboratory measures, where it is not the maximum force; values are in `unit`."""
 
-    name: ColumnName = Field(description="Name in tables and files; targets and `solver.result` give values under it.")
-    symbol: Symbol = Field(default="Y", description="Short sign in equations and along axes.")
-    label: Label | None = Field(
-        default=None, description="What page, figures and sentences write; made from the name by default."
-    )
-    unit: UnitText = Field(
-        default="1",
-        description="Unit of its values everywhere. Targets may be written in another unit of the same kind; a unit "
-        "that stemcal does not know is shown as it is.",
-    )
+    name: ColumnName
+    """Name in tables and files; targets and `solver.result` give values under it."""
+    symbol: Symbol = "Y"
+    """Short sign in equations and along axes."""
+    label: Label | None = None
+    """What page, figures and sentences write; made from the name by default."""
+    unit: UnitText = "1"
+    """Unit of its values everywhere. Targets may be written in another unit of the same kind; a unit that stemcal
+    does not know is shown as it is."""
 
 
 class Condition(Frozen):
     """At what the responses are measured, where it is not the stem's diameter; values are in `unit`."""
 
-    name: ColumnName = Field(
-        description="Name in tables and files; targets give it under this name, templates as `{{name}}`."
-    )
-    symbol: Symbol = Field(default="x", description="Short sign in equations and along axes.")
-    label: Label | None = Field(
-        default=None, description="What page, figures and sentences write; made from the name by default."
-    )
-    unit: UnitText = Field(default="1", description="Unit of its values.")
+    name: ColumnName
+    """Name in tables and files; targets give it under this name, templates as `{{name}}`."""
+    symbol: Symbol = "x"
+    """Short sign in equations and along axes."""
+    label: Label | None = None
+    """What page, figures and sentences write; made from the name by default."""
+    unit: UnitText = "1"
+    """Unit of its values."""

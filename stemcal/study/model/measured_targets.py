@@ -41,20 +41,22 @@ class Target(Frozen):
     the others.
     """
 
-    diameter: AtSize = Field(description="Outer diameter of the stems.")
-    force: Force = Field(description="Mean of their maximum shear force.")
-    sd: Annotated[float, OwnResponse("force", at_least=0)] | None = Field(
-        default=None, description="Standard deviation of it over the stems; without it the mean is taken as exact."
-    )
-    n: Annotated[Whole, Field(ge=1)] | None = Field(default=None, description="Number of stems.")
-    travel: Size | None = Field(
-        default=None, description="How far the blade had come from first touch to the maximum, mean."
-    )
-    travel_sd: SizeOrZero | None = Field(default=None, description="Standard deviation of the travel.")
-    work: Work | None = Field(default=None, description="Work the blade had done by then, mean.")
-    work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = Field(
-        default=None, description="Standard deviation of the work."
-    )
+    diameter: AtSize
+    """Outer diameter of the stems."""
+    force: Force
+    """Mean of their maximum shear force."""
+    sd: Annotated[float, OwnResponse("force", at_least=0)] | None = None
+    """Standard deviation of it over the stems; without it the mean is taken as exact."""
+    n: Annotated[Whole, Field(ge=1)] | None = None
+    """Number of stems."""
+    travel: Size | None = None
+    """How far the blade had come from first touch to the maximum, mean."""
+    travel_sd: SizeOrZero | None = None
+    """Standard deviation of the travel."""
+    work: Work | None = None
+    """Work the blade had done by then, mean."""
+    work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
+    """Standard deviation of the work."""
     further: SkipJsonSchema[Annotated[dict[str, Mean], BeforeValidator(_not_from_yaml)]] = Field(default={})
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
@@ -72,41 +74,39 @@ class Target(Frozen):
 class Targets(Frozen):
     """What the laboratory measured, and the diameter at which the parameters are calibrated."""
 
-    calibrate_at: AtSize = Field(
-        description="The diameter whose force the parameters are fitted to; the others check them."
-    )
-    forces: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)] = Field(
-        description="The measured forces, an entry per diameter."
-    )
-    equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = Field(
-        default=10.0,
-        description="Up to here a simulated force counts as equal to the measured one: in the verdict, and as the "
-        "margin of the equivalence test.",
-    )
+    calibrate_at: AtSize
+    """The diameter whose force the parameters are fitted to; the others check them."""
+    forces: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)]
+    """The measured forces, an entry per diameter."""
+    equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
+    """Up to here a simulated force counts as equal to the measured one: in the verdict, and as the margin of the
+    equivalence test."""
 
 
 class Published(Frozen):
     """Printed results to compare with, when a published study is analysed again."""
 
-    screening: SpecFile | None = Field(default=None, description="CSV of the printed effects.")
-    coefficients: SpecFile | None = Field(default=None, description="CSV of the printed coefficients.")
-    anova: SpecFile | None = Field(default=None, description="CSV of the printed analysis of variance.")
-    solution: dict[str, Number] = Field(default={}, description="The printed parameters, by factor.")
-    validation: SpecFile | None = Field(default=None, description="CSV of the printed validation.")
-    levels: SpecFile | None = Field(default=None, description="CSV of the printed low and high levels.")
-    design: SpecFile | None = Field(default=None, description="CSV of the printed design.")
-    claims: dict[str, PrintedText] = Field(
-        default={}, description="Single printed numbers, by name, as text just as printed."
-    )
-    runs: Literal["computed", "measured"] | None = Field(
-        default=None,
-        description="Whether the printed forces were `computed` (repeated runs must then agree) or `measured`.",
-    )
-    bounds: Literal["coded", "natural"] | None = Field(
-        default=None,
-        description="Whether the printed equation was searched within bounds in `coded` or in `natural` values.",
-    )
-    rate_law: Literal["paper", "cowper_symonds"] | None = Field(
-        default=None, description="What the paper calls its rate law, held against the exponent that it prints."
-    )
-    called: dict[str, PrintedText] = Field(default={}, description="What the paper calls a factor, by its name here.")
+    screening: SpecFile | None = None
+    """CSV of the printed effects."""
+    coefficients: SpecFile | None = None
+    """CSV of the printed coefficients."""
+    anova: SpecFile | None = None
+    """CSV of the printed analysis of variance."""
+    solution: dict[str, Number] = {}
+    """The printed parameters, by factor."""
+    validation: SpecFile | None = None
+    """CSV of the printed validation."""
+    levels: SpecFile | None = None
+    """CSV of the printed low and high levels."""
+    design: SpecFile | None = None
+    """CSV of the printed design."""
+    claims: dict[str, PrintedText] = {}
+    """Single printed numbers, by name, as text just as printed."""
+    runs: Literal["computed", "measured"] | None = None
+    """Whether the printed forces were `computed` (repeated runs must then agree) or `measured`."""
+    bounds: Literal["coded", "natural"] | None = None
+    """Whether the printed equation was searched within bounds in `coded` or in `natural` values."""
+    rate_law: Literal["paper", "cowper_symonds"] | None = None
+    """What the paper calls its rate law, held against the exponent that it prints."""
+    called: dict[str, PrintedText] = {}
+    """What the paper calls a factor, by its name here."""

@@ -45,23 +45,22 @@ TimeLimit = Annotated[
 class Commanded(Frozen):
     """A program that one command starts."""
 
-    command: Command = Field(description="The program and its arguments, as a list; it never passes through a shell.")
+    command: Command
+    """The program and its arguments, as a list; it never passes through a shell."""
 
 
 class ProgramOptions(Frozen):
     """What is said of every program that answers in place of the embedded solver."""
 
-    environment: Environment = Field(default={}, description="Further variables of the environment, by name.")
+    environment: Environment = {}
+    """Further variables of the environment, by name."""
     time_limit: TimeLimit = 3600.0
-    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = Field(
-        default=(), description="Files put beside each run under their own names."
-    )
-    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = Field(
-        default="", description="Any text that tells versions of the program apart; another one computes all runs anew."
-    )
-    keep: Literal["failed", "all"] = Field(
-        default="failed", description="Which run folders stay: those of failed runs, or all."
-    )
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Files put beside each run under their own names."""
+    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
+    """Any text that tells versions of the program apart; another one computes all runs anew."""
+    keep: Literal["failed", "all"] = "failed"
+    """Which run folders stay: those of failed runs, or all."""
 
 
 class CommandSolver(ProgramOptions, Commanded):
@@ -75,32 +74,23 @@ class CommandSolver(ProgramOptions, Commanded):
     ``targets`` hold the values it is calibrated to.
     """
 
-    kind: Literal["command"] = Field(default="command", description="Any program that reads text and leaves a number.")
-    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = Field(
-        default=(),
-        description="Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in "
-        "mm; in a program with chance in it `{{seed}}` for a whole number, another one in every run, and "
-        "`{{replicate}}`.",
-    )
-    result: ResultReader | None = Field(
-        default=None,
-        description="Where the program leaves its number; of several responses a mapping of such readers by their "
-        "names.",
-    )
-    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = Field(
-        default={}, description="The same by the names of the responses."
-    )
-    deterministic: Flag | None = Field(
-        default=None,
-        description="Whether equal inputs give equal answers: if true, one run is repeated at the start to see it; if "
-        "false, every run is simulated anew, centre points too. Not said, it is taken for true and not tried.",
-    )
-    replicates: Annotated[Whole, Field(ge=1, le=100)] = Field(
-        default=1,
-        description="How often every run of a design is simulated, each time with a seed of its own; more than one "
-        "means that there is chance in the program.",
-    )
-    seed: Annotated[Whole, Field(ge=0, le=2**31)] = Field(default=0, description="Draws other seeds for all runs.")
+    kind: Literal["command"] = "command"
+    """Any program that reads text and leaves a number."""
+    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in mm; in a
+    program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`."""
+    result: ResultReader | None = None
+    """Where the program leaves its number; of several responses a mapping of such readers by their names."""
+    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
+    """The same by the names of the responses."""
+    deterministic: Flag | None = None
+    """Whether equal inputs give equal answers: if true, one run is repeated at the start to see it; if false, every
+    run is simulated anew, centre points too. Not said, it is taken for true and not tried."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
+    """How often every run of a design is simulated, each time with a seed of its own; more than one means that there
+    is chance in the program."""
+    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
+    """Draws other seeds for all runs."""
 
     @property
     def readers(self) -> dict[str, ResultReader]:
@@ -122,8 +112,10 @@ class DeckHourglass(Hourglass):
 class DeckAt(Frozen):
     """The user's own deck of a stem of one diameter."""
 
-    diameter: Size = Field(description="Outer diameter of the stem in the deck.")
-    deck: SpecFile = Field(description="The deck.")
+    diameter: Size
+    """Outer diameter of the stem in the deck."""
+    deck: SpecFile
+    """The deck."""
 
 
 class DeckSolver(ProgramOptions):
@@ -134,19 +126,20 @@ class DeckSolver(ProgramOptions):
     """
 
     time_limit: TimeLimit = 86400.0
-    interface: Annotated[Whole, Field(ge=1)] = Field(
-        default=1, description="Number of the contact whose force is read."
-    )
-    scale: Number = Field(default=1.0, description="The force is multiplied by it: 4 for a quarter model.")
+    interface: Annotated[Whole, Field(ge=1)] = 1
+    """Number of the contact whose force is read."""
+    scale: Number = 1.0
+    """The force is multiplied by it: 4 for a quarter model."""
     filter_window: FilterWindow = 0.010
     break_drop: BreakDrop = 0.5
-    element_size: Size = Field(default=1.0, description="Length of the elements of the deck that stemcal writes.")
+    element_size: Size = 1.0
+    """Length of the elements of the deck that stemcal writes."""
     elements_through_wall: ThroughWall = None
-    hourglass: DeckHourglass = Field(
-        default=DeckHourglass(), description="Hourglass control of the one-point elements."
-    )
+    hourglass: DeckHourglass = DeckHourglass()
+    """Hourglass control of the one-point elements."""
     mass_scaling: MassScaling = 1e4
-    time_step_safety: Share = Field(default=0.8, description="Share of the stable time step that is taken.")
+    time_step_safety: Share = 0.8
+    """Share of the stable time step that is taken."""
     outputs: Outputs = 500
 
 
@@ -159,19 +152,16 @@ class LsDynaSolver(DeckSolver, Commanded):
     contact `interface` along `component` in ``rcforc``. `files` (what the deck includes) are put beside it.
     """
 
-    kind: Literal["lsdyna"] = Field(default="lsdyna", description="LS-DYNA.")
-    deck: SpecFile | None = Field(
-        default=None,
-        description="Your own deck of the stem at the calibration diameter; without it stemcal writes one.",
-    )
-    decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = Field(
-        default=(), description="Your own decks of other diameters."
-    )
-    material: Annotated[Whole, Field(ge=1)] | None = Field(
-        default=None,
-        description="Number of the material in your deck whose nine values are replaced; the only MAT_003 by default.",
-    )
-    component: Literal["x", "y", "z"] = Field(default="z", description="Direction of the force.")
+    kind: Literal["lsdyna"] = "lsdyna"
+    """LS-DYNA."""
+    deck: SpecFile | None = None
+    """Your own deck of the stem at the calibration diameter; without it stemcal writes one."""
+    decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
+    """Your own decks of other diameters."""
+    material: Annotated[Whole, Field(ge=1)] | None = None
+    """Number of the material in your deck whose nine values are replaced; the only MAT_003 by default."""
+    component: Literal["x", "y", "z"] = "z"
+    """Direction of the force."""
 
 
 class OpenRadiossSolver(DeckSolver):
@@ -181,24 +171,19 @@ class OpenRadiossSolver(DeckSolver):
     ``OPENRADIOSS_PATH``, else those on PATH. `rate_law` is that of the embedded solver.
     """
 
-    kind: Literal["openradioss"] = Field(default="openradioss", description="OpenRadioss.")
-    home: Text | None = Field(
-        default=None,
-        description="Folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment "
-        "variable `OPENRADIOSS_PATH` names.",
-    )
-    starter: Argument | None = Field(
-        default=None, description="Name or path of the starter, where `home` has none of the usual name."
-    )
-    engine: Argument | None = Field(default=None, description="The same of the engine.")
-    th_to_csv: Argument | None = Field(
-        default=None, description="The same of the program that makes a table of the time histories."
-    )
-    threads: Annotated[Whole, Field(ge=1, le=256)] = Field(
-        default=1, description="Threads of one run (`OMP_NUM_THREADS`, `-nt`)."
-    )
-    rate_law: Literal["paper", "cowper_symonds"] = Field(
-        default="paper",
-        description="How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum "
-        "study, `cowper_symonds` 1 + (rate/C)^(1/P).",
-    )
+    kind: Literal["openradioss"] = "openradioss"
+    """OpenRadioss."""
+    home: Text | None = None
+    """Folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment variable
+    `OPENRADIOSS_PATH` names."""
+    starter: Argument | None = None
+    """Name or path of the starter, where `home` has none of the usual name."""
+    engine: Argument | None = None
+    """The same of the engine."""
+    th_to_csv: Argument | None = None
+    """The same of the program that makes a table of the time histories."""
+    threads: Annotated[Whole, Field(ge=1, le=256)] = 1
+    """Threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
+    rate_law: Literal["paper", "cowper_symonds"] = "paper"
+    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P)."""

@@ -60,55 +60,58 @@ class _Result(Frozen):
     """
 
     file: RunFile
-    reduction: Literal["max", "min", "first", "last", "at", "mean_over", "work"] = Field(
-        default="last",
-        description="How a series of numbers becomes one: its largest, smallest, first or last, the value `at` a "
-        "place, the mean `over` a stretch, or the integral (work) along what it is plotted against.",
-    )
-    at: Number | None = Field(
-        default=None,
-        description="For `reduction: at`: where, in the unit of what the series is plotted along; linear between "
-        "points.",
-    )
-    over: tuple[Number, Number] | None = Field(default=None, description="For `reduction: mean_over`: from and to.")
-    scale: Number = Field(
-        default=1.0, description="The number is multiplied by it: 4 for a quarter model, 1e-3 from mN."
-    )
+    reduction: Literal["max", "min", "first", "last", "at", "mean_over", "work"] = "last"
+    """How a series of numbers becomes one: its largest, smallest, first or last, the value `at` a place, the mean
+    `over` a stretch, or the integral (work) along what it is plotted against."""
+    at: Number | None = None
+    """For `reduction: at`: where, in the unit of what the series is plotted along; linear between points."""
+    over: tuple[Number, Number] | None = None
+    """For `reduction: mean_over`: from and to."""
+    scale: Number = 1.0
+    """The number is multiplied by it: 4 for a quarter model, 1e-3 from mN."""
 
 
 class JsonResult(_Result):
     """A number or a list of numbers in a JSON file."""
 
-    kind: Literal["json"] = Field(description="A JSON file.")
-    path: Text = Field(description="Keys and indices joined by points: `history.force` or `rows.0.force`.")
-    along: Text | None = Field(default=None, description="The same, of what the series is plotted along.")
+    kind: Literal["json"]
+    """A JSON file."""
+    path: Text
+    """Keys and indices joined by points: `history.force` or `rows.0.force`."""
+    along: Text | None = None
+    """The same, of what the series is plotted along."""
 
 
 class CsvResult(_Result):
     """A column of a CSV file with a header."""
 
-    kind: Literal["csv"] = Field(description="A CSV file with a header.")
-    column: Text = Field(description="Name of the column.")
-    along: Text | None = Field(default=None, description="Name of the column it is plotted against.")
+    kind: Literal["csv"]
+    """A CSV file with a header."""
+    column: Text
+    """Name of the column."""
+    along: Text | None = None
+    """Name of the column it is plotted against."""
 
 
 class RegexResult(_Result):
     """Numbers found in a text file, line by line."""
 
-    kind: Literal["regex"] = Field(description="A text file, searched line by line.")
-    pattern: Pattern = Field(
-        description="Regular expression; the group called y, or the first, is the number, a group x what it is plotted "
-        "along."
-    )
+    kind: Literal["regex"]
+    """A text file, searched line by line."""
+    pattern: Pattern
+    """Regular expression; the group called y, or the first, is the number, a group x what it is plotted along."""
 
 
 class RcforcResult(_Result):
     """The force of a contact over time in LS-DYNA's ASCII ``rcforc``, turned so that its peak is positive."""
 
-    kind: Literal["rcforc"] = Field(description="LS-DYNA's ASCII rcforc.")
+    kind: Literal["rcforc"]
+    """LS-DYNA's ASCII rcforc."""
     file: RunFile = "rcforc"
-    interface: Annotated[Whole, Field(ge=1)] = Field(default=1, description="Number of the contact.")
-    component: Literal["x", "y", "z"] = Field(default="z", description="Direction of the force.")
+    interface: Annotated[Whole, Field(ge=1)] = 1
+    """Number of the contact."""
+    component: Literal["x", "y", "z"] = "z"
+    """Direction of the force."""
 
 
 class CalculixResult(_Result):
@@ -118,13 +121,16 @@ class CalculixResult(_Result):
     force``.
     """
 
-    kind: Literal["calculix"] = Field(description="CalculiX's .dat.")
-    set: Text = Field(description="Name of the set that is printed.")
-    quantity: Text = Field(default="forces", description="What is printed, called as there.")
-    component: Text = Field(description="Its component, called as there.")
-    node: Annotated[Whole, Field(ge=1)] | None = Field(
-        default=None, description="The one node of the set; forces are summed over the set without it."
-    )
+    kind: Literal["calculix"]
+    """CalculiX's .dat."""
+    set: Text
+    """Name of the set that is printed."""
+    quantity: Text = "forces"
+    """What is printed, called as there."""
+    component: Text
+    """Its component, called as there."""
+    node: Annotated[Whole, Field(ge=1)] | None = None
+    """The one node of the set; forces are summed over the set without it."""
 
 
 ResultReader = Annotated[

@@ -19,51 +19,52 @@ Stress = Annotated[float, Quantity("stress")]
 class Specimen(Frozen):
     """The piece of stem, a hollow cylinder."""
 
-    outer_diameter: Size = Field(
-        default=8.0, description="Outer diameter where no other is asked for; targets have their own."
-    )
-    diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = Field(
-        default=0.41, description="Diameter of the bore over the outer diameter; 0 for a solid stem."
-    )
-    length: Size = Field(default=50.0, description="Length of the piece, the blade at its middle.")
+    outer_diameter: Size = 8.0
+    """Outer diameter where no other is asked for; targets have their own."""
+    diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
+    """Diameter of the bore over the outer diameter; 0 for a solid stem."""
+    length: Size = 50.0
+    """Length of the piece, the blade at its middle."""
 
 
 class Blade(Frozen):
     """A wedge behind its edge, rigid."""
 
-    length: Size = Field(default=90.0, description="Length along the edge; for the record, it is longer than any stem.")
-    width: Size = Field(default=28.0, description="Height from edge to back.")
-    thickness: Size = Field(default=2.3, description="Thickness behind the edge faces.")
-    edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = Field(
-        default=37.5, description="Angle between the two faces of the edge."
-    )
-    bevel: Literal["both", "one"] = Field(default="both", description="Ground on both sides, or on one only.")
-    edge_radius: SizeOrZero = Field(default=0.1, description="Radius of the edge; 0 mm for a sharp one.")
-    edge_spread: StemLengthOrZero = Field(
-        default=Length(divisor=8.0),
-        description="Length to either side of the edge over which its force is spread: a length, or a share of the "
-        "stem's diameter such as d/8. It belongs to the calibrated failure strain. 0 mm: the force belongs to the "
-        "mesh.",
-    )
+    length: Size = 90.0
+    """Length along the edge; for the record, it is longer than any stem."""
+    width: Size = 28.0
+    """Height from edge to back."""
+    thickness: Size = 2.3
+    """Thickness behind the edge faces."""
+    edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
+    """Angle between the two faces of the edge."""
+    bevel: Literal["both", "one"] = "both"
+    """Ground on both sides, or on one only."""
+    edge_radius: SizeOrZero = 0.1
+    """Radius of the edge; 0 mm for a sharp one."""
+    edge_spread: StemLengthOrZero = Length(divisor=8.0)
+    """Length to either side of the edge over which its force is spread: a length, or a share of the stem's diameter
+    such as d/8. It belongs to the calibrated failure strain. 0 mm: the force belongs to the mesh."""
 
 
 class Supports(Frozen):
     """Two rigid blocks that the stem lies on."""
 
-    clearance: Size = Field(
-        default=20.0, description="The gap between the two supports; the blade comes down in its middle."
-    )
-    fillet_radius: SizeOrZero = Field(default=1.0, description="Radius of the supports' edges.")
+    clearance: Size = 20.0
+    """The gap between the two supports; the blade comes down in its middle."""
+    fillet_radius: SizeOrZero = 1.0
+    """Radius of the supports' edges."""
 
 
 class Loading(Frozen):
     """The motion of the blade, at constant speed."""
 
-    speed: Annotated[float, Quantity("speed", above=0)] = Field(
-        default=100 / 60, description="Speed of the blade, constant."
-    )
-    duration: Time = Field(default=0.5, description="How long it moves; speed times duration is the stroke.")
-    gap: SizeOrZero = Field(default=0.001, description="Distance of the edge from the stem at the start.")
+    speed: Annotated[float, Quantity("speed", above=0)] = 100 / 60
+    """Speed of the blade, constant."""
+    duration: Time = 0.5
+    """How long it moves; speed times duration is the stroke."""
+    gap: SizeOrZero = 0.001
+    """Distance of the edge from the stem at the start."""
 
     @property
     def stroke(self) -> float:
@@ -74,53 +75,43 @@ class Loading(Frozen):
 class Contact(Frozen):
     """Friction and penalty between stem, blade and supports."""
 
-    static_friction: Annotated[Number, Field(ge=0, le=2)] = Field(
-        default=0.15, description="Coefficient of friction µs at rest."
-    )
-    dynamic_friction: Annotated[Number, Field(ge=0, le=2)] = Field(
-        default=0.10, description="Coefficient of friction µd when sliding fast."
-    )
-    decay: Annotated[float, Quantity("decay", at_least=0)] = Field(
-        default=0.0,
-        description="How fast friction falls from µs to µd with the sliding speed v: µ = µd + (µs − "
-        "µd)·exp(−decay·|v|).",
-    )
-    penalty: Annotated[Number, Field(gt=0, le=1)] = Field(
-        default=0.25,
-        description="Stiffness of the contact, as a share of m/Δt² of each node (mass m, stable time step Δt).",
-    )
-    damping: Annotated[Number, Field(ge=0, le=1)] = Field(
-        default=0.5, description="Damping of the contact, as a share of the critical one."
-    )
+    static_friction: Annotated[Number, Field(ge=0, le=2)] = 0.15
+    """Coefficient of friction µs at rest."""
+    dynamic_friction: Annotated[Number, Field(ge=0, le=2)] = 0.10
+    """Coefficient of friction µd when sliding fast."""
+    decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
+    """How fast friction falls from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
+    penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
+    """Stiffness of the contact, as a share of m/Δt² of each node (mass m, stable time step Δt)."""
+    damping: Annotated[Number, Field(ge=0, le=1)] = 0.5
+    """Damping of the contact, as a share of the critical one."""
 
 
 class Material(Frozen):
     """Fixed values of the material parameters that are no factors, in internal units."""
 
-    density: Annotated[float, Quantity("density")] | None = Field(default=None, description="Mass density.")
-    elastic_modulus: Stress | None = Field(default=None, description="Young's modulus E.")
-    poisson_ratio: Number | None = Field(default=None, description="Poisson's ratio.")
-    yield_stress: Stress | None = Field(default=None, description="Stress at which plastic flow begins, at rest.")
-    tangent_modulus: Stress | None = Field(
-        default=None, description="Slope Et of the stress–strain curve beyond yield."
-    )
-    hardening_parameter: Number | None = Field(
-        default=None, description="0 for kinematic hardening, 1 for isotropic, between for a mixture."
-    )
-    strain_rate_c: Annotated[float, Quantity("rate")] | None = Field(
-        default=None,
-        description="C of the strain-rate law; larger, the less speed strengthens. `solver.rate_law: none` switches "
-        "rate dependence off.",
-    )
-    strain_rate_p: Number | None = Field(default=None, description="P of the strain-rate law.")
-    failure_strain: Number | None = Field(
-        default=None, description="Plastic strain, averaged over the internal length, at which an element is removed."
-    )
-    internal_length: StemLengthOrZero = Field(
-        default=Length(divisor=4.5),
-        description="Length over which the plastic strain that decides failure is averaged: a length, or a share of "
-        "the diameter such as d/4.5. 0 mm: element by element, and the force belongs to the mesh.",
-    )
+    density: Annotated[float, Quantity("density")] | None = None
+    """Mass density."""
+    elastic_modulus: Stress | None = None
+    """Young's modulus E."""
+    poisson_ratio: Number | None = None
+    """Poisson's ratio."""
+    yield_stress: Stress | None = None
+    """Stress at which plastic flow begins, at rest."""
+    tangent_modulus: Stress | None = None
+    """Slope Et of the stress–strain curve beyond yield."""
+    hardening_parameter: Number | None = None
+    """0 for kinematic hardening, 1 for isotropic, between for a mixture."""
+    strain_rate_c: Annotated[float, Quantity("rate")] | None = None
+    """C of the strain-rate law; larger, the less speed strengthens. `solver.rate_law: none` switches rate dependence
+    off."""
+    strain_rate_p: Number | None = None
+    """P of the strain-rate law."""
+    failure_strain: Number | None = None
+    """Plastic strain, averaged over the internal length, at which an element is removed."""
+    internal_length: StemLengthOrZero = Length(divisor=4.5)
+    """Length over which the plastic strain that decides failure is averaged: a length, or a share of the diameter
+    such as d/4.5. 0 mm: element by element, and the force belongs to the mesh."""
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have a value."""

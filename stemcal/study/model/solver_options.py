@@ -47,89 +47,71 @@ BreakDrop = Annotated[
 class Hourglass(Frozen):
     """What holds elements with one point against their hourglass modes."""
 
-    form: Literal["stiffness", "viscous"] = Field(default="stiffness", description="Stiffness or viscous form.")
+    form: Literal["stiffness", "viscous"] = "stiffness"
+    """Stiffness or viscous form."""
     coefficient: HourglassCoefficient = 0.01
 
 
 class EmbeddedSolver(Frozen):
     """The explicit finite element solver that comes with stemcal."""
 
-    kind: Literal["embedded"] = Field(default="embedded", description="The solver that comes with stemcal.")
-    rate_law: Literal["paper", "cowper_symonds", "none"] = Field(
-        default="paper",
-        description="How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum "
-        "study, `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all.",
-    )
-    symmetry: Literal["none", "half", "quarter"] = Field(
-        default="quarter",
-        description="Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`.",
-    )
-    element_size: StemLength = Field(
-        default=Length(divisor=16.0),
-        description="Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most "
-        "half of `edge_spread` and `internal_length`.",
-    )
+    kind: Literal["embedded"] = "embedded"
+    """The solver that comes with stemcal."""
+    rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
+    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all."""
+    symmetry: Literal["none", "half", "quarter"] = "quarter"
+    """Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`."""
+    element_size: StemLength = Length(divisor=16.0)
+    """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most half of
+    `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
-    edge_over: Literal["elements", "nodes"] = Field(
-        default="nodes",
-        description="Whether the edge comes down on a row of nodes or over the middle of a row of elements.",
-    )
-    element: Literal["one_point", "full"] = Field(
-        default="one_point", description="One-point elements, or the slow fully integrated reference."
-    )
-    hourglass: Hourglass = Field(default=Hourglass(), description="Hourglass control of the one-point elements.")
+    edge_over: Literal["elements", "nodes"] = "nodes"
+    """Whether the edge comes down on a row of nodes or over the middle of a row of elements."""
+    element: Literal["one_point", "full"] = "one_point"
+    """One-point elements, or the slow fully integrated reference."""
+    hourglass: Hourglass = Hourglass()
+    """Hourglass control of the one-point elements."""
     mass_scaling: MassScaling = 1e4
-    time_step: Time | None = Field(
-        default=4e-5,
-        description="Elements too small for this step are given mass until they can take it; without it none is given.",
-    )
-    time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = Field(
-        default=0.9, description="Share of the stable time step that is taken."
-    )
-    precision: Literal["mixed", "double"] = Field(
-        default="mixed",
-        description="`mixed`: strains, stresses and hourglass forces of the elements in single precision, all else in "
-        "double; `double`: everything.",
-    )
+    time_step: Time | None = 4e-5
+    """Elements too small for this step are given mass until they can take it; without it none is given."""
+    time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
+    """Share of the stable time step that is taken."""
+    precision: Literal["mixed", "double"] = "mixed"
+    """`mixed`: strains, stresses and hourglass forces of the elements in single precision, all else in double;
+    `double`: everything."""
     outputs: Outputs = 500
     filter_window: FilterWindow = 0.010
-    coarsening: Annotated[Number, Field(ge=1, le=10)] = Field(
-        default=6.0, description="Length of the elements at the ends of the stem over those under the edge."
-    )
-    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = Field(
-        default=2.0, description="Width of the elements at the bottom of the section over those under the edge."
-    )
-    phases: Annotated[Whole, Field(ge=1, le=100)] = Field(
-        default=1, description="The force is the mean over so many places of the mesh under the edge."
-    )
-    perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = Field(
-        default=None, description="Seed of a random place of the mesh, for tests of how much that matters."
-    )
+    coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
+    """Length of the elements at the ends of the stem over those under the edge."""
+    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
+    """Width of the elements at the bottom of the section over those under the edge."""
+    phases: Annotated[Whole, Field(ge=1, le=100)] = 1
+    """The force is the mean over so many places of the mesh under the edge."""
+    perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
+    """Seed of a random place of the mesh, for tests of how much that matters."""
     break_drop: BreakDrop = 0.5
-    stop_after_peak: Flag = Field(
-        default=True, description="End a simulation there; `false` computes the whole stroke."
-    )
-    failure_length: Size | None = Field(
-        default=None,
-        description="Crack-band length: each element fails at the failure strain times this over its own length. It is "
-        "another way to what `internal_length` does.",
-    )
-    threads: Annotated[Whole, Field(ge=1, le=256)] = Field(
-        default=1,
-        description="Threads of one simulation, for a single large model; runs beside each other are `--workers`.",
-    )
+    stop_after_peak: Flag = True
+    """End a simulation there; `false` computes the whole stroke."""
+    failure_length: Size | None = None
+    """Crack-band length: each element fails at the failure strain times this over its own length. It is another way
+    to what `internal_length` does."""
+    threads: Annotated[Whole, Field(ge=1, le=256)] = 1
+    """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))
 class TableSolver:
     """Tables that answer in place of a solver: columns named by factor, the response last.
 
     A dataclass, because a model of pydantic cannot have a field called `validate`.
     """
 
-    kind: Literal["table"] = Field(default="table", description="Tables answer in place of a solver.")
-    screen: SpecFile | None = Field(
-        default=None, description="CSV of the screening's runs: columns named by factor, the force last."
-    )
-    rsm: SpecFile | None = Field(default=None, description="CSV of the surface's runs, likewise.")
-    validate: SpecFile | None = Field(default=None, description="CSV of diameters and simulated forces.")
+    kind: Literal["table"] = "table"
+    """Tables answer in place of a solver."""
+    screen: SpecFile | None = None
+    """CSV of the screening's runs: columns named by factor, the force last."""
+    rsm: SpecFile | None = None
+    """CSV of the surface's runs, likewise."""
+    validate: SpecFile | None = None
+    """CSV of diameters and simulated forces."""

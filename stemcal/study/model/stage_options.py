@@ -27,34 +27,24 @@ class InvertOptions(Frozen):
     More `responses` than the force make a joint fit even of one diameter.
     """
 
-    rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = Field(
-        default="least_coded_distance",
-        description="Which of the points that give the force is the solution: the nearest to the centre, the best "
-        "predicted, or the one with all factors but the strongest at their centre.",
-    )
-    diameters: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
-        default=None,
-        description="Fit several diameters at once: `all`, or a list. The surface's design is then run at each.",
-    )
-    responses: Responses = Field(
-        default=("force",), description="What is fitted: the force alone, or also travel and work to the maximum."
-    )
-    posterior: Flag = Field(default=False, description="Sample what the forces leave possible (extra `bayes`).")
-    ranges_chosen: Literal["before", "after"] = Field(
-        default="before",
-        description="Whether the factors' ranges were fixed before the measured forces were seen; after that no "
-        "diameter that is left out is an independent check.",
-    )
-    discrepancy: Literal["none", "scale", "process"] = Field(
-        default="none",
-        description="What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that "
-        "changes smoothly with the diameter. Gives prediction intervals of the measured forces.",
-    )
-    desirability: Flag | None = Field(
-        default=None,
-        description="Put the most desirable point (Derringer and Suich) beside the fit; by default where the study "
-        "declares several responses.",
-    )
+    rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
+    """Which of the points that give the force is the solution: the nearest to the centre, the best predicted, or the
+    one with all factors but the strongest at their centre."""
+    diameters: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = None
+    """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
+    responses: Responses = ("force",)
+    """What is fitted: the force alone, or also travel and work to the maximum."""
+    posterior: Flag = False
+    """Sample what the forces leave possible (extra `bayes`)."""
+    ranges_chosen: Literal["before", "after"] = "before"
+    """Whether the factors' ranges were fixed before the measured forces were seen; after that no diameter that is
+    left out is an independent check."""
+    discrepancy: Literal["none", "scale", "process"] = "none"
+    """What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that changes
+    smoothly with the diameter. Gives prediction intervals of the measured forces."""
+    desirability: Flag | None = None
+    """Put the most desirable point (Derringer and Suich) beside the fit; by default where the study declares several
+    responses."""
 
 
 class ClimbOptions(Frozen):
@@ -63,33 +53,26 @@ class ClimbOptions(Frozen):
     Steps of one's own end where the ranges do; active factors without a size go along in proportion to their slopes.
     """
 
-    steps: Annotated[Whole, Field(ge=1, le=50)] = Field(
-        default=5, description="Steps from the middle to the edge of the ranges."
-    )
-    step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = Field(
-        default={},
-        description="Steps of one's own, in the units of the factors by their names; `steps` is then the most of them.",
-    )
-    shrink: Share = Field(
-        default=0.5, description="Share of each range over which the surface's design reaches, around the best step."
-    )
+    steps: Annotated[Whole, Field(ge=1, le=50)] = 5
+    """Steps from the middle to the edge of the ranges."""
+    step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
+    """Steps of one's own, in the units of the factors by their names; `steps` is then the most of them."""
+    shrink: Share = 0.5
+    """Share of each range over which the surface's design reaches, around the best step."""
 
 
 class RefineOptions(Frozen):
     """When simulating at the solution and refitting ends: force within the tolerance, or runs spent."""
 
-    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = Field(
-        default=1.0, description="Done once the simulated force is within this of the measured one."
-    )
-    budget: Annotated[Whole, Field(ge=1, le=1000)] = Field(default=10, description="Most simulations it may take.")
-    model: Literal["quadratic", "process", "better"] = Field(
-        default="quadratic",
-        description="What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at "
-        "predicting the design's runs left out.",
-    )
-    batch: Annotated[Whole, Field(ge=1, le=64)] = Field(
-        default=4, description="How many points a Gaussian process proposes at a time; they are simulated together."
-    )
+    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
+    """Done once the simulated force is within this of the measured one."""
+    budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
+    """Most simulations it may take."""
+    model: Literal["quadratic", "process", "better"] = "quadratic"
+    """What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at predicting the
+    design's runs left out."""
+    batch: Annotated[Whole, Field(ge=1, le=64)] = 4
+    """How many points a Gaussian process proposes at a time; they are simulated together."""
 
 
 class MeshOptions(Frozen):
@@ -98,10 +81,10 @@ class MeshOptions(Frozen):
     Their scatter enters every interval; what a size does to all diameters alike is told beside the calibrated values.
     """
 
-    phases: Annotated[Whole, Field(ge=2, le=50)] = Field(default=5, description="Places of the mesh along the stem.")
-    sizes: Annotated[tuple[StemLength, ...], Field(max_length=10)] = Field(
-        default=(), description="Further element sizes, lengths or shares of the diameter such as `d/24`."
-    )
+    phases: Annotated[Whole, Field(ge=2, le=50)] = 5
+    """Places of the mesh along the stem."""
+    sizes: Annotated[tuple[StemLength, ...], Field(max_length=10)] = ()
+    """Further element sizes, lengths or shares of the diameter such as `d/24`."""
 
 
 class RunsOptions(Frozen):
@@ -110,19 +93,13 @@ class RunsOptions(Frozen):
     Only accidents are tried again: what fails for a physical reason would fail again.
     """
 
-    tries: Annotated[Whole, Field(ge=1, le=20)] = Field(
-        default=2,
-        description="How often a run is begun that ends by accident: its process died, the solver raised an exception.",
-    )
-    time_limit: Time | None = Field(
-        default=None, description="How long one run may take, counted from its start; as long as it needs by default."
-    )
-    quorum: Annotated[Number, Field(ge=0, le=1)] = Field(
-        default=0.5, description="Share of a stage's runs that must succeed."
-    )
-    keep_going: Flag = Field(default=True, description="`false` stops a stage at its first failure.")
-    censored: Literal["warn", "fail"] = Field(
-        default="warn",
-        description="What a force counts as that still rises when the stroke ends: a bound that is warned of, or a "
-        "failure.",
-    )
+    tries: Annotated[Whole, Field(ge=1, le=20)] = 2
+    """How often a run is begun that ends by accident: its process died, the solver raised an exception."""
+    time_limit: Time | None = None
+    """How long one run may take, counted from its start; as long as it needs by default."""
+    quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
+    """Share of a stage's runs that must succeed."""
+    keep_going: Flag = True
+    """`false` stops a stage at its first failure."""
+    censored: Literal["warn", "fail"] = "warn"
+    """What a force counts as that still rises when the stroke ends: a bound that is warned of, or a failure."""

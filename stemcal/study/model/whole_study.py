@@ -34,57 +34,53 @@ _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for
 class StudyForm(Frozen):
     """What stands in a spec."""
 
-    schema_version: Annotated[Whole, Field(ge=1, le=1)] = Field(
-        default=1, description="Version of the form of the spec; 1."
-    )
-    name: StudyName = Field(description="Name of the study, and of its folder below `runs`.")
-    title: Title = Field(default="", description="Title of the report and of its tables; the name by default.")
-    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)] = Field(
-        description="What is calibrated, in the order of their symbols X1, X2 and so on."
-    )
-    responses: Annotated[tuple[Response, ...], Field(max_length=20)] = Field(
-        default=(),
-        description="What a run gives and the laboratory measures, where it is not the maximum force: a program may "
-        "give several.",
-    )
-    conditions: Annotated[tuple[Condition, ...], Field(max_length=1)] | None = Field(
-        default=None,
-        description="At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without "
-        "`conditions` a study with `responses` has none.",
-    )
-    specimen: Specimen = Field(default=Specimen(), description="The piece of stem.")
-    blade: Blade = Field(default=Blade(), description="The rigid blade.")
-    supports: Supports = Field(default=Supports(), description="The two rigid supports.")
-    loading: Loading = Field(default=Loading(), description="How the blade moves.")
-    contact: Contact = Field(default=Contact(), description="Friction and contact between stem, blade and supports.")
-    material: Material = Field(
-        default=Material(),
-        description="Fixed values of the parameters that are no factors, and the length behind failure.",
-    )
+    schema_version: Annotated[Whole, Field(ge=1, le=1)] = 1
+    """Version of the form of the spec; 1."""
+    name: StudyName
+    """Name of the study, and of its folder below `runs`."""
+    title: Title = ""
+    """Title of the report and of its tables; the name by default."""
+    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
+    """What is calibrated, in the order of their symbols X1, X2 and so on."""
+    responses: Annotated[tuple[Response, ...], Field(max_length=20)] = ()
+    """What a run gives and the laboratory measures, where it is not the maximum force: a program may give several."""
+    conditions: Annotated[tuple[Condition, ...], Field(max_length=1)] | None = None
+    """At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without `conditions` a
+    study with `responses` has none."""
+    specimen: Specimen = Specimen()
+    """The piece of stem."""
+    blade: Blade = Blade()
+    """The rigid blade."""
+    supports: Supports = Supports()
+    """The two rigid supports."""
+    loading: Loading = Loading()
+    """How the blade moves."""
+    contact: Contact = Contact()
+    """Friction and contact between stem, blade and supports."""
+    material: Material = Material()
+    """Fixed values of the parameters that are no factors, and the length behind failure."""
     solver: Annotated[
         EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver, Field(discriminator="kind")
-    ] = Field(default=EmbeddedSolver(), description="What answers which force a set of levels gives.")
-    targets: Targets = Field(description="What the laboratory measured.")
-    screen: ScreenOptions = Field(default=ScreenOptions(), description="Stage 1: which factors matter.")
-    climb: ClimbOptions | None = Field(
-        default=None,
-        description="Between stages 1 and 2: a walk towards the target; without this section there is none.",
-    )
-    rsm: RsmOptions = Field(default=RsmOptions(), description="Stage 2: the response surface.")
-    invert: InvertOptions = Field(
-        default=InvertOptions(), description="Stage 3: the parameters that give the measured force."
-    )
-    refine: RefineOptions | None = Field(
-        default=None,
-        description="Stage 4: simulate at the solution and correct it; without this section it is left out.",
-    )
-    mesh: MeshOptions | None = Field(
-        default=None, description="Simulate the solution on other meshes; their scatter then enters every interval."
-    )
-    runs: RunsOptions = Field(default=RunsOptions(), description="What becomes of runs that fail.")
-    published: Published | None = Field(
-        default=None, description="A paper's printed results, to compare with and to audit."
-    )
+    ] = EmbeddedSolver()
+    """What answers which force a set of levels gives."""
+    targets: Targets
+    """What the laboratory measured."""
+    screen: ScreenOptions = ScreenOptions()
+    """Stage 1: which factors matter."""
+    climb: ClimbOptions | None = None
+    """Between stages 1 and 2: a walk towards the target; without this section there is none."""
+    rsm: RsmOptions = RsmOptions()
+    """Stage 2: the response surface."""
+    invert: InvertOptions = InvertOptions()
+    """Stage 3: the parameters that give the measured force."""
+    refine: RefineOptions | None = None
+    """Stage 4: simulate at the solution and correct it; without this section it is left out."""
+    mesh: MeshOptions | None = None
+    """Simulate the solution on other meshes; their scatter then enters every interval."""
+    runs: RunsOptions = RunsOptions()
+    """What becomes of runs that fail."""
+    published: Published | None = None
+    """A paper's printed results, to compare with and to audit."""
 
 
 class Study(StudyForm):

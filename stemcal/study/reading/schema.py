@@ -62,6 +62,9 @@ def _form() -> dict[str, Any]:
     schema["title"] = "stemcal study"
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
+    for section in (schema, *schema["$defs"].values()):
+        for node in section["properties"].values():
+            node["description"] = " ".join(node.get("description", "").split())
     return schema
 
 
