@@ -41,7 +41,7 @@ from stemcal.report.figures.loading import load
 from stemcal.report.page.render import shown, write_page
 from stemcal.solvers import get_ready
 from stemcal.stages.kept import NOTE
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
 Rows = list[tuple[str, float]]

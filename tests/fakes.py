@@ -12,7 +12,7 @@ from typing import Any
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = """\
 schema_version: 1

@@ -20,7 +20,7 @@ from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
 CASES = Path(__file__).parent / "cases" / "repose"

@@ -38,8 +38,8 @@ def import_deck(
     from stemcal.files.decoding import lenient
     from stemcal.solvers.deck.importing import imported
     from stemcal.solvers.deck.spec_text import spec_text
-    from stemcal.study.spec.placeholders import template_bytes
-    from stemcal.study.spec.template import study_name
+    from stemcal.study.reading.template import study_name
+    from stemcal.study.types.placeholders import template_bytes
 
     out = deck.with_suffix(".yaml") if spec is None else spec
     try:

@@ -188,7 +188,7 @@ def replace_targets(spec: Path, section: str) -> None:
     from stemcal.files.decoding import decode
     from stemcal.files.durable import write_durably
     from stemcal.measured.targets import with_targets
-    from stemcal.study.spec import read_study
+    from stemcal.study.reading import read_study
 
     try:
         before = decode(spec.read_bytes())

@@ -302,7 +302,7 @@ def provenance() -> dict[str, str]:
     """Return what made a record, for people who read it later."""
     import numpy
 
-    from stemcal import __version__
+    from stemcal.version import __version__
 
     return {
         "stemcal": __version__,

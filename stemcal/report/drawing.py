@@ -6,11 +6,11 @@ import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal import __version__
 from stemcal.files.durable import digest
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.outputs import write_output
+from stemcal.version import __version__
 
 if TYPE_CHECKING:
     from stemcal.report.figures.beside import Drawers

@@ -14,7 +14,7 @@ from stemcal.solvers.programs.frame import OneCommand
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.readers import read_number_within
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
-from stemcal.study.outside import CommandSolver
+from stemcal.study.model import CommandSolver
 
 __all__ = ["Command"]
 

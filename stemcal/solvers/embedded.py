@@ -38,7 +38,7 @@ from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.spec.lengths import Length
+from stemcal.study.types.lengths import Length
 
 # Points of the force-travel curve that a run's record keeps.
 _CURVE_POINTS = 200

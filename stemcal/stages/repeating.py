@@ -8,8 +8,7 @@ from dataclasses import replace
 from stemcal.errors import UsageError
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
-from stemcal.study.model import Study
-from stemcal.study.outside import CommandSolver
+from stemcal.study.model import CommandSolver, Study
 
 __all__ = ["require_same", "second_time"]
 

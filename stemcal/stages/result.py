@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields
 from html import escape
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from stemcal import __version__
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
@@ -23,6 +22,7 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
 from stemcal.stages.lineage import inputs_of, require_fresh, tell_changes
 from stemcal.study.model import Study
+from stemcal.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -264,7 +264,7 @@ def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.Mon
     from stemcal.runs.key import record_key
     from stemcal.solvers.embedded import Embedded
     from stemcal.solvers.protocol import Request
-    from stemcal.study.spec import load_study
+    from stemcal.study.reading import load_study
 
     study = load_study(SMOKE)
     request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0, pictured=True)

@@ -16,7 +16,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.study.spec import load_study, read_study
+from stemcal.study.reading import load_study, read_study
 
 # ---- names and paths
 

@@ -27,7 +27,7 @@ from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.programs import aside
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.spec import read_study
+from stemcal.study.reading import read_study
 
 HUGE = (1e300, -1e300, 1.7e308, 1e200, -1e155, 1e31)
 

@@ -183,7 +183,7 @@ def pipe_closed(folder: Path, number: int, rng: random.Random) -> None:
 
 def workflow_ready(folder: Path, spec: Path) -> None:
     """Do the screening of the replayed paper, which takes no time."""
-    from stemcal.study.spec import load_study
+    from stemcal.study.reading import load_study
 
     workflow.screen(load_study(spec), StudyFolder(folder), InlineExecutor())
 

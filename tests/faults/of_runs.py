@@ -24,7 +24,7 @@ from stemcal.fem.stepper import simulate
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.study.outside import CsvResult, JsonResult, RegexResult
+from stemcal.study.model import CsvResult, JsonResult, RegexResult
 
 # ---- physics
 

@@ -29,7 +29,7 @@ from stemcal.report.page.render import render
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 OUTPUTS = 96
 

@@ -34,7 +34,7 @@ from stemcal.report.tables.stages import coefficient_sheet, fit_sheet, screening
 from stemcal.report.terms import equation
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"

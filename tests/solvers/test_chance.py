@@ -20,7 +20,7 @@ from stemcal.stages.screen import ScreenResult, screen
 from stemcal.stages.surface.stage import SurfaceResult, fit_response_surface
 from stemcal.stages.validate import requests_at
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 # y = 30 + 4·a + 2·b, with normal noise of standard deviation 0.4 drawn from the seed
 NOISY = """

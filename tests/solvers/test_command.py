@@ -18,7 +18,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.command import Command
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = """\
 name: outside
@@ -224,7 +224,7 @@ def test_program_dies_with_a_killed_stemcal(tmp_path: Path) -> None:
     study_of(tmp_path / "spec", STUBBORN.format(pids=tmp_path / "pids"))
     script = (
         "from stemcal.solvers.command import Command; from stemcal.solvers.protocol import Request\n"
-        f"from stemcal.study.spec import load_study; s = load_study({str(tmp_path / 'spec' / 'study.yaml')!r})\n"
+        f"from stemcal.study.reading import load_study; s = load_study({str(tmp_path / 'spec' / 'study.yaml')!r})\n"
         f"Command(s).solve(Request('screen', 0, {dict(REQUEST.levels)!r}, 8.0))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}

@@ -12,7 +12,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).parents[2] / "configs" / "calculix-cantilever.yaml"
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")

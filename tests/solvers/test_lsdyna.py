@@ -24,9 +24,8 @@ from stemcal.solvers.programs.rcforc import ContactForce, contact_force
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Loading, Study
-from stemcal.study.outside import DeckSolver
-from stemcal.study.spec import load_study
+from stemcal.study.model import DeckSolver, Loading, Study
+from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
 SPEC = """\

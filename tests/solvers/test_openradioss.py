@@ -17,7 +17,7 @@ from stemcal.solvers.openradioss.listing import contact_force, deleted_elements,
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_openradioss.py")
 PROGRAMS = {"starter": "starter_linux64_gf", "engine": "engine_linux64_gf", "th_to_csv": "th_to_csv_linux64_gf"}

@@ -12,7 +12,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.sheet import read_sheet
 from stemcal.solvers.table import TableSolver
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 KNOWN = {"a": "a", "X1": "a", "b": "b", "X2": "b"}
 

@@ -19,7 +19,7 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import read_result
 from stemcal.stages.results import Results
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 from stemcal.text.numbers import fixed
 
 CONFIGS = Path(__file__).parents[2] / "configs"

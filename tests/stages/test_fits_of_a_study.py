@@ -17,7 +17,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.audit.printed import agrees
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 1OPTIONS}\n"
 PHASES = "solver: {kind: embedded, phases: 4, symmetry: half}\n"

@@ -17,7 +17,7 @@ from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.rules import verdict_of
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 2}\n"
 

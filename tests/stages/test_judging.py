@@ -24,7 +24,7 @@ from stemcal.stages.verdict.physics import LIMITS, Doubt
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import EmbeddedSolver, Study, TableSolver
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 TARGETS = """\
 targets:

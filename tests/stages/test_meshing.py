@@ -27,8 +27,8 @@ from stemcal.solvers.protocol import Answer, Belonging, Meshed, Request
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.spec import load_study
-from stemcal.study.spec.lengths import Length
+from stemcal.study.reading import load_study
+from stemcal.study.types.lengths import Length
 
 TARGETS = """\
 targets:

@@ -16,7 +16,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.process import takes_process
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 CONFIGS = Path(__file__).parents[2] / "configs"

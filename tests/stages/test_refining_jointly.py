@@ -17,7 +17,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.result import RefineResult
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = (
     TWO_FACTORS

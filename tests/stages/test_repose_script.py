@@ -22,7 +22,7 @@ from stemcal.stages.invert.certainty import measured_of, misfit_over
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.stages.surface.stage import fit_response_surface
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 NOISE, SPECIMENS, LABORATORY = 0.4, 5, 0.8  # deg; how many heaps the laboratory made, and their standard deviation
 # What the script computes: friction between grains, rolling friction, friction on the wall, restitution, modulus.

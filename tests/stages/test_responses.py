@@ -17,7 +17,7 @@ from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.measures import measures, work_until
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FACTORS = (

@@ -22,8 +22,8 @@ from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.outside import LsDynaSolver
-from stemcal.study.spec.placeholders import template_bytes
+from stemcal.study.model import LsDynaSolver
+from stemcal.study.types.placeholders import template_bytes
 
 __all__ = ["LsDyna"]
 

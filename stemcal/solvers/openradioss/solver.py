@@ -23,7 +23,7 @@ from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.rooms import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.outside import OpenRadiossSolver
+from stemcal.study.model import OpenRadiossSolver
 
 __all__ = ["OpenRadioss"]
 

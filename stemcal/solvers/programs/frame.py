@@ -17,9 +17,8 @@ from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.rooms import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
-from stemcal.study.outside import Commanded, ProgramOptions
-from stemcal.study.spec.placeholders import fill
+from stemcal.study.model import Commanded, ProgramOptions, Study
+from stemcal.study.types.placeholders import fill
 
 __all__ = ["OneCommand", "Program", "code_is_zero", "executable", "run_in"]
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec.placeholders import REPLICATE, SEED, fill, number, template_bytes
+from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
 
 __all__ = ["Inputs", "file_hash", "seed_of", "values_of"]
 

@@ -12,8 +12,7 @@ from stemcal.cutting.stroke import stroke_end
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer
-from stemcal.study.model import Loading
-from stemcal.study.outside import DeckSolver
+from stemcal.study.model import DeckSolver, Loading
 
 __all__ = ["peak_answer"]
 

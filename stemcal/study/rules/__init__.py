@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from stemcal.study.rules import climbing, factors, geometry, outside, surface, targets
-from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.rules.draft import Draft, Finding
 
 __all__ = ["broken_rules"]
 

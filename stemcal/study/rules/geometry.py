@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.rules.draft import Draft, Finding
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:

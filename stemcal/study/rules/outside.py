@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.naming import CUTTING, DIAMETER, FORCE
-from stemcal.study.outside import (
+from stemcal.study.model import (
     CommandSolver,
     CsvResult,
     JsonResult,
@@ -16,9 +16,9 @@ from stemcal.study.outside import (
     RegexResult,
     ResultReader,
 )
-from stemcal.study.spec.draft import Draft, Finding
-from stemcal.study.spec.placeholders import CHANCE, placeholders, template_bytes
-from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.types.placeholders import CHANCE, placeholders, template_bytes
+from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean, listed
 
 _MOST_UNKNOWN = 20

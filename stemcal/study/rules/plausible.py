@@ -7,13 +7,11 @@ from collections.abc import Iterator
 from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE
-from stemcal.study import units
-from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.outside import DeckSolver
-from stemcal.study.parameters import EMBEDDED, PARAMETERS
-from stemcal.study.spec.draft import Finding
-from stemcal.study.spec.lengths import Length
-from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Study
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types import units
+from stemcal.study.types.lengths import Length
+from stemcal.study.types.strict_yaml import NodePath
 
 __all__ = ["doubts"]
 

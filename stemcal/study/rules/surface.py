@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stemcal.study.model import RsmOptions, factors_taken, strongest_asked
-from stemcal.study.parameters import PARAMETERS
-from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, strongest_asked
+from stemcal.study.rules.draft import Draft, Finding
 from stemcal.words import did_you_mean
 
 MOST_CCD_FACTORS = 8

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from stemcal.naming import FIRST, Naming
 from stemcal.study.model import Condition, Response, Target
-from stemcal.study.spec.draft import Draft, Finding
-from stemcal.study.spec.named import declared_once
+from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.types.named import declared_once
 from stemcal.words import did_you_mean
 
 _CLOSE = 1e-9

@@ -13,9 +13,9 @@ from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
-from stemcal.study import units
-from stemcal.study.spec.fields import MOST, Quantity, complain
-from stemcal.study.spec.placeholders import CHANCE
+from stemcal.study.types import units
+from stemcal.study.types.fields import MOST, Quantity, complain
+from stemcal.study.types.placeholders import CHANCE
 
 __all__ = [
     "OwnCondition",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.study.spec.draft import Finding
-from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS, keys_of, section_with
-from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.study.reading.schema import RESULT_KINDS, SOLVER_KINDS, keys_of, meaning_of, section_with
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
 
 __all__ = ["finding_of"]
@@ -65,8 +65,8 @@ def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
 
 
 def _missing(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    key = str(path[-1])
-    return Finding(path[:-1], f"{key!r} is missing", f"add a line {key}: …")
+    key, meaning = str(path[-1]), meaning_of(shown_path)
+    return Finding(path[:-1], f"{key!r} is missing", f"add a line {key}: …{meaning and f'  # {meaning}'}")
 
 
 def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from stemcal.errors import SpecError
 from stemcal.study.model import Study
-from stemcal.study.spec import read_study
+from stemcal.study.reading import read_study
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 SPECS = [path.read_bytes() for path in sorted(CONFIGS.glob("*.yaml"))]

@@ -10,7 +10,7 @@ import yaml
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
 from stemcal.study.model import Study
-from stemcal.study.spec.reading import read_study
+from stemcal.study.reading.read import read_study
 
 __all__ = ["Change", "amended", "rewrite"]
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.study.spec import read_study
-from stemcal.study.spec.crops import CROPS
-from stemcal.study.spec.template import template
+from stemcal.study.reading import read_study
+from stemcal.study.reading.crops import CROPS
+from stemcal.study.reading.template import template
 
 # as printed: strengths in shear, in bending or tension, MPa
 PRINTED = {

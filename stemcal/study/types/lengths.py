@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, InstanceOf, PlainSerializer, TypeAdapter, WithJsonSchema
 from pydantic_core import core_schema
 
-from stemcal.study.spec.fields import Quantity, complain
+from stemcal.study.types.fields import Quantity, complain
 
 __all__ = ["Length", "StemLength", "StemLengthOrZero"]
 

@@ -5,8 +5,7 @@ import time
 import pytest
 
 from stemcal.files.decoding import decode
-from stemcal.study.spec.scalars import resolve
-from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, Place, read_yaml
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Place, read_yaml, resolve
 
 
 def read(text: str) -> Document:

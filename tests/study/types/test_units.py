@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stemcal.errors import UsageError
-from stemcal.study import units
+from stemcal.study.types import units
 
 KNOWN = [
     ("8 mm", "length", 8.0),

@@ -17,14 +17,14 @@ from pydantic import TypeAdapter, ValidationError
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.naming import FIRST, Naming
 from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, Study, StudyForm
+from stemcal.study.reading.messages import finding_of
+from stemcal.study.reading.partly import partly
+from stemcal.study.reading.schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.rules import broken_rules
+from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
-from stemcal.study.spec.draft import Draft, Finding
-from stemcal.study.spec.messages import finding_of
-from stemcal.study.spec.named import as_in_spec, naming_of, own_targets
-from stemcal.study.spec.partly import partly
-from stemcal.study.spec.schema import RESULT_KINDS, SOLVER_KINDS, section_with
-from stemcal.study.spec.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
+from stemcal.study.types.named import as_in_spec, naming_of, own_targets
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
 from stemcal.words import listed, nearest
 
 __all__ = ["load_study", "read_study"]

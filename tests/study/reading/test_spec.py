@@ -8,10 +8,9 @@ import pytest
 from pydantic import ValidationError
 
 from stemcal.errors import SpecError
-from stemcal.study.model import Blade, EmbeddedSolver, Study, StudyForm, TableSolver
-from stemcal.study.parameters import PARAMETERS
-from stemcal.study.spec import load_study, read_study
-from stemcal.study.spec.lengths import Length
+from stemcal.study.model import PARAMETERS, Blade, EmbeddedSolver, Study, StudyForm, TableSolver
+from stemcal.study.reading import load_study, read_study
+from stemcal.study.types.lengths import Length
 
 ROOT = Path(__file__).parents[3]
 CASES = ROOT / "tests" / "cases"

@@ -17,7 +17,7 @@ from pydantic import GetJsonSchemaHandler as JsonHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from stemcal.files.showing import unprintable
-from stemcal.study import units
+from stemcal.study.types import units
 
 __all__ = [
     "ColumnName",

@@ -1,15 +1,16 @@
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from pathlib import Path
 
 import pytest
 
+import stemcal.study.model
 from stemcal.study.model import StudyForm
-from stemcal.study.spec.meanings import MEANINGS, PLACES, TOP
-from stemcal.study.spec.schema import json_schema, keys_of, section_with
-from stemcal.study.spec.strict_yaml import read_yaml
+from stemcal.study.reading.schema import json_schema, keys_of, section_places, section_with
+from stemcal.study.types.strict_yaml import read_yaml
 
 ROOT = Path(__file__).parents[3]
 SPECS = [*sorted((ROOT / "configs").glob("*.yaml")), *sorted((ROOT / "tests" / "cases" / "good").glob("*.yaml"))]
@@ -26,18 +27,29 @@ def test_schema_describes_the_yaml_form() -> None:
 
 
 def test_no_key_is_undescribed() -> None:
-    """Every key has a meaning, no meaning is of a key that is gone, and every section its place in the spec."""
+    """Every key says what it means, each in its field, and every section of the model has a place in the spec."""
     schema = json_schema()
-    assert list(TOP) == list(schema["properties"])
-    assert set(MEANINGS) == set(PLACES) == set(schema["$defs"])
-    for name, node in schema["$defs"].items():
-        assert set(MEANINGS[name]) == set(node["properties"]), name
-    told = [*TOP.values(), *(text for keys in MEANINGS.values() for text in keys.values())]
-    assert len(told) > 200
-    assert all(text.endswith(".") for text in told)
-    for place in PLACES.values():
-        first = place.partition(",")[0].partition(".")[0].removesuffix("[]")
-        assert first in schema["properties"], place
+    sections = {"": schema, **schema["$defs"]}
+    meanings = {f"{name}.{key}": node["description"] for name, section in sections.items()
+                for key, node in section["properties"].items()}  # fmt: skip
+    assert len(meanings) > 240
+    assert [key for key, meaning in meanings.items() if not meaning.endswith(".")] == []
+    for name, model in inspect.getmembers(stemcal.study.model, inspect.isclass):
+        fields = getattr(model, "model_fields", None) or getattr(model, "__pydantic_fields__", {})
+        if name in schema["$defs"]:
+            missing = [key for key, field in fields.items() if not field.description and key != "further"]
+            assert missing == [], name
+    assert set(section_places()) == set(schema["$defs"])
+
+
+def test_sections_have_places() -> None:
+    places = section_places()
+    assert places["Factor"] == "factors[]"
+    assert places["Target"] == "targets.forces[]"
+    assert places["CodingEntry"] == "rsm.coding.*"
+    assert places["RegexResult"] == "solver.result, kind: regex"
+    assert places["Hourglass"] == "solver.hourglass, kind: embedded"
+    assert places["DeckHourglass"] == "solver.hourglass, kind: lsdyna, openradioss"
 
 
 def test_keys_are_found_by_path() -> None:
@@ -78,7 +90,7 @@ def test_every_shipped_spec_satisfies_the_schema(spec: Path) -> None:
 
 
 def test_what_init_writes_satisfies_the_schema() -> None:
-    from stemcal.study.spec.template import template
+    from stemcal.study.reading.template import template
 
     assert complaints(read_yaml(template("mine").encode("utf-8")).data) == []
 

@@ -9,13 +9,17 @@ from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study.model import (
     Blade,
     ClimbOptions,
+    CommandSolver,
     Condition,
     Contact,
+    DeckSolver,
     EmbeddedSolver,
     Factor,
     InvertOptions,
+    LsDynaSolver,
     Material,
     MeshOptions,
+    OpenRadiossSolver,
     Published,
     RefineOptions,
     Response,
@@ -26,8 +30,7 @@ from stemcal.study.model import (
     TableSolver,
     Targets,
 )
-from stemcal.study.outside import CommandSolver, DeckSolver, LsDynaSolver, OpenRadiossSolver
-from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import NodePath
 
 __all__ = ["Draft", "Finding"]
 

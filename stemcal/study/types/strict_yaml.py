@@ -12,6 +12,7 @@ So ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no`` are texts, and 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -19,14 +20,24 @@ from typing import Any, NamedTuple
 import yaml
 
 from stemcal.files.decoding import decode
-from stemcal.study.spec.scalars import resolve
 
-__all__ = ["MAX_BYTES", "Document", "NodePath", "Place", "YamlProblem", "read_yaml"]
+__all__ = ["MAX_BYTES", "Document", "NodePath", "Place", "YamlProblem", "read_yaml", "resolve"]
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
 MAX_EVENTS = 50_000
 MAX_PROBLEMS = 100
+
+# what unquoted scalars mean: the core schema of YAML 1.2
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_LONGEST_INTEGER = 16  # beyond about 2**53 a float is as good, and int() of thousands of digits raises
+_WORDS: dict[str, bool | None] = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
 
 NodePath = tuple[str | int, ...]
 """The way from the top to a node: keys and list indices."""
@@ -252,6 +263,23 @@ class _Builder:
             self._complain(f"{shown} is not a finite number", "write a number below 1e308")
             return 0.0
         return value
+
+
+def resolve(text: str) -> str | int | float | bool | None:
+    """Return the value of an unquoted scalar; what is not finite comes as infinity.
+
+    >>> [resolve(text) for text in ("1e9", "010", "190:20:30", "no", "~")]
+    [1000000000.0, 10, '190:20:30', 'no', None]
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text) and len(text) <= _LONGEST_INTEGER:
+        return int(text)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    if _NOT_FINITE.fullmatch(text):
+        return math.inf
+    return text
 
 
 def _place(mark: Any) -> Place:
