@@ -18,6 +18,7 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress
+from stemcal.stages.lineage import changes_since
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -151,7 +152,7 @@ def test_a_runs_table_replays_its_study(tmp_path: Path, folder: StudyFolder) -> 
     (tmp_path / "data").mkdir()
     for name in ("screen_runs", "rsm_runs"):
         (tmp_path / "data" / f"{name}.csv").write_bytes((folder.path / f"{name}.csv").read_bytes())
-    rows = "".join(f"{r['diameter']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
+    rows = "".join(f"{r['condition']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
     (tmp_path / "data" / "v.csv").write_text("diameter,force\n" + rows, encoding="utf-8")
     table = "solver: {kind: table, screen: data/screen_runs.csv, rsm: data/rsm_runs.csv, validate: data/v.csv}\n"
     again = StudyFolder(tmp_path / "again")
@@ -172,6 +173,20 @@ def test_second_run_computes_nothing(tmp_path: Path, folder: StudyFolder, witnes
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     assert len(lines(witness)) == first
     assert stage_bytes(folder) == files
+
+
+def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
+    tmp_path: Path, folder: StudyFolder, witness: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    study, solver = make_study(tmp_path), FakeSolver(witness)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    first, files = len(lines(witness)), stage_bytes(folder)
+    for stage in ("screen", "rsm", "invert", "validate"):
+        folder.write_stage(stage, {**folder.read_stage(stage), "schema_version": 1})
+    assert changes_since(study, solver, folder, "screen") == ["schema_version"]
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    assert "screen is made anew: schema_version changed" in caplog.messages
+    assert len(lines(witness)) == first and stage_bytes(folder) == files
 
 
 def test_equal_centre_points_are_computed_once(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
