@@ -23,6 +23,7 @@ from pathlib import Path
 import numba
 import platformdirs
 
+PLAIN = os.environ.get("STEMCAL_PLAIN_KERNELS", "") not in ("", "0")  # see `vectors`
 SPARE = "STEMCAL_SPARE_CACHE"  # tells worker processes of the command's temporary folder
 _PREFIX = "stemcal-kernels-"
 _LITTER_DAYS = 2.0  # after which the temporary folder of a killed command is removed
@@ -43,7 +44,7 @@ def own_folder() -> Path:
     """Return the folder that the user has configured, or that of his cache, be it usable or not."""
     configured = os.environ.get("STEMCAL_CACHE_DIR")
     root = Path(configured) if configured else Path(platformdirs.user_cache_dir("stemcal", appauthor=False))
-    return root / f"kernels-{_sources()}-numba-{numba.__version__}"
+    return root / f"kernels-{'plain-' * PLAIN}{_sources()}-numba-{numba.__version__}"
 
 
 def unusable(folder: Path) -> str:
