@@ -80,6 +80,7 @@ class Names:
                 "factor": self.factor,
                 "factors": self.factors,
                 "response": self.quantity,
+                "condition": self.naming.place,
                 "p": probability,
                 "all": all_of,
                 "fixed": lambda value, decimals="2": fixed(value, int(decimals)),
