@@ -95,7 +95,7 @@ class TableSolver(Immediate):
             "stage": request.stage,
             "row": request.row,
             "levels": dict(request.levels),
-            **({} if self.naming.condition is None else {self.naming.condition.name: request.diameter}),
+            **({} if self.naming.condition is None else {"condition": request.condition}),
         }
 
     def solve(self, request: Request) -> Answer:
@@ -109,16 +109,15 @@ class TableSolver(Immediate):
         response = sheet.responses[row]
         if response is None:
             noun = self.naming.response.noun
-            reason = f"no_{self.naming.response.name}"
-            return Answer("failed", reason=reason, message=f"{sheet.place(row)}: no {noun} is given")
+            return Answer("failed", reason="no_response", message=f"{sheet.place(row)}: no {noun} is given")
         place = {"table": sheet.path.name, "line": sheet.lines[row]}
         further = {n: value for n, value in sheet.further[row].items() if value is not None} if sheet.further else {}
         told = {RESPONSES: further} if further else {}
-        return Answer("ok", force=response, details=place | told | self._marks[request.stage][row])
+        return Answer("ok", response=response, details=place | told | self._marks[request.stage][row])
 
     def _condition(self, request: Request) -> str:
         """Name the condition of a request."""
-        place = self.naming.place(request.diameter)
+        place = self.naming.place(request.condition)
         return f"diameter {place}" if self.naming.condition == DIAMETER else place
 
     def given_design(self, stage: str) -> list[dict[str, float]]:
@@ -145,7 +144,7 @@ class TableSolver(Immediate):
     def _condition_row(self, sheet: Sheet, request: Request) -> int | None:
         assert self.naming.condition is not None
         for index, row in enumerate(sheet.rows):
-            if math.isclose(row[self.naming.condition.name], request.diameter, rel_tol=1e-6, abs_tol=1e-12):
+            if math.isclose(row[self.naming.condition.name], request.condition, rel_tol=1e-6, abs_tol=1e-12):
                 return index
         return None
 

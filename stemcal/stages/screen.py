@@ -13,6 +13,7 @@ from stemcal.doe.screening.definitive import TwoStages
 from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
 from stemcal.stages.audit.cells import Audited, audit_screening, sentences
@@ -208,7 +209,7 @@ def screen(work: Work) -> ScreenResult:
     answers = work.answers(requests, partial(get_ready, design.coded, study.screen.alpha))
     runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
-        found = _analysed(study, design, runs, "force")
+        found = _analysed(study, design, runs, FIRST)
         further = {name: FurtherScreening.of(_analysed(study, design, runs, name)) for name in study.own_further}
     published = audit_screening(study, found.effects)
     notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
@@ -219,7 +220,7 @@ def screen(work: Work) -> ScreenResult:
 def _analysed(study: Study, design: Design, runs: DesignRuns, response: str) -> Screening:
     return analyse_screening(
         design.coded,
-        [run.response(response) for run in runs.runs],
+        [run.number(response) for run in runs.runs],
         design.names,
         [factor.symbol for factor in study.factors],
         study.screen.alpha,

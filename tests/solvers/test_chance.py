@@ -114,7 +114,7 @@ def test_centre_points_really_run_again_and_their_scatter_is_the_pure_error(tmp_
     study = study_of(tmp_path, "replicates: 2")
     surface = fit_response_surface(study, StudyFolder(tmp_path / "runs"))
     assert isinstance(surface, SurfaceResult)
-    centre = [run.force for run in surface.design.runs if not any(run.coded.values())]
+    centre = [run.response for run in surface.design.runs if not any(run.coded.values())]
     assert len(centre) == len(set(centre)) == 8
     pure = next(row for row in surface.anova if row.source == "Pure error")
     assert pure.df == 8 + 7

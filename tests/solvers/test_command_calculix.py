@@ -31,7 +31,7 @@ def timoshenko(modulus: float, width: float, depth: float, length: float = 100.0
 def test_one_run_agrees_with_beam_theory(modulus: float, width: float, depth: float) -> None:
     levels = {"elastic_modulus": modulus, "width": width}
     answer = make_solver(load_study(SPEC)).solve(Request("screen", 0, levels, depth))
-    assert answer.force == pytest.approx(timoshenko(modulus, width, depth), rel=2e-3)
+    assert answer.response == pytest.approx(timoshenko(modulus, width, depth), rel=2e-3)
 
 
 def test_study_finds_the_modulus(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ class MeshScatter:
     """Relative variances of one force by the place of the mesh, and by how many degrees of freedom they are known.
 
     `common` is the part that all diameters share; `mean_factor` is the mean over the placements over the force of the
-    study's own mesh; `placements` counts them, `diameters` where they were simulated.
+    study's own mesh; `placements` counts them, `conditions` where they were simulated.
     """
 
     own: float
@@ -40,7 +40,7 @@ class MeshScatter:
     common_df: float
     mean_factor: float
     placements: int
-    diameters: int = 1
+    conditions: int = 1
 
     @property
     def variance(self) -> float:
@@ -59,9 +59,9 @@ class MeshScatter:
         doubt = sum(variance**2 / df for variance, df in parts if variance > 0.0)
         return self.variance**2 / doubt if doubt > 0.0 else np.inf
 
-    def interval(self, force: float, level: float = 0.95) -> tuple[float, float]:
-        """Return what holds that share of forces with the mesh at another place; `force` is on the study's own."""
-        middle = force * self.mean_factor
+    def interval(self, response: float, level: float = 0.95) -> tuple[float, float]:
+        """Return what holds that share of forces with the mesh at another place; `response` is on the study's own."""
+        middle = response * self.mean_factor
         half = t_quantile(level, self.df) * middle * sqrt(self.variance * (1.0 + 1.0 / self.placements))
         return middle - half, middle + half
 
@@ -98,18 +98,18 @@ def scatter_of(own: ArrayLike, placed: Array, sized: Array) -> MeshScatter:
         Forces on elements of other sizes; they tell only how differently the diameters answer.
     """
     places = np.log(placed)
-    diameters, count = places.shape
+    conditions, count = places.shape
     if count < 2:
         raise UsageError("mesh.phases: the scatter over the places of the mesh needs two or more")
     mean_factor = float(np.exp(np.mean(places - np.log(np.asarray(own, dtype=float))[:, None])))
-    if diameters == 1:
+    if conditions == 1:
         return MeshScatter(float(places.var(ddof=1)), float(count - 1), 0.0, float(count - 1), mean_factor, count)
     whole = np.hstack([places, np.log(sized)])
-    df = float((diameters - 1) * (whole.shape[1] - 1))
+    df = float((conditions - 1) * (whole.shape[1] - 1))
     within = _interaction(whole) / df
-    between = diameters * float(places.mean(axis=0).var(ddof=1))
-    common = max((between - within) / diameters, 0.0)
-    return MeshScatter(within, df, common, float(count - 1), mean_factor, count, diameters)
+    between = conditions * float(places.mean(axis=0).var(ddof=1))
+    common = max((between - within) / conditions, 0.0)
+    return MeshScatter(within, df, common, float(count - 1), mean_factor, count, conditions)
 
 
 def _interaction(table: Array) -> float:

@@ -37,6 +37,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_gradient
 from stemcal.errors import UsageError
+from stemcal.naming import FIRST
 
 Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
@@ -54,7 +55,7 @@ class Observation:
     measured: float
     sd: float | None = None
     n: int | None = None
-    kind: str = "force"
+    kind: str = FIRST
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +70,8 @@ class Source:
     variance: Array
     df: float
     shared: bool = False
-    diameters: int = 1
-    kind: str = "force"
+    conditions: int = 1
+    kind: str = FIRST
 
     def only(self, kept: Sequence[int]) -> Source:
         """Keep some of the observations."""
@@ -213,7 +214,7 @@ class Misfit:
         itself, not what all share.
         """
         known = self if self.scale_known else self.scaled(least)
-        scatter = {"force": mesh, **(further or {})}
+        scatter = {FIRST: mesh, **(further or {})}
         added = [source for kind, found in scatter.items() for source in known._of_mesh(kind, found)]
         kept = [source for source in added if source.shared or self.scale_known]
         return known.of_sources([*known.sources, *kept])
@@ -223,7 +224,7 @@ class Misfit:
         mine = np.array([observation.kind == kind for observation in self.observations])
         size = np.where(mine, self.measured, 0.0) ** 2
         own = Source("mesh", size * mesh.own, mesh.own_df, kind=kind)
-        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.diameters, kind)
+        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.conditions, kind)
         return [own, common] if mesh.common > 0.0 else [own]
 
     def own_part(self, shared: Source) -> int | None:
@@ -234,7 +235,7 @@ class Misfit:
         """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
         for i, source in enumerate(self.sources):
             if source.shared and (own := self.own_part(source)) is not None:
-                moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.diameters
+                moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.conditions
                 parts[i] += moved
                 parts[own] = np.maximum(parts[own] - moved, 0.0)
 

@@ -34,14 +34,14 @@ class Discrepancy:
 
     scale: float
     sd_percent: float
-    diameters: int
+    conditions: int
 
 
 @dataclass(frozen=True)
 class Corrected:
     """A force, or other response, predicted with the scale, and where a measured one lies with 95 %."""
 
-    force: float
+    response: float
     interval: tuple[float, float]
 
 
@@ -68,7 +68,7 @@ def discrepancy(ratios: Mapping[float, float], seen: int = 1) -> Discrepancy | N
 
 def corrected(
     simulated: float,
-    diameter: float,
+    condition: float,
     ratios: Mapping[float, float],
     seen: int = 1,
     smooth: bool = False,
@@ -78,7 +78,7 @@ def corrected(
     if len(ratios) < needed(seen) - 1:
         return None
     d, logs = np.array(list(ratios)), np.log(list(ratios.values()))
-    low, middle, high = (_by_process if smooth else _by_scale)(d, logs, diameter, seen, level)
+    low, middle, high = (_by_process if smooth else _by_scale)(d, logs, condition, seen, level)
     return Corrected(simulated * exp(middle), (simulated * exp(low), simulated * exp(high)))
 
 

@@ -67,10 +67,10 @@ class LsDyna(OneCommand):
         """Write the deck of a request; tell the text of each value that went into the user's own deck."""
         self.inputs.write(folder, {})
         if not self._own():
-            text = deck_text(Deck.of(self.study, request.levels, request.diameter))
+            text = deck_text(Deck.of(self.study, request.levels, request.condition))
             (folder / DECK).write_text(text, encoding="utf-8", newline="\n")
             return {}
-        own = template_bytes(self._own_at(request.diameter))
+        own = template_bytes(self._own_at(request.condition))
         material = find_material(own, self.options.material)
         deck, written = replaced(own, material, self.study.parameters(request.levels))
         (folder / DECK).write_bytes(deck)

@@ -84,7 +84,7 @@ class OpenRadioss(Program):
         return {}
 
     def _deck(self, request: Request) -> Deck:
-        return Deck.of(self.study, request.levels, request.diameter, FORM)
+        return Deck.of(self.study, request.levels, request.condition, FORM)
 
     def _run(self, folder: Path, request: Request) -> Answer:
         """Run starter, engine and ``th_to_csv`` one after the other, in one time limit; then read the force."""

@@ -83,13 +83,8 @@ class Program(ABC):
             "inputs": self.inputs.identity(),
             **self._determining(request),
             "levels": dict(request.levels),
-            **self._condition(request),
+            **({} if self.naming.condition is None else {"condition": request.condition}),
         }
-
-    def _condition(self, request: Request) -> dict[str, float]:
-        """Return the condition that is asked for by its name, nothing where the study has none."""
-        condition = self.naming.condition
-        return {} if condition is None else {condition.name: request.diameter}
 
     def solve(self, request: Request) -> Answer:
         """Run the program for a request; its folder is kept if it fails."""

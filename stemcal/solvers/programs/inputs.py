@@ -65,7 +65,7 @@ def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict
     """Return what each placeholder stands for: the shortest text of each number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: number(value) for name, value in request.levels.items()}
-    at = {} if naming.condition is None else {naming.condition.name: number(request.diameter)}
+    at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
     return {**drawn, **at, **levels}
 
 
@@ -76,6 +76,6 @@ def seed_of(request: Request, drawn_from: int) -> int:
     >>> seed_of(run, 0), seed_of(run, 1)
     (409313303, 513693770)
     """
-    run = (request.stage, request.row, request.replicate, number(request.diameter), values_of(request))
+    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
     found = hashlib.sha256(json.dumps([drawn_from, *run], sort_keys=True).encode()).digest()
     return 1 + int.from_bytes(found[:8], "big") % _MOST_SEED

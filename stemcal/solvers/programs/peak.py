@@ -61,4 +61,4 @@ def peak_answer(
             "force": [round(float(v), 4) for v in filtered[keep]],
         },
     }
-    return Answer("ok", force=float(filtered[peak]), details=details)
+    return Answer("ok", response=float(filtered[peak]), details=details)

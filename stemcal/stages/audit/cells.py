@@ -10,7 +10,7 @@ from pathlib import Path
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.screening.effects import Effect
-from stemcal.doe.validation.diameters import Validation, compare_diameters
+from stemcal.doe.validation.conditions import Validation, compare_conditions
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.typed import inline
 from stemcal.solvers.sheet import read_cells
@@ -92,7 +92,7 @@ def audit_validation(study: Study) -> Audited | None:
         return None
     result, printed = printed_validation(study, study.published.validation)
     cells = [
-        (f"error at {row.diameter:g} mm", text, row.error_percent)
+        (f"error at {row.condition:g} mm", text, row.error_percent)
         for text, row in zip(printed, result.rows, strict=True)
     ]
     return audit_cells({"validation": cells})
@@ -103,10 +103,10 @@ def printed_validation(study: Study, path: Path) -> tuple[Validation, list[str]]
     header, rows = table(path)
     columns = [_column(header, path, *names) for names in _VALIDATION]
     printed = [tuple(cells[column] for column in columns) for cells in rows]
-    diameters, measured, simulated = (
+    conditions, measured, simulated = (
         [_number(path, cells[i]) for cells in printed] for i in range(len(_VALIDATION) - 1)
     )
-    result = compare_diameters(diameters, measured, simulated, study.targets.calibrate_at)
+    result = compare_conditions(conditions, measured, simulated, study.targets.calibrate_at)
     return result, [texts[-1] for texts in printed]
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
-from stemcal.naming import CUTTING
+from stemcal.naming import CUTTING, FIRST
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero
 from stemcal.study.types.fields import Number, Quantity, Readable, SpecFile, Whole, complain
 from stemcal.study.types.named import OwnCondition, OwnResponse
@@ -15,7 +15,7 @@ from stemcal.study.types.named import OwnCondition, OwnResponse
 __all__ = ["AtSize", "Mean", "Published", "Target", "Targets"]
 
 AtSize = Annotated[float, OwnCondition("length", above=0)]
-Force = Annotated[float, OwnResponse("force", above=0)]
+FirstResponse = Annotated[float, OwnResponse("force", above=0)]
 Work = Annotated[float, Quantity("energy", above=0)]
 PrintedText = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=40), Readable]
 
@@ -35,15 +35,15 @@ class Mean(Frozen):
 
 
 class Target(Frozen):
-    """The measured maximum force at one stem diameter, with its standard deviation over n specimens.
+    """The measured mean of the first response at one condition, with its standard deviation over n specimens.
 
-    Where the study names its own responses, `force` is the first of them, `diameter` the condition, and `further` has
-    the others.
+    In the shear test these are the maximum force at a stem diameter, as a spec calls them. `further` has the other
+    responses that a study declares itself.
     """
 
-    diameter: AtSize
+    condition: AtSize = Field(alias="diameter")
     """Outer diameter of the stems."""
-    force: Force
+    response: FirstResponse = Field(alias="force")
     """Mean of their maximum shear force."""
     sd: Annotated[float, OwnResponse("force", at_least=0)] | None = None
     """Standard deviation of it over the stems; without it the mean is taken as exact."""
@@ -60,11 +60,11 @@ class Target(Frozen):
     further: SkipJsonSchema[Annotated[dict[str, Mean], BeforeValidator(_not_from_yaml)]] = Field(default={})
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
-        """Return mean and standard deviation of a response."""
+        """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""
         if response in self.further:
             return self.further[response].value, self.further[response].sd
         known = {
-            "force": (self.force, self.sd),
+            FIRST: (self.response, self.sd),
             "travel": (self.travel, self.travel_sd),
             "work": (self.work, self.work_sd),
         }
@@ -72,11 +72,11 @@ class Target(Frozen):
 
 
 class Targets(Frozen):
-    """What the laboratory measured, and the diameter at which the parameters are calibrated."""
+    """What the laboratory measured, and the condition at which the parameters are calibrated."""
 
     calibrate_at: AtSize
     """The diameter whose force the parameters are fitted to; the others check them."""
-    forces: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)]
+    means: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)] = Field(alias="forces")
     """The measured forces, an entry per diameter."""
     equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
     """Up to here a simulated force counts as equal to the measured one: in the verdict, and as the margin of the

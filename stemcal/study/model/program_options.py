@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints
 
+from stemcal.naming import FIRST
 from stemcal.study.model.frozen import Flag, Frozen, Share, Size
 from stemcal.study.model.result_readers import ResultReader, Text
 from stemcal.study.model.solver_options import (
@@ -94,8 +95,8 @@ class CommandSolver(ProgramOptions, Commanded):
 
     @property
     def readers(self) -> dict[str, ResultReader]:
-        """How each response is read; the one of a single reader is called ``force``, as inside the study."""
-        return dict(self.results) if self.result is None else {"force": self.result}
+        """How each response is read; the one of a single reader is called `FIRST`."""
+        return dict(self.results) if self.result is None else {FIRST: self.result}
 
     @property
     def by_chance(self) -> bool:

@@ -4,25 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
 
+from stemcal.naming import FIRST
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.model.measured_targets import AtSize
 from stemcal.study.types.fields import Number, Whole
 from stemcal.study.types.lengths import StemLength
-from stemcal.study.types.named import internal_names
+from stemcal.study.types.named import responses_by_name
 
 __all__ = ["ClimbOptions", "InvertOptions", "MeshOptions", "RefineOptions", "RunsOptions"]
 
 Responses = Annotated[
     tuple[str, ...],
-    BeforeValidator(internal_names),
+    BeforeValidator(responses_by_name),
     WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
 
 
 class InvertOptions(Frozen):
-    """Which of the points that give the target is called the solution; with `diameters`, the joint fit over them.
+    """Which of the points that give the target is called the solution; with `conditions`, the joint fit over them.
 
     More `responses` than the force make a joint fit even of one diameter.
     """
@@ -30,9 +31,11 @@ class InvertOptions(Frozen):
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
     """Which of the points that give the force is the solution: the nearest to the centre, the best predicted, or the
     one with all factors but the strongest at their centre."""
-    diameters: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = None
+    conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
+        default=None, validation_alias=AliasChoices("diameters", "conditions")
+    )
     """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
-    responses: Responses = ("force",)
+    responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
     posterior: Flag = False
     """Sample what the forces leave possible (extra `bayes`)."""

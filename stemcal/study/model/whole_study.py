@@ -114,7 +114,7 @@ class Study(StudyForm):
 
     def __repr__(self) -> str:
         return (
-            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.forces)} measured "
+            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.means)} measured "
             f"{self.naming.response.plural}, solver {self.solver.kind}"
         )
 
@@ -186,7 +186,7 @@ class Study(StudyForm):
     @property
     def calibration_target(self) -> Target:
         """The target at the diameter the parameters are calibrated at."""
-        return min(self.targets.forces, key=lambda target: abs(target.diameter - self.targets.calibrate_at))
+        return min(self.targets.means, key=lambda target: abs(target.condition - self.targets.calibrate_at))
 
     @property
     def unvalidated(self) -> bool:
@@ -196,8 +196,8 @@ class Study(StudyForm):
     @property
     def joint_targets(self) -> tuple[Target, ...]:
         """The targets that the parameters are fitted to together; empty if one force alone is."""
-        wanted = self.invert.diameters
+        wanted = self.invert.conditions
         if wanted is None:
             return (self.calibration_target,) if len(self.invert.responses) > 1 else ()
-        forces = self.targets.forces
-        return tuple(t for t in forces if wanted == "all" or any(abs(t.diameter - d) < 1e-6 for d in wanted))
+        means = self.targets.means
+        return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))

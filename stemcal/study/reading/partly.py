@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import AliasChoices, BaseModel, TypeAdapter, ValidationError
 
 __all__ = ["partly"]
 
@@ -20,13 +20,20 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     if "kind" in kind.model_fields and given.get("kind") != kind.model_fields["kind"].default:
         return None  # another solver
     hints = get_type_hints(kind, include_extras=True)
-    read = {name: _field(hints[name], given[name], context) for name in kind.model_fields if name in given}
+    keys = {name: key for name in kind.model_fields for key in _keys(kind, name) if key in given}
+    read = {name: _field(hints[name], given[key], context) for name, key in keys.items()}
     good = {name: value for name, value in read.items() if value is not None}
     section = kind.model_construct(_fields_set={*good}, **good)
     for name, field in kind.model_fields.items():
-        if name not in good and (name in given or field.is_required()):
+        if name not in good and (name in keys or field.is_required()):
             section.__dict__.pop(name, None)
     return section
+
+
+def _keys(kind: type[BaseModel], name: str) -> Sequence[str]:
+    """Return the keys that a field may have in a spec."""
+    alias = kind.model_fields[name].validation_alias
+    return [str(choice) for choice in alias.choices] if isinstance(alias, AliasChoices) else [str(alias or name)]
 
 
 def _field(hint: Any, given: Any, context: Mapping[str, Any]) -> Any:

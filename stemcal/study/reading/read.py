@@ -15,7 +15,7 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.naming import Naming
+from stemcal.naming import FIRST, Naming
 from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, Study, StudyForm
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.partly import partly
@@ -23,7 +23,7 @@ from stemcal.study.reading.schema import RESULT_KINDS, SOLVER_KINDS, section_wit
 from stemcal.study.rules import broken_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
-from stemcal.study.types.named import inner_options, naming_of, respelled, spelled
+from stemcal.study.types.named import as_in_spec, naming_of, own_targets
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
 from stemcal.words import listed, nearest
 
@@ -135,9 +135,9 @@ def _fit_all_responses(sections: dict[str, Any], data: Any) -> None:
     chosen = isinstance(data, dict) and isinstance(data.get("invert"), dict) and "responses" in data["invert"]
     if not sections.get("responses") or targets is None or invert is None or chosen:
         return
-    measured = dict.fromkeys(name for target in targets.forces for name in target.further)
+    measured = dict.fromkeys(name for target in targets.means for name in target.further)
     if measured:
-        sections["invert"] = invert.model_copy(update={"responses": ("force", *measured)})
+        sections["invert"] = invert.model_copy(update={"responses": (FIRST, *measured)})
 
 
 def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
@@ -172,22 +172,13 @@ def _validate_targets(
     if naming.is_cutting or given is None:
         _validate(name, given, context, sections, findings)
         return
-    respelt, wrong = respelled(given, naming)
+    targets, wrong = own_targets(given, naming)
     findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
-    if respelt is not None and not wrong:
+    if targets is not None and not wrong:
         try:
-            sections[name] = _adapter(name).validate_python(respelt, context=context)
+            sections[name] = _adapter(name).validate_python(targets, context=context)
         except ValidationError as error:
             findings += _findings(error, (name,))
-
-
-def _validate_invert(
-    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
-) -> None:
-    """What is fitted together is chosen by ``diameters``, or ``conditions`` where these are of the study's own."""
-    inner, wrong = inner_options(given, context["naming"])
-    findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
-    _validate(name, inner, context, sections, findings)
 
 
 def _validate_solver(
@@ -228,7 +219,6 @@ _VALIDATE = {
     "factors": _validate_factors,
     "targets": _validate_targets,
     "solver": _validate_solver,
-    "invert": _validate_invert,
 }
 
 
@@ -284,7 +274,7 @@ def _draft(data: Any, sections: dict[str, Any], naming: Naming) -> Draft:
 def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
     """Return a finding with the path that the spec writes, under its own names."""
     as_list = isinstance(data, dict) and isinstance(data.get("targets"), list)
-    path = spelled(finding.path, naming, as_list)
+    path = as_in_spec(finding.path, naming, as_list)
     invert = data.get("invert") if isinstance(data, dict) else None
     if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
         path = ("invert", "conditions", *path[2:])

@@ -92,6 +92,6 @@ class Draft:
         if self.specimen is not None:
             found["specimen", "outer_diameter"] = self.specimen.outer_diameter
         if self.targets is not None and self.naming.condition == DIAMETER:
-            for index, target in enumerate(self.targets.forces):
-                found["targets", "forces", index, "diameter"] = target.diameter
+            for index, target in enumerate(self.targets.means):
+                found["targets", "forces", index, "diameter"] = target.condition
         return found

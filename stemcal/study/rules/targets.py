@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from stemcal.naming import Naming
+from stemcal.naming import FIRST, Naming
 from stemcal.study.model import Condition, Response, Target
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types.named import declared_once
@@ -38,14 +38,14 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
             yield Finding((section, index, "name"), message, "choose another name")
 
 
-def diameters_differ(draft: Draft) -> Iterator[Finding]:
+def conditions_differ(draft: Draft) -> Iterator[Finding]:
     """Each diameter has one target."""
     seen: dict[float, int] = {}
-    for index, target in enumerate(draft.targets.forces if draft.targets else ()):
-        first = seen.setdefault(round(target.diameter, 9), index)
+    for index, target in enumerate(draft.targets.means if draft.targets else ()):
+        first = seen.setdefault(round(target.condition, 9), index)
         if first != index:
             named = draft.naming
-            place = f"diameter {named.place(target.diameter)}" if named.is_cutting else named.place(target.diameter)
+            place = f"diameter {named.place(target.condition)}" if named.is_cutting else named.place(target.condition)
             message = f"{place or 'the study'} has two {named.response.plural}"
             remedy = f"keep one; give the mean {named.response.noun} with sd and n"
             yield Finding(("targets", "forces", index, "diameter"), message, remedy)
@@ -55,30 +55,34 @@ def calibration_has_target(draft: Draft) -> Iterator[Finding]:
     """The diameter to calibrate at is one of the measured ones."""
     if draft.targets is None:
         return
-    diameters = [target.diameter for target in draft.targets.forces]
+    conditions = [target.condition for target in draft.targets.means]
     at = draft.targets.calibrate_at
-    if not any(math.isclose(at, diameter, rel_tol=_CLOSE) for diameter in diameters):
+    if not any(math.isclose(at, condition, rel_tol=_CLOSE) for condition in conditions):
         named = draft.naming
-        message = f"no {named.response.noun} is given for {named.place(at)}, only for {_listing(diameters, draft)}"
+        message = f"no {named.response.noun} is given for {named.place(at)}, only for {_listing(conditions, draft)}"
         remedy = f"add its {named.response.noun} or calibrate at another {named.condition_noun}"
         yield Finding(("targets", "calibrate_at"), message, remedy)
 
 
-def joint_diameters_measured(draft: Draft) -> Iterator[Finding]:
+def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     """`invert.diameters` names measured diameters, and the solver can answer at each."""
-    if draft.invert is None or draft.invert.diameters is None or draft.targets is None:
+    if draft.invert is None or draft.invert.conditions is None or draft.targets is None:
+        return
+    if draft.naming.condition is None:
+        remedy = "declare one under conditions, or remove this"
+        yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
         return
     if draft.solver and draft.solver.kind == "table":
         message = f"the tables hold {draft.naming.response.plural} of one {draft.naming.condition_noun} only"
         other = "the embedded solver" if draft.naming.is_cutting else "a solver that simulates"
         yield Finding(("invert", "diameters"), message, f"remove it, or use {other}")
-    if draft.invert.diameters == "all":
+    if draft.invert.conditions == "all":
         return
-    measured = [target.diameter for target in draft.targets.forces]
-    for index, diameter in enumerate(draft.invert.diameters):
-        if not any(math.isclose(diameter, other, rel_tol=_CLOSE) for other in measured):
+    measured = [target.condition for target in draft.targets.means]
+    for index, condition in enumerate(draft.invert.conditions):
+        if not any(math.isclose(condition, other, rel_tol=_CLOSE) for other in measured):
             named = draft.naming
-            message = f"no {named.response.noun} is given for {named.place(diameter)}, only for "
+            message = f"no {named.response.noun} is given for {named.place(condition)}, only for "
             remedy = f"add its {named.response.noun} to targets, or remove it here"
             yield Finding(("invert", "diameters", index), message + _listing(measured, draft), remedy)
 
@@ -89,38 +93,38 @@ def _listing(values: Sequence[float], draft: Draft) -> str:
     return ", ".join(f"{value:g}" for value in values[:20]) + beside
 
 
-def process_fits_one_force(draft: Draft) -> Iterator[Finding]:
+def process_fits_one_response(draft: Draft) -> Iterator[Finding]:
     """A Gaussian process proposes points for one measured mean."""
     invert, refine = draft.invert, draft.refine
     if invert is None or refine is None or refine.model == "quadratic":
         return
-    if invert.diameters is not None or len(invert.responses) > 1:
+    if invert.conditions is not None or len(invert.responses) > 1:
         message = "a joint fit is refined on quadratics"
         named = draft.naming
-        others = "invert.responses" if invert.diameters is None else named.fitted_at
+        others = "invert.responses" if invert.conditions is None else named.fitted_at
         remedy = f"leave it out, or fit one {named.response.noun}: leave {others} out"
         yield Finding(("refine", "model"), message, remedy)
 
 
 def responses_measured(draft: Draft) -> Iterator[Finding]:
     """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
-    if draft.invert is None or draft.targets is None or draft.invert.responses == ("force",):
+    if draft.invert is None or draft.targets is None or draft.invert.responses == (FIRST,):
         return
     path, names, named = ("invert", "responses"), draft.invert.responses, draft.naming
     if named.is_cutting and draft.solver and draft.solver.kind != "embedded":
         yield Finding(path, f"solver {draft.solver.kind} answers with a force only", "remove it")
-    if "force" not in names or len(set(names)) < len(names):
+    if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
         message = f"{listed}: the {named.response.noun} belongs there, and each once"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for name in names:
-        yield from _weighed(draft.targets.forces, name, draft.naming)
+        yield from _weighed(draft.targets.means, name, draft.naming)
 
 
 def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
     """Demand a value and a standard deviation of a response at one diameter at least."""
     name = naming.named(response).name
-    sd = "sd" if response == "force" else f"{name}_sd"
+    sd = "sd" if response == FIRST else f"{name}_sd"
     given = [sd for mean, sd in (target.mean_of(response) for target in targets) if mean is not None]
     where = "targets.forces" if naming.is_cutting else "targets"
     if not given:

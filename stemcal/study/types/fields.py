@@ -151,7 +151,7 @@ Title = Annotated[
 ]
 Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=80), Readable]
 
-_RESERVED_COLUMNS = {"run", "row", "force", "diameter", "status", "key", "reason"}
+_RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter", "status", "key", "reason"}
 
 
 def _column_name(name: str) -> str:

@@ -39,9 +39,9 @@ class Length:
         """
         return TypeAdapter(StemLength).validate_python(text)
 
-    def at(self, diameter: float) -> float:
+    def at(self, condition: float) -> float:
         """Return the length at a stem of this outer diameter, mm."""
-        return self.mm if self.divisor is None else diameter / self.divisor
+        return self.mm if self.divisor is None else condition / self.divisor
 
     def __str__(self) -> str:
         return f"{self.mm:g} mm" if self.divisor is None else f"d/{self.divisor:g}"

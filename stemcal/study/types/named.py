@@ -1,7 +1,7 @@
-"""Responses and conditions that a spec names itself: its targets, and what else is written under these names.
+"""Responses and conditions that a spec names itself, and targets written under these names.
 
-Inside the study the first response is called ``force`` and the condition ``diameter``, whatever they are; their values
-are in the units that the spec declares. Where there is no condition, every run is `NOWHERE`.
+Here these names end: the study has neutral ones (`Target.response`, `Target.condition`). Values are in the units that
+the spec declares. Where there is no condition, every run is `NOWHERE`.
 """
 
 from __future__ import annotations
@@ -12,44 +12,25 @@ from typing import Any, Protocol
 from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
-from stemcal.files.typed import NOWHERE
-from stemcal.naming import CUTTING, DIAMETER, FORCE, Named, Naming, small
+from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
 from stemcal.study.types import units
 from stemcal.study.types.fields import MOST, Quantity, complain
+from stemcal.study.types.placeholders import CHANCE
 
 __all__ = [
     "OwnCondition",
     "OwnResponse",
-    "inner_options",
-    "internal_names",
+    "as_in_spec",
+    "declared_once",
     "naming_of",
+    "own_targets",
     "quantity",
-    "respelled",
-    "spelled",
+    "responses_by_name",
 ]
 
 Wrong = tuple[tuple[str | int, ...], str, str]
 """Where something is wrong below a section, the message and the remedy."""
-# What the files of runs and stages hold beside responses and conditions, on the same level.
-_RESERVED = (
-    *("run", "row", "stage", "status", "censored", "key", "reason", "message", "levels", "coded", "block", "weight"),
-    *("phases", "sd", "n", "unit", "response", "responses", "role", "measured", "simulated", "predicted", "corrected"),
-    *("error_percent", "step", "iteration", "how", "place", "rows", "notes", "head", "target", "parameters", "fit"),
-    *("identity", "request", "details", "provenance", "record_version", "naming", "pictured", "element_size", "again"),
-    *(
-        "replicate",
-        "replicates",
-        "seed",
-        "interval",
-        "inside",
-        "runs",
-        "further",
-        "left_out_error_percent",
-        "published",
-        "solution",
-        "certainty",
-    ),
-)
+_BESIDE = ("sd", "n")  # what else an entry of the targets holds
 _OF_TARGETS = ("calibrate_at", "values", "equivalent_within_percent")
 
 
@@ -69,8 +50,7 @@ def naming_of(responses: Sequence[Declared], conditions: Sequence[Declared] | No
     condition = _named(conditions[0]) if conditions else None
     if not responses:
         return Naming(condition=condition)
-    first, *others = map(_named, responses)
-    return Naming(first, condition, tuple(others))
+    return Naming(condition, tuple(map(_named, responses)))
 
 
 def _named(declared: Declared) -> Named:
@@ -79,7 +59,7 @@ def _named(declared: Declared) -> Named:
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):
             return own
     label = declared.label or declared.name.replace("_", " ").capitalize()
-    return Named(declared.name, label, small(label), declared.symbol, declared.unit)
+    return Named(declared.name, label, declared.symbol, declared.unit)
 
 
 def quantity(given: Any, named: Named) -> float:
@@ -138,8 +118,8 @@ class OwnResponse(Quantity):
         return super().read(given, info) if response == FORCE else quantity(given, response)
 
 
-def internal_names(given: Any, info: ValidationInfo) -> Any:
-    """Return the responses of a list by their names inside the study; all of them for ``all``."""
+def responses_by_name(given: Any, info: ValidationInfo) -> Any:
+    """Return the responses of a list, `FIRST` for the first; all of them for ``all``."""
     if info.context is None:
         return given
     naming = _naming(info)
@@ -148,7 +128,7 @@ def internal_names(given: Any, info: ValidationInfo) -> Any:
         given = known
     if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
         raise complain("should be 'all' or a list of responses", f"choose among {', '.join(known)}")
-    return tuple(FORCE.name if name == naming.response.name else name for name in given)
+    return tuple(FIRST if name == naming.response.name else name for name in given)
 
 
 def _naming(info: core_schema.ValidationInfo) -> Naming:
@@ -159,7 +139,7 @@ def _naming(info: core_schema.ValidationInfo) -> Naming:
 # ---- targets under their own names
 
 
-def respelled(given: Any, naming: Naming) -> tuple[Any, list[Wrong]]:
+def own_targets(given: Any, naming: Naming) -> tuple[Any, list[Wrong]]:
     """Return targets as the shear test spells them, and what is wrong with them: path, message, remedy.
 
     ``- {moisture: 12, angle: 32.6 deg, sd: 0.8 deg, n: 5, density: 650 kg/m3}`` is an entry; a list of them may stand
@@ -267,10 +247,10 @@ def _said(error: PydanticCustomError) -> tuple[str, str]:
     return str(context.get("message", "")), str(context.get("remedy", ""))
 
 
-def spelled(path: tuple[str | int, ...], naming: Naming, as_list: bool) -> tuple[str | int, ...]:
+def as_in_spec(path: tuple[str | int, ...], naming: Naming, as_list: bool) -> tuple[str | int, ...]:
     """Return the path that a spec writes for one inside the study.
 
-    >>> spelled(("targets", "forces", 0, "force"), Naming(Named("angle", "", "", "", "deg"), None, ()), True)
+    >>> as_in_spec(("targets", "forces", 0, "force"), Naming(None, (Named("angle", "", "", "deg"),)), True)
     ('targets', 0, 'angle')
     """
     if naming.is_cutting or path[:1] != ("targets",):
@@ -283,28 +263,14 @@ def spelled(path: tuple[str | int, ...], naming: Naming, as_list: bool) -> tuple
     return ("targets", *(steps[1:] if as_list and steps[:1] == ["values"] else steps))
 
 
-def inner_options(given: Any, naming: Naming) -> tuple[Any, list[Wrong]]:
-    """Return the section ``invert`` with ``conditions`` as the study calls them inside, and what is wrong with it.
-
-    >>> inner_options({"conditions": "all"}, Naming(condition=Named("moisture", "", "", "", "%")))
-    ({'diameters': 'all'}, [])
-    """
-    if naming.condition == DIAMETER or not isinstance(given, Mapping) or "conditions" not in given:
-        return given, []
-    rest = {key: value for key, value in given.items() if key != "conditions"}
-    if naming.condition is None:
-        return rest, [(("conditions",), "the study has no conditions", "declare one under conditions, or remove this")]
-    if "diameters" in given:
-        return rest, [(("conditions",), "diameters means the same", "remove one of them")]
-    return {**rest, "diameters": given["conditions"]}, []
-
-
 def declared_once(naming: Naming, factors: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Yield names that stand for two things, with what they clash with."""
-    taken = dict.fromkeys(factors, "a factor")
-    reserved = dict.fromkeys(_RESERVED, "a column")
-    others = [] if naming.condition is None else [naming.condition]
-    for named in (*naming.responses, *others):
-        if (of := {**reserved, **taken}.get(named.name)) is not None:
-            yield named.name, of
-        taken[named.name] = "another response or condition"
+    taken = {**dict.fromkeys(_BESIDE, "a key of targets"), **dict.fromkeys(CHANCE, "a placeholder")}
+    taken |= dict.fromkeys(factors, "a factor")
+    condition = [] if naming.condition is None else [naming.condition]
+    for named in (*naming.responses, *condition):
+        if named.name in taken:
+            yield named.name, taken[named.name]
+        scatter = {f"{named.name}_sd": f"the scatter of {named.name}"} if named in naming.further else {}
+        first = {FIRST: "the first response in files"} if named == naming.response else {}
+        taken |= {named.name: "another response or condition", **scatter, **first}

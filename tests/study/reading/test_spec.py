@@ -52,7 +52,8 @@ def test_good_spec_loads_pickles_and_dumps(path: Path) -> None:
     assert pickle.loads(pickle.dumps(study)) == study
     dump = study.model_dump(mode="json")
     assert set(dump) == set(StudyForm.model_fields)
-    assert Study.model_validate_json(study.model_dump_json()).model_dump(mode="json") == dump
+    as_written = study.model_dump_json(by_alias=True)
+    assert Study.model_validate_json(as_written).model_dump(mode="json") == dump
 
 
 def test_everything_arrives_in_internal_units() -> None:
@@ -69,7 +70,7 @@ def test_everything_arrives_in_internal_units() -> None:
     assert isinstance(study.solver, EmbeddedSolver)
     assert study.solver.element_size.at(9.0) == pytest.approx(0.5, rel=1e-14)
     assert study.solver.filter_window == 0.0
-    assert study.calibration_target.force == pytest.approx(213.8, rel=1e-14)
+    assert study.calibration_target.response == pytest.approx(213.8, rel=1e-14)
     assert study.calibration_target.sd == 12.0 and study.calibration_target.n == 6
 
 
@@ -119,8 +120,8 @@ def test_the_paper_study_is_the_paper() -> None:
     highs = [1200, 1200, 0.4, 20, 0.6, 0.1, 100, 12, 0.05]
     assert [factor.low for factor in study.factors] == lows
     assert [factor.high for factor in study.factors] == highs
-    assert [target.force for target in study.targets.forces] == [120, 159.2, 213.8, 300, 378.2]
-    assert study.calibration_target.force == 159.2
+    assert [target.response for target in study.targets.means] == [120, 159.2, 213.8, 300, 378.2]
+    assert study.calibration_target.response == 159.2
     assert (study.blade.length, study.blade.width, study.blade.thickness) == (90, 28, 2.3)
     replay = load_study(ROOT / "configs" / "paper-replay.yaml")
     assert study.rsm.coding == {}

@@ -39,7 +39,7 @@ class ValidationRow:
     equivalence test: all None where sd and n of two or more specimens are not given.
     """
 
-    diameter: float
+    condition: float
     measured: float
     simulated: float | None
     error_percent: float | None
@@ -79,17 +79,17 @@ class Validation:
     mean_abs_error_percent: float | None
     max_abs_error_percent_independent: float | None
     best_scaled_max_error_percent: float | None
-    error_slope_percent_per_mm: float | None
+    error_slope_percent_per_unit: float | None
     measured_exponent: Exponent | None
     simulated_exponent: Exponent | None
     notes: tuple[str, ...]
 
 
-def compare_diameters(
-    diameters: Sequence[float],
+def compare_conditions(
+    conditions: Sequence[float],
     measured: Sequence[float],
     simulated: Sequence[float | None],
-    calibration_diameter: float | Sequence[float] | None,
+    calibration_condition: float | Sequence[float] | None,
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
     margin_percent: float = 10.0,
     simulated_scatter: tuple[float, float] | None = None,
@@ -100,10 +100,10 @@ def compare_diameters(
 
     Parameters
     ----------
-    diameters : mm, or the unit of the condition
+    conditions : mm, or the unit of the condition
     measured, simulated : N, or the unit of the response
         None or NaN in `simulated` marks a failed run.
-    calibration_diameter : mm, or the unit of the condition
+    calibration_condition : mm, or the unit of the condition
         The diameter, or diameters, the parameters were fitted at: no independent check.
     scatter : sequence of (sd, n), optional
         Standard deviation and number of specimens of each measured force, None where unknown.
@@ -116,13 +116,13 @@ def compare_diameters(
     naming : Naming
         What response and condition are called in sentences.
     """
-    scatter = scatter or [(None, None)] * len(diameters)
-    if not len(diameters) == len(measured) == len(simulated):
+    scatter = scatter or [(None, None)] * len(conditions)
+    if not len(conditions) == len(measured) == len(simulated):
         response, condition = naming.response.plural, naming.condition_plural
         raise UsageError(f"validation: {condition}, measured and simulated {response} differ in number")
     rows = tuple(
-        _tested(_row(float(d), float(m), s, calibration_diameter, naming), *spread, margin_percent, simulated_scatter)
-        for d, m, s, spread in zip(diameters, measured, simulated, scatter, strict=True)
+        _tested(_row(float(d), float(m), s, calibration_condition, naming), *spread, margin_percent, simulated_scatter)
+        for d, m, s, spread in zip(conditions, measured, simulated, scatter, strict=True)
     )
     done = [row for row in rows if row.error_percent is not None]
     sizes = [abs(row.error_percent or 0.0) for row in done]
@@ -134,7 +134,7 @@ def compare_diameters(
         mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
         max_abs_error_percent_independent=max(independent, default=None),
         best_scaled_max_error_percent=_best_scaled_error(done),
-        error_slope_percent_per_mm=slope,
+        error_slope_percent_per_unit=slope,
         measured_exponent=lab,
         simulated_exponent=model,
         notes=(
@@ -158,26 +158,26 @@ def _growth(
     rows: Sequence[ValidationRow], done: Sequence[ValidationRow]
 ) -> tuple[float | None, Exponent | None, Exponent | None]:
     """Return the slope of the error over the diameter, and the exponents of laboratory and model."""
-    lab = fit_power_law([row.diameter for row in rows], [row.measured for row in rows])
-    model = fit_power_law([row.diameter for row in done], [row.simulated or 0.0 for row in done])
+    lab = fit_power_law([row.condition for row in rows], [row.measured for row in rows])
+    model = fit_power_law([row.condition for row in done], [row.simulated or 0.0 for row in done])
     return _error_slope(done), Exponent.of(lab), Exponent.of(model)
 
 
 def _row(
-    diameter: float,
+    condition: float,
     measured: float,
     simulated: float | None,
     calibration: float | Sequence[float] | None,
     naming: Naming,
 ) -> ValidationRow:
     if measured <= 0.0:
-        told = f"{naming.response.noun} {naming.response.text(measured)}{naming.at(diameter)}"
+        told = f"{naming.response.noun} {naming.response.text(measured)}{naming.at(condition)}"
         raise UsageError(f"validation: measured {told} must be positive")
-    fitted = calibration is not None and bool(np.any(np.isclose(diameter, calibration)))
+    fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
     role = "calibration" if fitted else "validation"
     if simulated is None or not np.isfinite(simulated):
-        return ValidationRow(diameter, measured, None, None, role)
-    return ValidationRow(diameter, measured, float(simulated), error_percent(measured, simulated), role)
+        return ValidationRow(condition, measured, None, None, role)
+    return ValidationRow(condition, measured, float(simulated), error_percent(measured, simulated), role)
 
 
 def _tested(
@@ -213,7 +213,7 @@ def _test_notes(rows: Sequence[ValidationRow], margin_percent: float, naming: Na
         return []
     found: dict[str, list[str]] = {"equal": [], "apart": [], "open": []}
     for row in tested:
-        found[_verdict(row)].append(naming.each(row.diameter))
+        found[_verdict(row)].append(naming.each(row.condition))
     equal, apart, open_ = found.values()
     none = "none" if naming.condition is None else f"no {naming.condition_noun}"
     notes = [EQUAL(margin=margin_percent, places=", ".join(equal) or none)]
@@ -224,7 +224,7 @@ def _test_notes(rows: Sequence[ValidationRow], margin_percent: float, naming: Na
 
 def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
     """Change of the error per millimetre of diameter, from three diameters on."""
-    d = np.array([row.diameter for row in rows])
+    d = np.array([row.condition for row in rows])
     if len(np.unique(d)) < 3:
         return None
     errors = np.array([row.error_percent for row in rows], dtype=float)
@@ -245,7 +245,7 @@ def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
 
 
 def _notes(rows: Sequence[ValidationRow], naming: Naming, left_out_checks: bool) -> list[str]:
-    fitted = [row.diameter for row in rows if row.role == "calibration"]
+    fitted = [row.condition for row in rows if row.role == "calibration"]
     notes = []
     if len(fitted) == 1:
         notes.append(_CALIBRATED(calibrated=_calibrated_at(fitted[0], naming)))
@@ -256,7 +256,7 @@ def _notes(rows: Sequence[ValidationRow], naming: Naming, left_out_checks: bool)
             others = f"nor are those left out in turn, {seen}"
         places = naming.places(", ".join(f"{value:g}" for value in fitted))
         notes.append(f"The parameters were fitted{places}: errors there are no independent check; {others}.")
-    failed = [row.diameter for row in rows if row.simulated is None]
+    failed = [row.condition for row in rows if row.simulated is None]
     if failed:
         places = f" at {', '.join(map(naming.place, failed))}" if naming.condition is not None else ""
         notes.append(_FAILED(response=naming.response.noun, places=places))
@@ -290,7 +290,7 @@ def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
     """Whether the straight line explains most of the errors' variation."""
     done = [row for row in rows if row.error_percent is not None]
     errors = np.array([row.error_percent for row in done], dtype=float)
-    d = np.array([row.diameter for row in done])
+    d = np.array([row.condition for row in done])
     total = float(np.sum((errors - errors.mean()) ** 2))
     return total > 0.0 and slope**2 * float(np.sum((d - d.mean()) ** 2)) > 0.5 * total
 
@@ -300,15 +300,15 @@ def _better_curve(rows: Sequence[ValidationRow]) -> str | None:
 
     AICc differs by n·ln(RSS) alone, with 2·Σln(force) added to the power law for its logarithmic scale.
     """
-    d, force = np.array([row.diameter for row in rows]), np.array([row.measured for row in rows])
+    d, response = np.array([row.condition for row in rows]), np.array([row.measured for row in rows])
     n = len(np.unique(d))
     if n < 5:  # AICc of three parameters needs n > 4
         return None
-    straight = fit_least_squares(np.column_stack([np.ones_like(d), d]), force).residual_ss
-    law = fit_power_law(d.tolist(), force.tolist())
-    power = float(np.sum(np.log(force / np.array([law.at(x) for x in d])) ** 2)) if law else 0.0
+    straight = fit_least_squares(np.column_stack([np.ones_like(d), d]), response).residual_ss
+    law = fit_power_law(d.tolist(), response.tolist())
+    power = float(np.sum(np.log(response / np.array([law.at(x) for x in d])) ** 2)) if law else 0.0
     if min(straight, power) <= 0.0:
         return None
-    gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(force)))
+    gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(response)))
     winner, loser = ("a power law", "a straight line") if gain > 0.0 else ("a straight line", "a power law")
     return _CURVE(winner=winner, loser=loser, gain=abs(gain))
