@@ -25,7 +25,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.audit.cells import Audited
+from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
 from stemcal.stages.surface.shape import Opinions, RidgeRow, Shape
