@@ -81,7 +81,7 @@ def differences(old: Mapping[str, Leaf], new: Mapping[str, Leaf]) -> list[str]:
         if place not in new:
             lines.append(f"{place}: only old, {old[place]}")
         elif place not in old:
-            if not (place.endswith(".condition") and new[place] == 0.0):
+            if not (place.endswith((".condition", " condition")) and new[place] == 0.0):
                 lines.append(f"{place}: only new, {new[place]}")
         elif not same(old[place], new[place]):
             lines.append(f"{place}: {old[place]} is now {new[place]}")

@@ -183,7 +183,8 @@ def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
     first, files = len(lines(witness)), stage_bytes(folder)
     for stage in ("screen", "rsm", "invert", "validate"):
         folder.write_stage(stage, {**folder.read_stage(stage), "schema_version": 1})
-    assert changes_since(study, solver, folder, "screen") == ["schema_version"]
+    for stage in ("screen", "validate"):
+        assert changes_since(study, solver, folder, stage) == ["schema_version"]
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     assert "screen is made anew: schema_version changed" in caplog.messages
     assert len(lines(witness)) == first and stage_bytes(folder) == files
