@@ -10,7 +10,7 @@ sys.path.insert(0, str(HERE))
 
 import generated  # noqa: E402
 
-from stemcal.version import __version__  # noqa: E402
+from stemcal import __version__  # noqa: E402
 
 project = "stemcal"
 author = "The stemcal developers"

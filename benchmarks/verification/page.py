@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
 
-from stemcal.version import __version__
+from stemcal import __version__
 from stemcal.report.figures.style import save
 from verification import contact, element, law, lengths, shear_test, structures
 from verification.case import Topic

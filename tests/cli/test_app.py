@@ -17,7 +17,7 @@ import typer
 from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command, process
 from typer.testing import CliRunner, Result
 
-from stemcal.version import __version__
+from stemcal import __version__
 from stemcal.cli.guard import exit_codes
 from stemcal.errors import (
     FolderLocked,
