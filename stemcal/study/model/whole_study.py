@@ -26,8 +26,6 @@ from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshO
 from stemcal.study.types.fields import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
 
-__all__ = ["Study", "StudyForm"]
-
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
 
