@@ -17,8 +17,8 @@ from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import lower_bounds
-from stemcal.stages.audit.cells import Audited, audit_screening
 from stemcal.stages.design import Design, runs_of, screening_design
+from stemcal.stages.printed_tables import Audited, audit_screening
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult, reasons_given
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study

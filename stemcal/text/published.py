@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stemcal.notes import Weight
-from stemcal.stages.audit.cells import Audited, sentences
+from stemcal.stages.printed_tables import Audited, sentences
 from stemcal.text.notes import Remark
 
 

@@ -15,7 +15,7 @@ from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 

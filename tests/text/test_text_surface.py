@@ -19,8 +19,8 @@ NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 def test_the_outcome_names_factors_runs_and_range(results: Any) -> None:
     assert surface.outcome(results.surface, NAMES) == [
-        "A quadratic surface over Yield stress, failure_strain and strain_rate_c was fitted to 20 runs between 64 N and "
-        "175 N."
+        "A quadratic surface over Yield stress, failure_strain and strain_rate_c was fitted to 20 runs between 64 N "
+        "and 175 N."
     ]
 
 

@@ -28,8 +28,6 @@ from stemcal.doe.regression.within import Within
 from stemcal.errors import UsageError
 from stemcal.notes import Note
 
-__all__ = ["Coefficient", "Surface", "fit_surface"]
-
 ErrorSource = Literal["residual", "within"]
 _REMEDY = {
     False: "repair those runs, or leave such terms out (rsm.inestimable: drop),",

@@ -9,9 +9,9 @@ import numpy as np
 
 from stemcal.doe.regression.least_squares import f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.stages.audit.cells import printed_terms, term_of
 from stemcal.stages.audit.found import Calibrated, Check, Found
 from stemcal.stages.invert.single import assess_published
+from stemcal.stages.printed_tables import printed_terms, term_of
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.runs import UnequalRepeats, pure_error_of

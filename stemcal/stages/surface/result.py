@@ -27,7 +27,7 @@ from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.audit.cells import Audited
+from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
 from stemcal.stages.surface.shape import RidgeRow, Shape

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 
-__all__ = ["CHANCE", "DIAMETER", "MAX_BYTES", "REPLICATE", "SEED", "fill", "number", "placeholders", "template_bytes"]
-
 DIAMETER = "diameter"
 SEED, REPLICATE = CHANCE = ("seed", "replicate")
 MAX_BYTES = 50_000_000

@@ -13,7 +13,7 @@ from stemcal.doe.regression.surface_notes import CopiesOnly, NothingRepeated, Sa
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 
 TERMS = ["Intercept", "a", "b", "c", "a:b", "a:c", "b:c", "I(a ** 2)", "I(b ** 2)", "I(c ** 2)"]
 
