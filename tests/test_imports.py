@@ -17,9 +17,8 @@ FLOORS = {
     "stemcal.words": 0,
     "stemcal.files": 1,
     "stemcal.outputs": 1,
-    "stemcal.leaving": 0,
     "stemcal.interrupts": 0,
-    "stemcal.patience": 0,
+    "stemcal.child": 1,
     "stemcal.naming": 0,
     "stemcal.remarks": 2.5,
     "stemcal.notes": 2,
@@ -57,6 +56,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
+    "psutil": ("stemcal.child",),
     "emcee": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured",),
 }

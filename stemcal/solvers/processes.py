@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO
 
 from stemcal.files.decoding import lenient
-from stemcal.patience import Hindrance, within
+from stemcal.interrupts import wait_until
 
 __all__ = ["KEEPER", "Ended", "run_program"]
 
@@ -71,10 +71,10 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
 
 def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
     """Wait for the program; return whether it ran past its limit."""
-    return not within(time_limit, lambda seconds: _has_ended(process, seconds), Hindrance(process.pid))
+    return not wait_until(time_limit, lambda seconds: _has_ended(process, seconds))
 
 
-def _has_ended(process: subprocess.Popen[bytes], seconds: float | None) -> bool:
+def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
     try:
         process.wait(seconds)
     except subprocess.TimeoutExpired:
