@@ -34,7 +34,7 @@ from stemcal.fem.kernels.contact import (
     locate_in_face,
     shape_functions,
 )
-from stemcal.fem.kernels.nodes import force_on, push
+from stemcal.fem.kernels.nodes import EDGE, FRICTION, force_on, push
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -273,15 +273,24 @@ def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt:
     for j in range(edge.sizes.shape[0]):
         if bears(edge, j):
             rub(edge, body, j, speed, kick, friction)
+    hand_over(edge, tools, body)
+
+
+@inlined
+def hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
+    """Add the forces of the rows to `body.pushes` and the opposite to the tool."""
+    tool_count = tools.speed.shape[0]
+    pressing, rubbing = EDGE * tool_count + edge.tool, FRICTION * tool_count + edge.tool
     for j in range(edge.sizes.shape[0]):
         if not bears(edge, j):
             continue
         for k in range(edge.sizes[j]):
             n = edge.nodes[j, k]
             for i in range(3):
-                force = edge.normal[j, k, i] * edge.force[j, 0] - edge.shape[j, k, i] * edge.force[j, 1 + i]
-                push(body.pushes, n, i, -force)
-                tools.force[edge.tool, i] += force
+                pressed, rubbed = edge.normal[j, k, i] * edge.force[j, 0], edge.shape[j, k, i] * edge.force[j, 1 + i]
+                push(body.pushes, pressing, n, i, -pressed)
+                push(body.pushes, rubbing, n, i, rubbed)
+                tools.force[edge.tool, i] += pressed - rubbed
 
 
 @inlined
