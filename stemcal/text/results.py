@@ -9,19 +9,21 @@ from stemcal.doe.validation.conditions import EQUAL
 from stemcal.notes import Note, Weight
 from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called
+from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import runs, screening
+from stemcal.text import calibration, climb, refinement, runs, screening
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence
 
 __all__ = ["MOST", "read_first", "remarks_of", "said_by_all", "sentence", "shown_remarks", "warned", "withheld"]
 
-TOPICS = (runs, screening)
+TOPICS = (calibration, climb, refinement, runs, screening)
 """The modules that give notes their sentences."""
 MOST = 5
 """So many remarks are read."""
@@ -32,7 +34,19 @@ def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> 
     names = Names(result.naming, labels or {})
     if isinstance(result, ScreenResult):
         return screening.remarks(result, names)
-    return [_remark(note, result, names) for note in result.notes]
+    return [*_of_numbers(result, names), *(_remark(note, result, names) for note in result.notes)]
+
+
+def _of_numbers(result: StageResult, names: Names) -> Iterable[Remark]:
+    """Return the remarks that a result's numbers ask for, its notes apart."""
+    match result:
+        case ClimbResult():
+            return climb.remarks(result, names)
+        case InvertResult():
+            return calibration.remarks(result, names)
+        case RefineResult():
+            return refinement.remarks(result, names)
+    return ()
 
 
 def shown_remarks(result: StageResult, holds: bool, labels: Mapping[str, str] | None = None) -> list[Remark]:
@@ -70,7 +84,5 @@ def _remark(note: Note | str, result: StageResult, names: Names) -> Remark:
     if isinstance(note, Note):
         return remark(note, names)
     claims = isinstance(result, ValidateResult) and EQUAL.says(note)
-    if isinstance(result, InvertResult):
-        claims = any(note in part.sentences for part in result.known)
     kind = re.sub(r"[\d.]+", "#", note.partition(":")[0] if len(note) > 60 else note)
     return Remark(note, weight_of(note), kind, claims)
