@@ -9,21 +9,23 @@ from stemcal.doe.validation.conditions import EQUAL
 from stemcal.notes import Note, Weight
 from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called
+from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import mesh, published, runs, screening, surface
+from stemcal.text import calibration, climb, mesh, published, refinement, runs, screening, surface
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence
 
 __all__ = ["MOST", "read_first", "remarks_of", "said_by_all", "sentence", "shown_remarks", "warned", "withheld"]
 
-TOPICS = (mesh, runs, screening, surface)
+TOPICS = (calibration, climb, mesh, refinement, runs, screening, surface)
 """The modules that give notes their sentences."""
 MOST = 5
 """So many remarks are read."""
@@ -39,7 +41,19 @@ def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> 
             return surface.remarks(result, names)
         case MeshResult():
             return mesh.remarks(result, names)
-    return [_remark(note, result, names) for note in result.notes]
+    return [*_of_numbers(result, names), *(_remark(note, result, names) for note in result.notes)]
+
+
+def _of_numbers(result: StageResult, names: Names) -> Iterable[Remark]:
+    """Return the remarks that a result's numbers ask for, its notes apart."""
+    match result:
+        case ClimbResult():
+            return climb.remarks(result, names)
+        case InvertResult():
+            return calibration.remarks(result, names)
+        case RefineResult():
+            return refinement.remarks(result, names)
+    return ()
 
 
 def shown_remarks(result: StageResult, holds: bool, labels: Mapping[str, str] | None = None) -> list[Remark]:
@@ -77,7 +91,5 @@ def _remark(note: Note | str, result: StageResult, names: Names) -> Remark:
     if isinstance(note, Note):
         return remark(note, names)
     claims = isinstance(result, ValidateResult) and EQUAL.says(note)
-    if isinstance(result, InvertResult):
-        claims = any(note in part.sentences for part in result.known)
     kind = re.sub(r"[\d.]+", "#", note.partition(":")[0] if len(note) > 60 else note)
     return Remark(note, weight_of(note), kind, claims)

@@ -23,7 +23,7 @@ from stemcal.report.records import Records, provenance_rows, read_records, run_w
 from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, page_sheets
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet, borne
-from stemcal.report.tables.stages import belonging, resting, sheets_of
+from stemcal.report.tables.stages import sheets_of
 from stemcal.report.verdict import CLAIMING
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
@@ -31,6 +31,7 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.numbers import short
 from stemcal.text.results import shown_remarks
 from stemcal.words import counted, joined
@@ -144,7 +145,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
             [*sentences.certainty(results, verdict.holds, labels), *from_table(study, results)], labels
         ),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
-        belonging=_beside_values(results, verdict.holds),
+        valid_for=_beside_values(results, verdict.holds),
         setting=part_of(setting_sheets(study), ()),
         sections=[section(result, plots, verdict, labels) for result in done],
         runs=part_of([replace(sheet, detail=True) for sheet in run_sheets(results, records)], _plots_of("runs", plots)),
@@ -168,11 +169,11 @@ def kind_of(study: Study) -> str:
 
 
 def _beside_values(results: Results, holds: bool) -> list[str]:
-    """Say what the calibrated values hold for, and what their ranges rest on where these are shown."""
+    """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
     if results.inversion is None:
         return []
-    rests = resting(results.inversion, results.mesh is not None) if holds else []
-    return [*belonging(results.inversion), *rests]
+    assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
+    return [*valid_for(results.inversion), *assumed]
 
 
 def question(study: Study) -> str:
