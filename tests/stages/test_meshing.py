@@ -17,7 +17,7 @@ from stemcal import workflow
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.overview.plan import asked, plan
+from stemcal.overview.plan import OtherMeshes, asked, plan
 from stemcal.overview.status import ledger, retry, status
 from stemcal.report.page.render import render
 from stemcal.report.tables.stages import sheets_of
@@ -171,7 +171,7 @@ def test_it_is_shown_and_comes_back_from_its_file(made: Made) -> None:
     assert any("element_size d/16 (0.5 mm): cite" in line for line in sheets_of(results.inversion)[0].foot)
     page = render(study, folder)
     assert "What the error of the force is made of" in page and "standard deviation of" in page
-    assert any(note.startswith("mesh simulates the solution at 4 places") for note in plan(study, folder).notes)
+    assert OtherMeshes(4, 1, 1) in plan(study, folder).notes
     assert all(stage.file == "fresh" for stage in status(study, folder).stages)
 
 
