@@ -44,6 +44,8 @@ from stemcal.study.spec.lengths import Length
 _CURVE_POINTS = 200
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
+# The strain rate is smoothed while the blade travels this share of the diameter.
+RATE_TRAVEL = 0.01
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
 # What a step takes on one core of a small machine, s, and an element in it; and the share of the stroke that runs take
@@ -223,6 +225,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         material=Material(
             **study.parameters(levels),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
+            rate_filter=RATE_TRAVEL * diameter / study.loading.speed,
             failure_length=solver.failure_length,
             internal_length=study.material.internal_length.at(diameter),
         ),
