@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from stemcal.doe.validation.conditions import EQUAL
 from stemcal.notes import Note, Weight
 from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called
@@ -14,14 +13,14 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import runs, screening
+from stemcal.text import runs, screening, validation
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence
 
 __all__ = ["MOST", "read_first", "remarks_of", "said_by_all", "sentence", "shown_remarks", "warned", "withheld"]
 
-TOPICS = (runs, screening)
+TOPICS = (runs, screening, validation)
 """The modules that give notes their sentences."""
 MOST = 5
 """So many remarks are read."""
@@ -32,7 +31,10 @@ def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> 
     names = Names(result.naming, labels or {})
     if isinstance(result, ScreenResult):
         return screening.remarks(result, names)
-    return [_remark(note, result, names) for note in result.notes]
+    if isinstance(result, ValidateResult):
+        return validation.remarks(result, names)
+    formulas = validation.beside_formulas(result.joint, names) if isinstance(result, InvertResult) else []
+    return [*(_remark(note, result, names) for note in result.notes), *formulas]
 
 
 def shown_remarks(result: StageResult, holds: bool, labels: Mapping[str, str] | None = None) -> list[Remark]:
@@ -69,8 +71,6 @@ def _remark(note: Note | str, result: StageResult, names: Names) -> Remark:
     """Return a note as a remark; a stage that still makes sentences has them weighed by their templates."""
     if isinstance(note, Note):
         return remark(note, names)
-    claims = isinstance(result, ValidateResult) and EQUAL.says(note)
-    if isinstance(result, InvertResult):
-        claims = any(note in part.sentences for part in result.known)
+    claims = isinstance(result, InvertResult) and any(note in part.sentences for part in result.known)
     kind = re.sub(r"[\d.]+", "#", note.partition(":")[0] if len(note) > 60 else note)
     return Remark(note, weight_of(note), kind, claims)

@@ -237,7 +237,9 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert of_stems(certainty(angle[2])) == []
     validation, joint = angle[2].validation, moist[2].inversion
     assert validation is not None and joint is not None
-    assert outcome_of(validation)[0].startswith("Simulated and measured angle of repose differ by ")
+    assert re.fullmatch(
+        r"Simulated and measured values differ by [\d.]+ % \(angle of repose\)\.", outcome_of(validation)[0]
+    )
     missed = (
         r"Fitted to 2 moistures together, .* measured angles of repose by at most .* % and bulk densities by at most"
     )

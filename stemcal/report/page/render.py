@@ -140,9 +140,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         verdict=verdict,
         word=verdict.word,
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
-        certainty=named_all(
-            [*sentences.certainty(results, verdict.holds, labels), *from_table(study, results)], labels
-        ),
+        certainty=named_all(sentences.certainty(results, verdict.holds, labels), labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
         belonging=_beside_values(results, verdict.holds),
         setting=part_of(setting_sheets(study), ()),
@@ -197,15 +195,6 @@ def _asked(study: Study) -> str:
     others = len(study.targets.means) - 1
     elsewhere = f", and do they hold at {naming.counted(others, 'other ')}" if others else ""
     return f"make the simulated {nouns}{naming.at(target.condition)} equal the measured {measured}{elsewhere}"
-
-
-def from_table(study: Study, results: Results) -> list[str]:
-    """Say that a table cannot simulate what was calibrated here."""
-    if study.solver.kind != "table" or results.validation is None:
-        return []
-    return [
-        f"The validation {study.naming.values} were read from a table, not simulated with the parameters found here."
-    ]
 
 
 def failures(done: list[StageResult]) -> list[str]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 
-from stemcal.doe.validation.null_model import compared
 from stemcal.naming import Naming
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult, JointFitted
@@ -15,13 +14,12 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import screening
+from stemcal.text import screening, validation
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, probability, short, significant
 from stemcal.text.results import withheld
 from stemcal.words import an, counted, joined
 
-AGREES = 10  # percent
 _AGREEING = (RefineResult, ValidateResult)
 _CLAIMING = (InvertResult, MeshResult, *_AGREEING)
 
@@ -30,7 +28,11 @@ def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str
     """Return what came out of a stage, in a sentence; no claim of agreement where the study does not bear it."""
     if isinstance(result, ScreenResult):
         return screening.outcome(result, Names(result.naming, labels or {}))
-    return [_outcome(result)] if holds or not isinstance(result, _AGREEING) else []
+    if not holds and isinstance(result, _AGREEING):
+        return []
+    if isinstance(result, ValidateResult):
+        return validation.outcome(result, Names(result.naming, labels or {}))
+    return [_outcome(result)]
 
 
 def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
@@ -50,8 +52,6 @@ def _outcome(result: StageResult) -> str:
             return _calibration_outcome(result)
         case RefineResult():
             return _refinement_outcome(result)
-        case ValidateResult():
-            return _validation_outcome(result)
     return result.summary()
 
 
@@ -66,7 +66,7 @@ def _certainty(result: StageResult, labels: Mapping[str, str]) -> list[str]:
         case MeshResult():
             return list(result.notes[: 1 + len(result.sizes)])
         case ValidateResult():
-            return _validation_certainty(result)
+            return validation.certainty(result, Names(result.naming, labels))
     return []
 
 
@@ -121,29 +121,6 @@ def _refinement_outcome(stage: RefineResult) -> str:
     )
 
 
-def _validation_outcome(stage: ValidateResult) -> str:
-    rows, naming = stage.rows, stage.naming
-    worst, mean = fixed(stage.max_abs_error_percent, 1), fixed(stage.mean_abs_error_percent, 1)
-    if naming.condition is None:
-        return f"Simulated and measured {joined([*_apart(stage)])}."
-    what = "responses" if naming.others else naming.response.noun
-    return (
-        f"Over {naming.counted(len(rows))}, simulated and measured {what} differ by at most "
-        f"{worst} %, {mean} % on average."
-    )
-
-
-def _apart(stage: ValidateResult) -> Iterator[str]:
-    """Say of each response by how much simulation and measurement differ."""
-    (row,) = stage.rows
-    yield f"{stage.naming.response.noun} differ by {_size(row.compared.error_percent)}"
-    yield from (f"{stage.naming.named(one.response).noun} by {_size(one.error_percent)}" for one in row.further)
-
-
-def _size(error_percent: float | None) -> str:
-    return f"{fixed(None if error_percent is None else abs(error_percent), 1)} %"
-
-
 def _surface_certainty(stage: SurfaceResult) -> list[str]:
     if stage.r2 is None:
         return [
@@ -171,8 +148,7 @@ def _calibration_certainty(stage: InvertResult) -> list[str]:
     if stage.joint is not None:
         left_out = stage.joint.max_abs_left_out_error_percent
         known = [sentence for part in stage.known for sentence in part.sentences]
-        null = stage.joint.null
-        beside = [] if null is None else [compared(null, stage.joint.max_abs_error_percent, left_out)]
+        beside = [said.sentence for said in validation.beside_formulas(stage.joint, Names(naming))]
         one = an(naming.condition_noun).capitalize() if naming.condition is not None else "A response"
         left = f"{one} predicted from a fit to the others is missed by at most {fixed(left_out, 1)} %."
         return [*known, left, *beside]
@@ -184,30 +160,3 @@ def _calibration_certainty(stage: InvertResult) -> list[str]:
         if stage.certainty is not None:
             sentences += [*stage.certainty.sentences, *stage.certainty.direction_sentences]
     return sentences
-
-
-def _how_many(errors: Sequence[float]) -> str:
-    """Return how many errors are small enough, as a sentence goes on.
-
-    >>> _how_many([2.0, 20.0]), _how_many([20.0]), _how_many([1.0, 2.0])
-    ('1 of 2 lies', 'none lies', 'all lie')
-    """
-    good = sum(error <= AGREES for error in errors)
-    if good in (0, len(errors)):
-        return "all lie" if good else "none lies"
-    return f"{good} of {len(errors)} {'lies' if good == 1 else 'lie'}"
-
-
-def _validation_certainty(stage: ValidateResult) -> list[str]:
-    independent = [row for row in stage.compared if row.role != "calibration"]
-    naming = stage.naming
-    errors = [abs(row.error_percent) for row in independent if row.error_percent is not None]
-    if not errors:
-        if naming.condition is None:
-            return ["Only what the parameters were fitted to could be compared: nothing checks the result."]
-        return [f"No {naming.condition_noun} besides the calibration's could be compared: nothing checks the result."]
-    told = (
-        f"At the {naming.counted(len(errors))} not used for calibration the error reaches "
-        f"{fixed(max(errors), 1)} %; {_how_many(errors)} within {AGREES} %."
-    )
-    return [told, *([stage.beside_formula] if stage.beside_formula else [])]

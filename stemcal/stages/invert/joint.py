@@ -14,7 +14,7 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.doe.validation.null_model import compared, null_model
+from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.remarks import Remark, Weight
@@ -182,8 +182,6 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, study: Study) -> l
         after = NO_CHECK.format(response.plural) if study.invert.ranges_chosen == "after" else ""
         error = joint.max_abs_left_out_error_percent
         notes.append(_LEFT_OUT(left_out=left_out, response=response.noun, error=error, after=after))
-    if joint.null is not None:
-        notes.append(compared(joint.null, joint.max_abs_error_percent, joint.max_abs_left_out_error_percent))
     notes.append(_SCATTER[misfit.scatter].format(response.plural))
     if fit.p_value is not None and fit.p_value < 0.05:
         notes.append(_WRONG(times=fit.misfit / fit.df, p=fit.p_value))
