@@ -14,11 +14,21 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.text import runs, screening, validation
-from stemcal.text.language import say
+from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence
 
-__all__ = ["MOST", "read_first", "remarks_of", "said_by_all", "sentence", "shown_remarks", "warned", "withheld"]
+__all__ = [
+    "MOST",
+    "read_first",
+    "remarks_of",
+    "said_by_all",
+    "say_more",
+    "sentence",
+    "shown_remarks",
+    "warned",
+    "withheld",
+]
 
 TOPICS = (runs, screening, validation)
 """The modules that give notes their sentences."""
@@ -60,6 +70,11 @@ def read_first(said: Iterable[tuple[str, Remark]]) -> list[tuple[str, Remark]]:
     for title, one in sorted(said, key=lambda each: each[1].weight):
         kinds.setdefault(one.kind, (title, one))
     return list(kinds.values())
+
+
+def say_more(count: int) -> str:
+    """Say how many remarks are left to the report."""
+    return say_number("{count} more note in the report", "{count} more notes in the report", count)
 
 
 def withheld() -> str:

@@ -15,7 +15,7 @@ from stemcal.report.figures.contour import relief, solutions
 from stemcal.report.figures.curves import energies
 from stemcal.report.figures.gallery import Plot, gallery, write_figures
 from stemcal.report.figures.validation import validation
-from stemcal.report.glossary import GLOSSARY, look_up
+from stemcal.text.glossary import GLOSSARY, look_up
 
 
 def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], results: Any) -> None:
