@@ -9,11 +9,13 @@ from stemcal.notes import Note, Weight
 from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import runs, screening, validation
+from stemcal.text import mesh, published, runs, screening, surface, validation
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence
@@ -30,7 +32,7 @@ __all__ = [
     "withheld",
 ]
 
-TOPICS = (runs, screening, validation)
+TOPICS = (mesh, runs, screening, surface, validation)
 """The modules that give notes their sentences."""
 MOST = 5
 """So many remarks are read."""
@@ -39,10 +41,15 @@ MOST = 5
 def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> list[Remark]:
     """Return what a stage's result says beside its tables."""
     names = Names(result.naming, labels or {})
-    if isinstance(result, ScreenResult):
-        return screening.remarks(result, names)
-    if isinstance(result, ValidateResult):
-        return validation.remarks(result, names)
+    match result:
+        case ScreenResult():
+            return [*screening.remarks(result, names), *published.remarks(result.published)]
+        case SurfaceResult():
+            return surface.remarks(result, names)
+        case MeshResult():
+            return mesh.remarks(result, names)
+        case ValidateResult():
+            return validation.remarks(result, names)
     formulas = validation.beside_formulas(result.joint, names) if isinstance(result, InvertResult) else []
     return [*(_remark(note, result, names) for note in result.notes), *formulas]
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from stemcal.doe.validation.conditions import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
-from stemcal.stages.audit.cells import sentences
 from stemcal.stages.invert.result import JointFitted
 from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.text import published
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
@@ -132,7 +132,7 @@ def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
         *(Remark(said, elsewhere, "beside_formula") for said in _elsewhere(stage, names)),
         *_scale(stage, names),
         *(remark(note, names) for note in stage.notes),
-        *(Remark(said, Weight.TRUST, said) for said in sentences(stage.published)),
+        *published.remarks(stage.published),
     ]
 
 

@@ -14,9 +14,9 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import screening, validation
+from stemcal.text import mesh, screening, surface, validation
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, interval, probability, short, significant
+from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.results import withheld
 from stemcal.words import an, counted, joined
 
@@ -28,6 +28,10 @@ def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str
     """Return what came out of a stage, in a sentence; no claim of agreement where the study does not bear it."""
     if isinstance(result, ScreenResult):
         return screening.outcome(result, Names(result.naming, labels or {}))
+    if isinstance(result, SurfaceResult):
+        return surface.outcome(result, Names(result.naming, labels or {}))
+    if isinstance(result, MeshResult):
+        return mesh.certainty(result, Names(result.naming, labels or {}))
     if not holds and isinstance(result, _AGREEING):
         return []
     if isinstance(result, ValidateResult):
@@ -46,8 +50,6 @@ def _outcome(result: StageResult) -> str:
     match result:
         case ClimbResult():
             return _climb_outcome(result)
-        case SurfaceResult():
-            return _surface_outcome(result)
         case InvertResult():
             return _calibration_outcome(result)
         case RefineResult():
@@ -60,22 +62,14 @@ def _certainty(result: StageResult, labels: Mapping[str, str]) -> list[str]:
         case ScreenResult():
             return screening.certainty(result, Names(result.naming, labels))
         case SurfaceResult():
-            return _surface_certainty(result)
+            return surface.certainty(result, Names(result.naming, labels))
         case InvertResult():
             return _calibration_certainty(result)
         case MeshResult():
-            return list(result.notes[: 1 + len(result.sizes)])
+            return mesh.certainty(result, Names(result.naming, labels))
         case ValidateResult():
             return validation.certainty(result, Names(result.naming, labels))
     return []
-
-
-def _surface_outcome(stage: SurfaceResult) -> str:
-    runs = [run.response for run in stage.design.runs if run.response is not None]
-    return (
-        f"A quadratic surface over {joined(stage.names)} was fitted to {counted(len(runs), 'run')} "
-        f"between {significant(min(runs))} and {significant(max(runs))}{stage.naming.response.beside}."
-    )
 
 
 def _calibration_outcome(stage: InvertResult) -> str:
@@ -119,22 +113,6 @@ def _refinement_outcome(stage: RefineResult) -> str:
         f"{fixed(abs(stage.error_percent), 2)} % from the target, {verdict} the tolerance of "
         f"{short(stage.tolerance_percent)} %."
     )
-
-
-def _surface_certainty(stage: SurfaceResult) -> list[str]:
-    if stage.r2 is None:
-        return [
-            f"All runs gave the same {stage.naming.response.noun}: there is nothing that the surface could explain."
-        ]
-    text = (
-        f"The surface explains {fixed(100 * stage.r2, 1)} % of the variation between its runs"
-        f" (R² {fixed(stage.r2, 3)}, predicted R² {fixed(stage.predicted_r2, 3)})"
-    )
-    lack = stage.anova_row("Lack of fit")
-    if not stage.lack_of_fit_testable or lack is None or lack.p is None:
-        return [f"{text}; its lack of fit cannot be tested."]
-    verdict = "misses something (lack of fit is significant" if lack.p < 0.05 else "shows no lack of fit ("
-    return [f"{text} and {verdict}{', ' if verdict.endswith('t') else ''}p = {probability(lack.p)})."]
 
 
 def _calibration_certainty(stage: InvertResult) -> list[str]:

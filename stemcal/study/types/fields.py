@@ -19,20 +19,6 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from stemcal.files.showing import unprintable
 from stemcal.study.types import units
 
-__all__ = [
-    "ColumnName",
-    "FactorName",
-    "Label",
-    "Number",
-    "Quantity",
-    "Readable",
-    "SpecFile",
-    "StudyName",
-    "Title",
-    "Whole",
-    "complain",
-]
-
 _NUMBER = r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?"
 
 
@@ -93,7 +79,7 @@ class Quantity:
             raise complain("should be a number with a unit", f'write it like "1 {unit}"')
         if from_yaml:
             raise complain(f"{given:g} has no unit", f'write "{given:g} {unit}"')
-        return float(given)
+        return float(given) if abs(given) <= MOST else math.inf  # a whole number of 400 digits is no float
 
 
 def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
