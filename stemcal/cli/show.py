@@ -90,6 +90,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     from stemcal.report.tables.findings import spoken
     from stemcal.report.tables.stages import joint_sheets
     from stemcal.report.tables.terminal import drawn, stage_tables
+    from stemcal.text.calibration import KNOWN
     from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
     found = results.inversion
@@ -100,9 +101,8 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     if found is not None and verdict.holds:
         say(*spoken(found))
     warnings = [] if verdict.says("physics") else warned(run_warnings(read_records(results, folder)))
-    told = {sentence for part in (found.known if found is not None else []) for sentence in part.sentences}
     said = read_first([*warnings, *said_by_all(results, verdict.holds)])
-    said = [(title, remark) for title, remark in said if remark.sentence not in told]
+    said = [(title, remark) for title, remark in said if remark.kind != KNOWN]
     if quiet:
         return
     for title, remark in said[:MOST]:

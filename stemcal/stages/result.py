@@ -173,10 +173,6 @@ class StageResult:
         """Yield label and outcome of every run."""
         yield from ()
 
-    def shortfall(self) -> str | None:
-        """Say what the stage was to reach and did not."""
-        return None
-
     def summary(self) -> str:
         """Return the result in a line."""
         return f"{len(self.notes)} notes"

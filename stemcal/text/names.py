@@ -9,7 +9,7 @@ from functools import cached_property
 
 from stemcal.naming import CUTTING, DIAMETER, Named, Naming
 from stemcal.text.language import Writer, all_of
-from stemcal.text.numbers import fixed, probability, short, significant
+from stemcal.text.numbers import fixed, interval, probability, short, significant
 
 __all__ = ["Names"]
 
@@ -21,9 +21,9 @@ class Names:
     `labels` has what the page writes for a factor; the terminal writes its name, as specs and commands know it.
 
     In templates ``{x:factor}`` is a factor or a term, ``{x:factors}`` a list of them, ``{x:response}`` a value of the
-    response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:condition}`` a value of the condition,
-    ``{x:conditions}`` several of them, ``{x:p}`` a p-value, ``{x:fixed 1}`` a number with so many decimals,
-    ``{x:significant 3}`` one with so many digits.
+    response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:responses}`` an interval of it,
+    ``{x:condition}`` a value of the condition, ``{x:conditions}`` several of them, ``{x:p}`` a p-value, ``{x:fixed 1}``
+    a number with so many decimals, ``{x:significant 3}`` one with so many digits.
     """
 
     naming: Naming = CUTTING
@@ -101,6 +101,7 @@ class Names:
                 "factor": self.factor,
                 "factors": self.factors,
                 "response": self.quantity,
+                "responses": lambda ends: f"{interval(ends)}{self.response.beside}",
                 "condition": lambda value: self.conditions([value]),
                 "conditions": self.conditions,
                 "p": probability,

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from stemcal.doe.validation.conditions import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
-from stemcal.stages.invert.result import JointFitted
 from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
 from stemcal.text import published
 from stemcal.text.language import say
@@ -91,33 +90,6 @@ def _elsewhere(stage: ValidateResult, names: Names) -> list[str]:
     )
     template = better if model < formula else no_better
     return [names.say(template, exponent=FIXED_EXPONENT, fitted=stage.fitted, formula=formula, model=model)]
-
-
-def beside_formulas(joint: JointFitted | None, names: Names) -> list[Remark]:
-    """Say what formulas reach through the forces of a joint fit, and whether it predicts left-out ones better."""
-    if joint is None or joint.null is None:
-        return []
-    null, left_out = joint.null, joint.max_abs_left_out_error_percent
-    fixed = (
-        "Without mechanics F = a·d^{fixed:g} through the same {conditions} forces misses by at most "
-        "{fixed_max_abs_error_percent:fixed 1} % (left out in turn {fixed_max_abs_left_out_error_percent:fixed 1} %), "
-        "the joint fit by {error:fixed 1} % ({left_out:fixed 1} %)."
-    )
-    both = (
-        "Without mechanics F = a·d^{exponent:fixed 2} through the same {conditions} forces misses by at most "
-        "{max_abs_error_percent:fixed 1} % (left out in turn {max_abs_left_out_error_percent:fixed 1} %), F = "
-        "a·d^{fixed:g} by {fixed_max_abs_error_percent:fixed 1} % ({fixed_max_abs_left_out_error_percent:fixed 1} %), "
-        "the joint fit by {error:fixed 1} % ({left_out:fixed 1} %)."
-    )
-    judged = {
-        None: (Weight.TRUST, say("Nothing is left out to compare them by.")),
-        True: (Weight.ASIDE, say("The fit predicts the diameters better than a formula.")),
-        False: (Weight.USE, say("The fit predicts the diameters no better than a formula.")),
-    }
-    weight, judgement = judged[null.beaten_by(left_out)]
-    fields = {**vars(null), "fixed": FIXED_EXPONENT, "error": joint.max_abs_error_percent, "left_out": left_out}
-    found = names.say(fixed if null.exponent is None else both, **fields)
-    return [Remark(f"{found} {judgement}", weight, "beside_formulas")]
 
 
 def remarks(stage: ValidateResult, names: Names) -> list[Remark]:

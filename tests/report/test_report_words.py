@@ -23,7 +23,6 @@ from stemcal.report.export.paper import paper_tables
 from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg
 from stemcal.report.page.render import first_pictures, run_sheets
-from stemcal.report.page.sentences import certainty, outcome_of
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
 from stemcal.report.tables.appendix import shape_sheets
@@ -36,6 +35,7 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.page import kind_of, question
+from stemcal.text.results import certainty, outcome_of, remarks_of
 from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
@@ -233,15 +233,15 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     outcomes = [sentence for told in (angle, moist) for stage in told[2].done() for sentence in outcome_of(stage)]
     assert of_stems(outcomes) == []
     assert of_stems(certainty(angle[2])) == []
+    remarks = [one.sentence for told in (angle, moist) for stage in told[2].done() for one in remarks_of(stage)]
+    assert of_stems(remarks) == []
     validation, joint = angle[2].validation, moist[2].inversion
     assert validation is not None and joint is not None
     assert re.fullmatch(
         r"Simulated and measured values differ by [\d.]+ % \(angle of repose\)\.", outcome_of(validation)[0]
     )
-    missed = (
-        r"Fitted to 2 moistures together, .* measured angles of repose by at most .* % and bulk densities by at most"
-    )
-    assert re.match(missed, outcome_of(joint)[0])
+    missed = r"Largest error of its surfaces: [\d.]+ % of the angle of repose and [\d.]+ % of the bulk density\."
+    assert re.fullmatch(missed, outcome_of(joint)[1])
 
 
 def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told, tmp_path: Path) -> None:

@@ -117,17 +117,14 @@ def test_every_interval_is_wider_with_the_mesh(made: Made) -> None:
     middle = 110.0 * meshed.mesh.scatter.mean_factor
     assert 0.5 * (low + high) == pytest.approx(middle, rel=1e-3)
     assert all(low < 110.0 * place < high for place in PLACES)
-    assert held.certainty.sentences[0] in held.notes and without.certainty.sentences[0] not in held.notes
 
 
-def test_the_page_says_what_the_ranges_rest_on(made: Made) -> None:
+def test_the_page_says_what_the_ranges_assume(made: Made) -> None:
     study, folder, _ = made()
-    rests = (
-        "What the ranges rest on: the mesh stays in its place (a section <code>mesh</code> tells what that is worth)"
-    )
-    assert rests in render(study, folder)
+    assumed = "The ranges assume that the mesh stays in its place; a section <code>mesh</code> shows"
+    assert assumed in render(study, folder)
     study, folder, _ = made(MESH)
-    assert "What the ranges rest on" not in render(study, folder)
+    assert "The ranges assume" not in render(study, folder)
 
 
 def test_the_budget_tells_each_source(made: Made) -> None:

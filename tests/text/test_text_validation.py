@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 from stemcal.doe.validation.conditions import BetterCurve
 from stemcal.doe.validation.discrepancy import Corrected, Discrepancy
-from stemcal.doe.validation.null_model import null_model
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
 from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
@@ -135,22 +133,3 @@ def test_one_scale_for_what_the_model_misses(results: Any) -> None:
 def test_other_notes() -> None:
     assert "belongs to the levels the table was made with" in sentence(FromTable({}), NAMES)
     assert sentence(RangesChosenAfter(), NAMES).endswith("is no independent check either.")
-
-
-def test_formulas_through_the_forces_of_a_joint_fit() -> None:
-    """Left out in turn the better formula misses by 4.9 %."""
-    null = null_model([7.0, 8.0, 9.0, 10.0, 11.0], [120.0, 159.2, 213.8, 300.0, 378.2])
-
-    def of(left_out: float | None, conditions: int = 5) -> Remark:
-        found = null if conditions == 5 else null_model([8.0, 10.0], [100.0, 180.0])
-        joint: Any = SimpleNamespace(null=found, max_abs_error_percent=4.6, max_abs_left_out_error_percent=left_out)
-        (remark,) = validation.beside_formulas(joint, NAMES)
-        return remark
-
-    assert of(6.0).weight == Weight.USE and of(3.0).weight == Weight.ASIDE and of(None).weight == Weight.TRUST
-    assert of(6.0).sentence.endswith(
-        "F = a·d^2.5 by 3.8 % (4.9 %), the joint fit by 4.6 % (6.0 %). The fit predicts the diameters no better than a "
-        "formula."
-    )
-    assert of(1.0, conditions=2).sentence.startswith("Without mechanics F = a·d^2.5 through the same 2 forces")
-    assert validation.beside_formulas(None, NAMES) == []

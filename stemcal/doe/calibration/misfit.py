@@ -50,7 +50,6 @@ _SEEN = 0.01
 class Observation:
     """A measured mean with the surface that predicts it; `kind` is what was measured."""
 
-    label: str
     surface: Surface
     measured: float
     sd: float | None = None

@@ -13,7 +13,6 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_gradient
 from stemcal.errors import UsageError
-from stemcal.naming import FORCE, Named
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +23,6 @@ class Problem:
     target: float
     region: Region
     seeds: Array
-    response: Named = FORCE
 
     def best(self, objective: Objective) -> list[Array]:
         """Local optima over the solution set, best first."""
@@ -68,7 +66,7 @@ def others_at_centre(problem: Problem) -> list[Array]:
     if not inside:
         raise UsageError(
             f"invert.rule others_at_centre: with the other factors at their centres no {surface.names[j]} "
-            f"within its range gives {problem.response.text(problem.target)}; choose least_coded_distance"
+            f"within its range gives the target {problem.target:g}; choose least_coded_distance"
         )
     return [np.where(np.arange(region.k) == j, r, 0.0) for r in inside]
 

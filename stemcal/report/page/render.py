@@ -17,25 +17,25 @@ from stemcal.folder.store import StudyFolder
 from stemcal.naming import small
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
-from stemcal.report.page import sentences
 from stemcal.report.page.headline import headline
-from stemcal.report.page.labels import named_all, relabelled
+from stemcal.report.page.labels import relabelled
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
 from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, page_sheets
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet, borne
-from stemcal.report.tables.stages import belonging, resting, sheets_of
+from stemcal.report.tables.stages import sheets_of
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
 from stemcal.text.numbers import short
 from stemcal.text.page import failures, folded, kind_of, question
-from stemcal.text.results import shown_remarks
+from stemcal.text.results import certainty, outcome_of, shown_remarks
 from stemcal.text.verdict import use, word
 
 if TYPE_CHECKING:
@@ -139,9 +139,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         use="" if verdict.use is None else use(verdict.use, said_of),
         reasons=[(sentence(reason, said_of), sentence(reason.remedy, said_of)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
-        certainty=named_all(sentences.certainty(results, verdict.holds, labels), labels),
+        certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
-        belonging=_beside_values(results, verdict.holds),
+        valid_for=_beside_values(results, verdict.holds),
         setting=part_of(setting_sheets(study), ()),
         sections=[section(result, plots, verdict, labels) for result in done],
         runs=part_of([replace(sheet, detail=True) for sheet in run_sheets(results, records)], _plots_of("runs", plots)),
@@ -157,11 +157,11 @@ def coded(text: str) -> Markup:
 
 
 def _beside_values(results: Results, holds: bool) -> list[str]:
-    """Say what the calibrated values hold for, and what their ranges rest on where these are shown."""
+    """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
     if results.inversion is None:
         return []
-    rests = resting(results.inversion, results.mesh is not None) if holds else []
-    return [*belonging(results.inversion), *rests]
+    assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
+    return [*valid_for(results.inversion), *assumed]
 
 
 def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:
@@ -175,15 +175,12 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
         [relabelled(sheet, labels) for sheet in sheets],
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
-        labels,
     )
-    told = named_all(sentences.outcome_of(result, verdict.holds, labels), labels)
+    told = outcome_of(result, verdict.holds, labels)
     return Section(result.name, stage_called(result.name).title, " ".join(told), part)
 
 
-def part_of(
-    sheets: Iterable[Sheet], plots: Iterable[Plot], notes: Sequence[str] = (), labels: Mapping[str, str] | None = None
-) -> Part:
+def part_of(sheets: Iterable[Sheet], plots: Iterable[Plot], notes: Sequence[str] = ()) -> Part:
     """Return tables and drawn figures, the details apart."""
     sheets = list(sheets)
     pictures = [(plot.detail, drawn(plot, f"{plot.section}{number}")) for number, plot in enumerate(plots)]
@@ -192,7 +189,7 @@ def part_of(
         tuple(picture for detail, picture in pictures if not detail),
         tuple(sheet for sheet in sheets if sheet.detail),
         tuple(picture for detail, picture in pictures if detail),
-        tuple(named_all(notes, labels or {})),
+        tuple(notes),
     )
 
 

@@ -12,6 +12,8 @@ from stemcal.stages.invert.result import Certainty, Desired, InvertResult, Joint
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.calibration import assumption, source
+from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, short, significant
 
 
@@ -97,15 +99,15 @@ def _desired_sheet(desired: Desired, naming: Naming) -> Sheet:
 
 
 def _interval_sheet(stage: InvertResult) -> Sheet:
-    sets = stage.known
+    sets, names = stage.known, Names(stage.naming)
     rows = [
         (name, *(cell for part in sets for cell in (interval(part.intervals[name]), share_of(part, name))))
         for name in stage.point.solution
     ]
-    columns = [cell for part in sets for cell in (part.source, "of range")]
+    columns = [cell for part in sets for cell in (source(part, stage, names), "of range")]
     foot = [
         "95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",
-        *dict.fromkeys(f"{part.source}: {part.taken}." for part in sets if part.taken),
+        *dict.fromkeys(sentence for part in sets for sentence in assumption(part)),
     ]
     return Sheet(
         f"How well the {stage.naming.values} fix the parameters",

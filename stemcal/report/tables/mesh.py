@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stemcal.report.tables.sheet import Sheet, response_or_reason
 from stemcal.stages.mesh.result import MeshResult
+from stemcal.text.calibration import assumption
 from stemcal.text.numbers import fixed, interval, short, significant
 
 
@@ -38,10 +39,9 @@ def budget_sheet(stage: MeshResult) -> Sheet:
         )
         for row in stage.budget
     )
-    taken = stage.certainty.taken
     foot = (
         "Laboratory: of the measured mean. Surface: of one more simulation. Mesh: of its place along the stem.",
-        *([f"Laboratory: {taken}."] if taken else []),
+        *assumption(stage.certainty),
     )
     if stage.prediction_interval is not None:
         claim = (

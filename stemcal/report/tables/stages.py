@@ -10,13 +10,14 @@ from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_shee
 from stemcal.report.tables.equation import equation, written
 from stemcal.report.tables.mesh import budget_sheet, mesh_sheet
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head, response_decimals, response_or_reason, starred
-from stemcal.stages.invert.result import Certainty, InvertResult
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.calibration import range_to_cite, valid_for
+from stemcal.text.names import Names
 from stemcal.text.numbers import alike, fixed, interval, percent, probability, short, significant
-from stemcal.words import joined
 
 
 def sheets_of(stage: StageResult) -> list[Sheet]:
@@ -181,12 +182,12 @@ def calibration_sheet(stage: InvertResult) -> Sheet:
         f"95 % interval of the mean {noun} {interval(point.mean_interval)}{unit}, of one simulated {noun} "
         f"{interval(point.prediction_interval)}{unit}."
     )
-    other = _other_ranges(stage)
+    other = range_to_cite(stage, Names(stage.naming))
     foot = (
         f"Target {short(stage.target)}{unit}; predicted {significant(point.predicted)}{unit}; coded radius "
         f"{fixed(point.coded_radius, 3)}; rule {stage.rule}.",
         intervals,
-        *belonging(stage),
+        *valid_for(stage),
         *other,
     )
     return Sheet("Calibrated parameters", columns, tuple(rows), foot=foot, claiming=(head, *share, intervals, *other))
@@ -205,43 +206,9 @@ def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
     return "95 % range", {name: interval(known.get(name)) for name in stage.point.solution}
 
 
-def _taken(known: Certainty, noun: str) -> str:
-    return f"the {noun} ({known.taken})" if known.taken else f"the measured {noun} and its scatter"
-
-
 def _share(stage: InvertResult, name: str) -> list[str]:
     """Return how much of a factor's range the 95 % range takes."""
     return [] if stage.certainty is None else [share_of(stage.certainty, name)]
-
-
-def _other_ranges(stage: InvertResult) -> list[str]:
-    """Explain the range that is not to be cited: the points where the surface alone meets the target."""
-    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
-        return []
-    exact = "; ".join(f"{name} {interval(stage.ranges[name])}" for name in stage.point.solution)
-    taken = _taken(stage.certainty, stage.naming.response.noun)
-    return [
-        f"Cite the 95 % range: what is compatible with {taken}, all other parameters free (profile "
-        "likelihood); free: three quarters of the range or more. The points where the surface meets the target exactly "
-        f"({exact}) leave its error out."
-    ]
-
-
-def belonging(stage: InvertResult) -> list[str]:
-    """Say what the values hold for."""
-    told = [f"{name} {value}" for name, value in (stage.belongs_to or {}).items()]
-    return [f"These values hold for {joined(told)}: cite them together."] if told else []
-
-
-def resting(stage: InvertResult, meshed: bool) -> list[str]:
-    """Say what the 95 % ranges take for granted; `meshed` tells whether the scatter over meshes is in them."""
-    if stage.certainty is None:
-        return []
-    granted = [stage.certainty.taken] if stage.certainty.taken else []
-    granted += ["the mesh stays in its place (a section `mesh` tells what that is worth)"] * (
-        bool(stage.belongs_to) and not meshed
-    )
-    return [f"What the ranges rest on: {'; '.join(granted)}."] if granted else []
 
 
 def validation_sheet(stage: ValidateResult) -> Sheet:

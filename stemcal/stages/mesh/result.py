@@ -79,8 +79,7 @@ class MeshResult(StageResult):
     notes: tuple[Note, ...] = ()
 
     def widened(self, inversion: InvertResult) -> InvertResult:
-        """Return an inversion with the intervals that hold the scatter of the mesh, and the sentences on them."""
-        old = {sentence for part in inversion.known for sentence in part.sentences}
+        """Return an inversion with the intervals that hold the scatter of the mesh."""
         mean, one = self.mean_interval, self.prediction_interval
         return replace(
             inversion,
@@ -89,10 +88,6 @@ class MeshResult(StageResult):
             coded_ranges=self.coded_ranges,
             certainty=self.certainty,
             certainty_alone=self.certainty_alone,
-            notes=(
-                *(note for note in inversion.notes if note not in old),
-                *(sentence for part in self.known for sentence in part.sentences),
-            ),
         )
 
     @property

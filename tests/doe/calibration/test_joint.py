@@ -44,7 +44,7 @@ def test_weights_follow_the_measured_scatter() -> None:
     """Two straight lines that contradict: ŷ₁ = 100 + 10a = 105 (sd 1) and 115 (sd 3). Weighted mean a = 0.6."""
     coded = central_composite(2, 1, "rotatable")
     line = fit_surface(coded, [100 + 10 * a for a, _ in coded], ["a", "b"])
-    pair = [Observation("1", line, 105.0, 1.0, 1), Observation("2", line, 115.0, 3.0, 1)]
+    pair = [Observation(line, 105.0, 1.0, 1), Observation(line, 115.0, 3.0, 1)]
     fit = fit_jointly(misfit_of(pair), Region(np.full(2, -2.0), np.full(2, 2.0), None))
     assert fit.coded[0] == pytest.approx((0.5 * 9 + 1.5) / 10, abs=1e-6)
 
@@ -56,9 +56,9 @@ def test_scatter_by_what_is_known() -> None:
     assert full.scatter == "measured"
     assert np.sqrt(full.variance) == pytest.approx(0.05 * measured / np.sqrt(6), rel=0.05)
     assert misfit(measured, None, fitted=fitted).scatter == "misfit"
-    alone = misfit_of([Observation("8 mm", fitted[1], 159.2)])
+    alone = misfit_of([Observation(fitted[1], 159.2)])
     assert alone.scatter == "surface" and alone.scale_known
-    some = [Observation("8 mm", fitted[1], 100.0, 5.0, 1), Observation("9 mm", fitted[2], 200.0, None, 1)]
+    some = [Observation(fitted[1], 100.0, 5.0, 1), Observation(fitted[2], 200.0, None, 1)]
     pooled = misfit_of(some)
     assert pooled.scatter == "pooled" and np.sqrt(pooled.variance[1]) == pytest.approx(10.0, rel=0.02)
     assert misfit(measured, None, fitted=fitted).without(0).scatter == "misfit"
@@ -79,7 +79,7 @@ def test_best_worst_error_is_the_known_one() -> None:
     """
     coded = central_composite(2, 1, "rotatable")
     line = fit_surface(coded, [100 + 30 * a for a, _ in coded], ["a", "b"])
-    pair = [Observation("1", line, 100.0, 1.0, 1), Observation("2", line, 150.0, 1.0, 1)]
+    pair = [Observation(line, 100.0, 1.0, 1), Observation(line, 150.0, 1.0, 1)]
     for radius in (None, 2.0):
         worst, x = best_worst_error(misfit_of(pair), Region(np.full(2, -2.0), np.full(2, 2.0), radius))
         assert worst == pytest.approx(20.0, abs=1e-4)
@@ -97,7 +97,7 @@ def test_surfaces_must_have_the_same_factors() -> None:
     coded = central_composite(2, 1, "rotatable")
     other = fit_surface(coded, coded[:, 0] + 5.0, ["b", "a"])
     with pytest.raises(UsageError, match="same factors"):
-        misfit_of([Observation("8 mm", surfaces()[0], 1.0), Observation("9 mm", other, 1.0)])
+        misfit_of([Observation(surfaces()[0], 1.0), Observation(other, 1.0)])
     assert len(DIAMETERS) == 5
 
 
