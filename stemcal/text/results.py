@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 
 from stemcal.notes import Note, Weight
-from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
@@ -56,7 +54,10 @@ def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> 
             return mesh.remarks(result, names)
         case ValidateResult():
             return validation.remarks(result, names)
-    return [*_of_numbers(result, names), *(_remark(note, names) for note in result.notes)]
+    notes = (
+        remark(note, names) if isinstance(note, Note) else Remark(note, Weight.TRUST, note) for note in result.notes
+    )
+    return [*_of_numbers(result, names), *notes]
 
 
 def _of_numbers(result: StageResult, names: Names) -> Iterable[Remark]:
@@ -149,11 +150,3 @@ def say_more(count: int) -> str:
 def withheld() -> str:
     """Say that intervals and agreement are not shown."""
     return say("Not calibrated: no interval of the parameters and no statement of agreement is given.")
-
-
-def _remark(note: Note | str, names: Names) -> Remark:
-    """Return a note as a remark; a stage that still makes sentences has them weighed by their templates."""
-    if isinstance(note, Note):
-        return remark(note, names)
-    kind = re.sub(r"[\d.]+", "#", note.partition(":")[0] if len(note) > 60 else note)
-    return Remark(note, weight_of(note), kind)

@@ -73,7 +73,7 @@ def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
 
     words = ("PRESS", "lack of fit", "adequate precision", "p_holm", "coded radius", "prediction interval")
     for word in (*PARAMETERS, *words, "hourglass_ratio_percent", "kinetic_ratio_percent", "Lenth", "shapiro-wilk test"):
-        (entry,) = look_up(word)
+        entry = look_up(word)[0]
         assert entry.meaning.endswith(".") and entry.source
     names = [name.lower() for entry in GLOSSARY for name in (entry.term, *entry.aliases)]
     assert len(names) == len(set(names))
