@@ -20,7 +20,6 @@ FLOORS = {
     "stemcal.interrupts": 0,
     "stemcal.child": 1,
     "stemcal.naming": 0,
-    "stemcal.remarks": 2.5,
     "stemcal.notes": 2,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,

@@ -143,8 +143,9 @@ def test_paper_replay(folder: StudyFolder) -> None:
     assert list(invert["solution"].values()) == pytest.approx([18.369, 0.03184, 90.05], rel=5e-4)
     errors = [row["error_percent"] for row in validate["rows"]]
     assert errors == pytest.approx([-7.83, -6.16, 5.80, 6.33, 7.46], abs=0.005)
-    assert any("11 mm" in note and "sign" in note for note in validate["notes"])
-    assert any("read from a table" in note for note in validate["notes"])
+    (difference,) = validate["published"]["differences"]
+    assert (difference["label"], difference["kind"]) == ("error at 11 mm", "sign")
+    assert "from_table" in [note["kind"] for note in validate["notes"]]
 
 
 def test_a_runs_table_replays_its_study(tmp_path: Path, folder: StudyFolder) -> None:

@@ -25,7 +25,7 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 _SHORTEST_KEY = 4
 
 

@@ -223,7 +223,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Remark]:
     for left_out in _left_out(joint, names):
         yield Remark(left_out, Weight.USE, "left_out")
     if joint.null is not None:
-        better = _beats(joint.null, joint)
+        better = joint.null.beaten_by(joint.max_abs_left_out_error_percent)
         weight = Weight.TRUST if better is None else Weight.ASIDE if better else Weight.USE
         yield Remark(_without_mechanics(joint.null, joint), weight, "without_mechanics")
     yield Remark(say(_WEIGHTS[joint.scatter]), Weight.TRUST, "weights")
@@ -259,14 +259,6 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     return [names.say(each if several else response, condition=condition.long if condition else "", error=error)]
 
 
-def _beats(null: NullModel, joint: JointFitted) -> bool | None:
-    """Tell whether a fit predicts what is left out better than both formulas; None if nothing was left out."""
-    formulas = [null.max_abs_left_out_error_percent, null.fixed_max_abs_left_out_error_percent]
-    least = min((error for error in formulas if error is not None), default=None)
-    left_out = joint.max_abs_left_out_error_percent
-    return None if left_out is None or least is None else left_out < least
-
-
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
     """Say what formulas reach without mechanics, and whether the joint fit does better, by what was left out."""
     fields = {
@@ -295,7 +287,7 @@ def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
         False: "The joint fit predicts the diameters no better than a formula.",
     }
     errors = say(one if null.exponent is None else both, **fields)
-    return f"{errors} {say(judged[_beats(null, joint)])}"
+    return f"{errors} {say(judged[null.beaten_by(joint.max_abs_left_out_error_percent)])}"
 
 
 def _of_published(published: PublishedPoint, names: Names) -> Iterator[Remark]:

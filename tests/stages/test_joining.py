@@ -16,6 +16,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results
+from stemcal.stages.validate import RangesChosenAfter, TooFewForDiscrepancy
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
@@ -124,9 +125,9 @@ def test_ranges_chosen_after_the_forces_leave_no_check(tmp_path: Path) -> None:
     assert before["notes"] == [] and after["notes"] == [{"kind": "ranges_chosen_after", "weight": "use"}]
     study = load_study(tmp_path / "joint.yaml")
     checked = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
-    assert any("nor are those left out in turn" in note for note in checked.notes)
+    assert RangesChosenAfter() in checked.notes
     verdict = verdict_of(study, folder, Results(validation=checked))
-    assert any("no diameter checks the result" in reason.sentence for reason in verdict.reasons)
+    assert verdict.says("unchecked")
 
 
 def test_a_fit_in_two_directions_leaves_three_diameters_nothing_to_tell(tmp_path: Path) -> None:
@@ -134,7 +135,7 @@ def test_a_fit_in_two_directions_leaves_three_diameters_nothing_to_tell(tmp_path
     study = load_study(tmp_path / "joint.yaml")
     found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
     assert found.discrepancy is None and all(row.corrected is None for row in found.rows)
-    assert any("needs 4 fitted diameters with a force where the parameters are seen in 2" in n for n in found.notes)
+    assert TooFewForDiscrepancy(needed=4, directions=2) in found.notes
 
 
 @pytest.mark.parametrize("way", ["scale", "process"])
@@ -146,5 +147,5 @@ def test_what_the_model_misses_over_four_diameters(tmp_path: Path, monkeypatch: 
     found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
     assert found.discrepancy is not None and found.discrepancy.scale == pytest.approx(1.0, abs=1e-3)
     assert all(row.corrected is not None for row in found.rows)
-    assert any("holds the measured force at" in note for note in found.notes)
+    assert found.discrepancy.smooth is (way == "process") and found.predicted == [True] * 4
     assert any(sheet.title == "With one scale for what the model misses" for sheet in sheets_of(found))

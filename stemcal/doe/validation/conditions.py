@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.errors import UsageError
-from stemcal.naming import CUTTING, DIAMETER, Naming
+from stemcal.naming import CUTTING, Naming
+from stemcal.notes import Note, Weight
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.remarks import Remark, Weight
 
-_CALIBRATED = Remark(Weight.ASIDE, "{calibrated}: its error is not an independent check.")
-_FAILED = Remark(Weight.NUMBERS, "No simulated {response}{places}: the run failed.")
-EQUAL = Remark(Weight.TRUST, "Equal within ±{margin:g} % (equivalence test): {places}.")
-_DIFFERENT = Remark(Weight.USE, "Different (Welch) and not shown equal: {places}.")
-_TREND = Remark(
-    Weight.USE,
-    "The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor on the force "
-    "removes.",
-)
-_GROWTH = Remark(Weight.ASIDE, "Measured force grows as d^{measured:.2f}, simulated as d^{simulated:.2f}.")
-_CURVE = Remark(
-    Weight.ASIDE,
-    "Over the diameters {winner} describes the measured force better than {loser} (AICc lower by {gain:.1f}).",
-)
+EQUAL_BELOW = 0.05
+"""The level of both tests."""
+
+
+@dataclass(frozen=True)
+class ErrorTrend(Note):
+    """The error changes with the stem's diameter along a line that explains most of its variation, percent per mm."""
+
+    weight = Weight.USE
+    slope: float
+
+
+@dataclass(frozen=True)
+class BetterCurve(Note):
+    """Which curve describes the measured forces over the diameters better, and by how much lower an AICc."""
+
+    weight = Weight.ASIDE
+    curve: Literal["power_law", "straight_line"]
+    gain: float
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,15 @@ class ValidationRow:
     measured_high: float | None = None
     p_different: float | None = None
     p_equivalent: float | None = None
+
+    @property
+    def standing(self) -> Literal["equal", "different", "open"] | None:
+        """What the two tests say together; None where nothing could be tested."""
+        if self.p_different is None or self.p_equivalent is None:
+            return None
+        if self.p_equivalent < EQUAL_BELOW:
+            return "equal"
+        return "different" if self.p_different < EQUAL_BELOW else "open"
 
 
 @dataclass(frozen=True)
@@ -82,7 +97,7 @@ class Validation:
     error_slope_percent_per_unit: float | None
     measured_exponent: Exponent | None
     simulated_exponent: Exponent | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def compare_conditions(
@@ -93,7 +108,6 @@ def compare_conditions(
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
     margin_percent: float = 10.0,
     simulated_scatter: tuple[float, float] | None = None,
-    left_out_checks: bool = True,
     naming: Naming = CUTTING,
 ) -> Validation:
     """Compare responses; error = 100·(measured − simulated)/measured.
@@ -111,15 +125,12 @@ def compare_conditions(
         The difference, of the measured force, within which both count as equal.
     simulated_scatter : (share, df), optional
         Standard deviation of a simulated force as a share of it, by its mesh, and the degrees of freedom behind it.
-    left_out_checks : bool
-        Whether fitted diameters left out in turn are an independent check; not where ranges were chosen by them.
     naming : Naming
-        What response and condition are called in sentences.
+        What response and condition are: forces over stems have exponents, and are looked through for a trend.
     """
     scatter = scatter or [(None, None)] * len(conditions)
     if not len(conditions) == len(measured) == len(simulated):
-        response, condition = naming.response.plural, naming.condition_plural
-        raise UsageError(f"validation: {condition}, measured and simulated {response} differ in number")
+        raise UsageError("validation: conditions, measured and simulated values differ in number")
     rows = tuple(
         _tested(_row(float(d), float(m), s, calibration_condition, naming), *spread, margin_percent, simulated_scatter)
         for d, m, s, spread in zip(conditions, measured, simulated, scatter, strict=True)
@@ -137,11 +148,7 @@ def compare_conditions(
         error_slope_percent_per_unit=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=(
-            *_notes(rows, naming, left_out_checks),
-            *(_growth_notes(rows, slope, lab, model) if naming.is_force_on_stems else []),
-            *_test_notes(rows, margin_percent, naming),
-        ),
+        notes=tuple(_growth_notes(rows, slope)) if naming.is_force_on_stems else (),
     )
 
 
@@ -171,8 +178,8 @@ def _row(
     naming: Naming,
 ) -> ValidationRow:
     if measured <= 0.0:
-        told = f"{naming.response.noun} {naming.response.text(measured)}{naming.at(condition)}"
-        raise UsageError(f"validation: measured {told} must be positive")
+        where = f"{naming.response.text(measured)}{naming.at(condition)}"
+        raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
     fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
     role = "calibration" if fitted else "validation"
     if simulated is None or not np.isfinite(simulated):
@@ -200,28 +207,6 @@ def _tested(
     )
 
 
-def _verdict(row: ValidationRow) -> str:
-    """Return what the two tests say together: equal, apart or open."""
-    if (row.p_equivalent or 0.0) < 0.05:
-        return "equal"
-    return "apart" if (row.p_different or 0.0) < 0.05 else "open"
-
-
-def _test_notes(rows: Sequence[ValidationRow], margin_percent: float, naming: Naming) -> list[str]:
-    tested = [row for row in rows if row.p_different is not None and row.p_equivalent is not None]
-    if not tested:
-        return []
-    found: dict[str, list[str]] = {"equal": [], "apart": [], "open": []}
-    for row in tested:
-        found[_verdict(row)].append(naming.each(row.condition))
-    equal, apart, open_ = found.values()
-    none = "none" if naming.condition is None else f"no {naming.condition_noun}"
-    notes = [EQUAL(margin=margin_percent, places=", ".join(equal) or none)]
-    notes += [_DIFFERENT(places=", ".join(apart))] if apart else []
-    notes += [f"Neither shown different nor equal, too few specimens to tell: {', '.join(open_)}."] if open_ else []
-    return notes
-
-
 def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
     """Change of the error per millimetre of diameter, from three diameters on."""
     d = np.array([row.condition for row in rows])
@@ -244,46 +229,12 @@ def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
     return 100.0 * (high - low) / (high + low) if high + low > 0.0 else None
 
 
-def _notes(rows: Sequence[ValidationRow], naming: Naming, left_out_checks: bool) -> list[str]:
-    fitted = [row.condition for row in rows if row.role == "calibration"]
-    notes = []
-    if len(fitted) == 1:
-        notes.append(_CALIBRATED(calibrated=_calibrated_at(fitted[0], naming)))
-    elif fitted:
-        others = f"those of the {naming.condition_plural} left out in turn, in the inversion, are"
-        if not left_out_checks:
-            seen = f"since the ranges were chosen after seeing the {naming.response.plural}"
-            others = f"nor are those left out in turn, {seen}"
-        places = naming.places(", ".join(f"{value:g}" for value in fitted))
-        notes.append(f"The parameters were fitted{places}: errors there are no independent check; {others}.")
-    failed = [row.condition for row in rows if row.simulated is None]
-    if failed:
-        places = f" at {', '.join(map(naming.place, failed))}" if naming.condition is not None else ""
-        notes.append(_FAILED(response=naming.response.noun, places=places))
-    return notes
-
-
-def _calibrated_at(value: float, naming: Naming) -> str:
-    """Say at what the parameters were calibrated, as a sentence begins."""
-    if naming.condition == DIAMETER:
-        return f"{naming.place(value)} is the calibration diameter"
-    if naming.condition is None:
-        return f"The parameters were calibrated to this {naming.response.noun}"
-    return f"The parameters were calibrated{naming.at(value)}"
-
-
-def _growth_notes(
-    rows: Sequence[ValidationRow], slope: float | None, lab: Exponent | None, model: Exponent | None
-) -> list[str]:
-    """Say how error, measured and simulated force go with the stem's diameter."""
-    notes = []
+def _growth_notes(rows: Sequence[ValidationRow], slope: float | None) -> Iterator[Note]:
+    """Find a trend of the error, and the better curve of the measured force, over the stem's diameter."""
     if slope is not None and _is_trend(rows, slope):
-        notes.append(_TREND(slope=slope))
-    if lab is not None and model is not None:
-        notes.append(_GROWTH(measured=lab.value, simulated=model.value))
+        yield ErrorTrend(slope)
     if (better := _better_curve(rows)) is not None:
-        notes.append(better)
-    return notes
+        yield better
 
 
 def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
@@ -295,7 +246,7 @@ def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
     return total > 0.0 and slope**2 * float(np.sum((d - d.mean()) ** 2)) > 0.5 * total
 
 
-def _better_curve(rows: Sequence[ValidationRow]) -> str | None:
+def _better_curve(rows: Sequence[ValidationRow]) -> BetterCurve | None:
     """Compare power law and straight line on the measured forces by AICc; both have three parameters.
 
     AICc differs by n·ln(RSS) alone, with 2·Σln(force) added to the power law for its logarithmic scale.
@@ -310,5 +261,4 @@ def _better_curve(rows: Sequence[ValidationRow]) -> str | None:
     if min(straight, power) <= 0.0:
         return None
     gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(response)))
-    winner, loser = ("a power law", "a straight line") if gain > 0.0 else ("a straight line", "a power law")
-    return _CURVE(winner=winner, loser=loser, gain=abs(gain))
+    return BetterCurve("power_law" if gain > 0.0 else "straight_line", float(abs(gain)))

@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 
+CLAIMING = ("profiles", "posterior", "solutions")
+"""Figures of intervals, which suppose that the model fits: not shown where nothing is calibrated."""
+
+
 @dataclass(frozen=True)
 class Plot:
     """A figure: its name, the section it belongs to, its caption, and what draws it, which a worker may do too.

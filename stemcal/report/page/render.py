@@ -14,17 +14,16 @@ from typing import TYPE_CHECKING
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
 from stemcal.folder.store import StudyFolder
-from stemcal.report.figures.gallery import Plot, gallery
+from stemcal.naming import small
+from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
-from stemcal.report.page import sentences
 from stemcal.report.page.headline import headline
-from stemcal.report.page.labels import named_all, relabelled
+from stemcal.report.page.labels import relabelled
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
 from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, page_sheets
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet, borne
 from stemcal.report.tables.stages import sheets_of
-from stemcal.report.verdict import CLAIMING
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
@@ -32,17 +31,17 @@ from stemcal.stages.screen import ScreenResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.text.calibration import assumptions, valid_for
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence
 from stemcal.text.numbers import short
-from stemcal.text.results import shown_remarks
-from stemcal.words import counted, joined
+from stemcal.text.page import failures, folded, kind_of, question
+from stemcal.text.results import certainty, outcome_of, shown_remarks
+from stemcal.text.verdict import use, word
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
     from stemcal.study.model import Study
-
-
-_LATER = ("climb", "refine")  # their runs follow from each other; a failed one is answered by the next
 
 
 @dataclass(frozen=True)
@@ -67,10 +66,7 @@ class Part:
     @property
     def folded(self) -> str:
         """What is folded, in words; nothing if nothing is."""
-        pictures = [counted(len(self.plates), "figure")] if self.plates else []
-        notes = [counted(len(self.notes), "note")] if self.notes else []
-        titles = [sheet.title[0].lower() + sheet.title[1:] for sheet in self.details]
-        return joined([*titles, *pictures, *notes])
+        return folded([small(sheet.title) for sheet in self.details], len(self.plates), len(self.notes))
 
 
 @dataclass(frozen=True)
@@ -121,7 +117,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     first = first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
-    told_by_verdict = any(reason.rule == "physics" for reason in verdict.reasons)
+    said_of = Names(study.naming)
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -135,15 +131,15 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
             *study.warnings,
             *results.stale,
             *failures(done),
-            *([] if told_by_verdict else run_warnings(records)),
+            *([] if verdict.says("physics") else run_warnings(records)),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
-        word=verdict.word,
+        word=word(verdict),
+        use="" if verdict.use is None else use(verdict.use, said_of),
+        reasons=[(sentence(reason, said_of), sentence(reason.remedy, said_of)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
-        certainty=named_all(
-            [*sentences.certainty(results, verdict.holds, labels), *from_table(study, results)], labels
-        ),
+        certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
         valid_for=_beside_values(results, verdict.holds),
         setting=part_of(setting_sheets(study), ()),
@@ -160,65 +156,12 @@ def coded(text: str) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
-def kind_of(study: Study) -> str:
-    """Return what is calibrated here."""
-    if study.naming.is_cutting:
-        return "Calibration of a stem cutting model"
-    fitted = [study.naming.named(name).long for name in study.invert.responses]
-    return f"Calibration of a simulation to the measured {joined(fitted)}"
-
-
 def _beside_values(results: Results, holds: bool) -> list[str]:
     """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
     if results.inversion is None:
         return []
     assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
     return [*valid_for(results.inversion), *assumed]
-
-
-def question(study: Study) -> str:
-    """Return what the study asks."""
-    target = study.calibration_target
-    count = counted(len(study.factors), "parameter")
-    if not study.naming.is_cutting:
-        return f"Which values of {count} {_asked(study)}?"
-    return (
-        f"Which values of {count} make a simulated stem of {short(target.condition)} mm diameter resist "
-        f"cutting with the measured maximum force of {short(target.response)} N, and do they hold at "
-        f"{counted(len(study.targets.means) - 1, 'other diameter')}?"
-    )
-
-
-def _asked(study: Study) -> str:
-    """Return what the parameters are to bring about, and where else, in a study's own words."""
-    target, naming = study.calibration_target, study.naming
-    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
-    nouns = joined([named.noun for named, mean in means if mean is not None])
-    measured = joined([f"{short(mean)}{named.beside}" for named, mean in means if mean is not None])
-    others = len(study.targets.means) - 1
-    elsewhere = f", and do they hold at {naming.counted(others, 'other ')}" if others else ""
-    return f"make the simulated {nouns}{naming.at(target.condition)} equal the measured {measured}{elsewhere}"
-
-
-def from_table(study: Study, results: Results) -> list[str]:
-    """Say that a table cannot simulate what was calibrated here."""
-    if study.solver.kind != "table" or results.validation is None:
-        return []
-    return [
-        f"The validation {study.naming.values} were read from a table, not simulated with the parameters found here."
-    ]
-
-
-def failures(done: list[StageResult]) -> list[str]:
-    """Name the runs of designs and of the validation that gave no response."""
-    return [
-        f"{stage_called(result.name).title}, run {label.removeprefix(f'{result.name} ')} failed: "
-        f"{outcome.message or outcome.reason}"
-        for result in done
-        if result.name not in _LATER
-        for label, outcome in result.runs()
-        if not outcome.ok
-    ]
 
 
 def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:
@@ -232,15 +175,12 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
         [relabelled(sheet, labels) for sheet in sheets],
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
-        labels,
     )
-    told = named_all(sentences.outcome_of(result, verdict.holds, labels), labels)
+    told = outcome_of(result, verdict.holds, labels)
     return Section(result.name, stage_called(result.name).title, " ".join(told), part)
 
 
-def part_of(
-    sheets: Iterable[Sheet], plots: Iterable[Plot], notes: Sequence[str] = (), labels: Mapping[str, str] | None = None
-) -> Part:
+def part_of(sheets: Iterable[Sheet], plots: Iterable[Plot], notes: Sequence[str] = ()) -> Part:
     """Return tables and drawn figures, the details apart."""
     sheets = list(sheets)
     pictures = [(plot.detail, drawn(plot, f"{plot.section}{number}")) for number, plot in enumerate(plots)]
@@ -249,7 +189,7 @@ def part_of(
         tuple(picture for detail, picture in pictures if not detail),
         tuple(sheet for sheet in sheets if sheet.detail),
         tuple(picture for detail, picture in pictures if detail),
-        tuple(named_all(notes, labels or {})),
+        tuple(notes),
     )
 
 

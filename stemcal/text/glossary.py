@@ -85,8 +85,8 @@ GLOSSARY: tuple[Entry, ...] = (
           "D. M. Allen, Technometrics 16 (1974) 125"),
     Entry("adequate precision", "Range of the predictions over their mean standard error; above 4 is wanted.", _MM),
     Entry("coefficient of variation", "Standard deviation in percent of the mean.", _MONT, ("cv", "cv_percent")),
-    Entry("Cook's distance", "How far all predictions move if one run is left out; above 1 that run sways the surface.",
-          "R. D. Cook, Technometrics 19 (1977) 15", ("cook",)),
+    Entry("Cook's distance", "How far all predictions move if one run is left out; above 1 that run strongly "
+          "influences the surface.", "R. D. Cook, Technometrics 19 (1977) 15", ("cook",)),
     Entry("leverage", "Share of a run in its own prediction; at 1 the surface goes through it whatever it says.", _MM),
     Entry("VIF", "Variance inflation factor: by how much correlation with other terms widens a coefficient's variance.",
           _MONT, ("variance inflation factor",)),
@@ -125,8 +125,8 @@ GLOSSARY: tuple[Entry, ...] = (
           "the simulated response meets the target.", "C. G. Broyden, Math. Comp. 19 (1965) 577", ("refine",)),
     Entry("Welch's test", "Does the simulated response differ from the measured mean by more than the scatter? A large "
           "p is no proof of agreement.", "B. L. Welch, Biometrika 34 (1947) 28", ("welch", "p_different")),
-    Entry("verdict", "What a study comes to by stated rules: calibrated, with reservations or not calibrated, with the "
-          "reasons and the step that mends each. Where it is not calibrated no interval is shown.", _MM,
+    Entry("verdict", "The outcome of a study by stated rules: calibrated, with reservations or not calibrated, with "
+          "the reasons and the step that mends each. Where it is not calibrated no interval is shown.", _MM,
           ("calibrated", "with_reservations", "not_calibrated")),
     Entry("equivalence test", "Shows that two means agree within a margin (two one-sided tests), if it can be shown.",
           "D. J. Schuirmann, J. Pharmacokinet. Biopharm. 15 (1987) 657", ("tost", "equivalence", "p_equivalent")),
@@ -211,8 +211,9 @@ def look_up(term: str) -> list[Entry]:
     if found:
         return found
     meant = _nearest_terms(wanted, GLOSSARY) or _nearest_terms(wanted, keys)
-    remedy = f"did you mean {', '.join(dict.fromkeys(meant))}?" if meant else "`stemcal explain` lists the terms"
-    raise UsageError(f"{term!r} is not in the glossary; {remedy}")
+    if meant:
+        raise UsageError(f"{term!r} is not in the glossary; did you mean {', '.join(dict.fromkeys(meant))}?")
+    raise UsageError(f"{term!r} is not in the glossary; `stemcal explain` lists the terms")
 
 
 def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
