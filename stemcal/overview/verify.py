@@ -12,8 +12,7 @@ from stemcal.runs.key import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage
-from stemcal.stages.lineage import changes_since
-from stemcal.stages.making import kind_of
+from stemcal.stages.fresh import changes_since, kind_of
 from stemcal.study.model import Study
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields
 from html import escape
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from stemcal import __version__
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
@@ -20,11 +19,9 @@ from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
-from stemcal.stages.lineage import inputs_of, require_fresh, tell_changes
-from stemcal.study.model import Study
 
 if TYPE_CHECKING:
-    from stemcal.solvers.protocol import Solver
+    pass
 
 R = TypeVar("R", bound="StageResult")
 SCHEMA_VERSION = 1
@@ -182,14 +179,6 @@ class StageResult:
         return f"<p>{escape(repr(self))}</p>{''.join(table._repr_html_() for table in self.tables().values())}"
 
 
-def head_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> Head:
-    """Return how a stage's file begins; tells what has changed since it was written before."""
-    inputs = inputs_of(study, solver, folder, stage)
-    tell_changes(folder, stage, inputs)
-    naming = None if study.naming.is_cutting else study.naming
-    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, naming)
-
-
 def leave(folder: StudyFolder, result: R) -> R:
     """Write a stage's JSON and tables; returns the result as a reader of the file gets it."""
     content = result.to_json()
@@ -204,12 +193,6 @@ def leave(folder: StudyFolder, result: R) -> R:
 def read_result(folder: StudyFolder, kind: type[R]) -> R:
     """Return a stage's result from its file; raise `UsageError` if it is not there or cannot be read."""
     return kind.from_json(folder.read_stage(kind.name))
-
-
-def read_fresh(study: Study, solver: Solver, folder: StudyFolder, kind: type[R]) -> R:
-    """Return a stage's result; raise `UsageError` if its file, or one before it, is missing or stale."""
-    require_fresh(study, solver, folder, kind.name)
-    return read_result(folder, kind)
 
 
 @contextmanager

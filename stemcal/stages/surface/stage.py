@@ -19,7 +19,8 @@ from stemcal.stages.audit.cells import audit_surface, sentences
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
-from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, read_fresh, reasons_given
+from stemcal.stages.fresh import read_fresh
+from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, reasons_given
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.diameters import fine_runs, run_diameters
 from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, told_by
