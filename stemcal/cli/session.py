@@ -35,7 +35,7 @@ class Session:
 
         The progress bar learns how many runs there will be.
         """
-        from stemcal.stages.making import finished
+        from stemcal.stages.fresh import finished
 
         if finished(self.study, self.folder, stage):
             return

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from stemcal.files.durable import as_json, digest
 
-__all__ = ["SEAL", "Broken", "opened", "sealed", "take_as_agreed"]
+__all__ = ["SEAL", "Broken", "opened", "sealed"]
 
 SEAL = "sha256"
 MAX_BYTES = 64 * 2**20
@@ -56,11 +56,6 @@ def opened(path: Path) -> tuple[dict[str, Any], bool]:
     if not _agrees(blob, content, content.pop(SEAL)):
         raise Broken("does not agree with its SHA-256")
     return content, True
-
-
-def take_as_agreed(sums: Iterable[bytes]) -> None:
-    """Take the word of an earlier command that files with these SHA-256 agree with their seals."""
-    _AGREED.update(sums)
 
 
 def _parsed(blob: bytes) -> dict[str, Any]:

@@ -36,7 +36,7 @@ from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.types.lengths import Length
 
@@ -60,7 +60,7 @@ _PROCESS = 250.0e6
 
 
 @dataclass(frozen=True)
-class Embedded:
+class Embedded(OfSpecAlone):
     """Answers requests by explicit finite element simulation; same request, same bits."""
 
     study: Study

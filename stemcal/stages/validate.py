@@ -22,13 +22,14 @@ from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import lower_bounds
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
+from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, Interval, StageResult, read_fresh
+from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fakes import TWO_FACTORS, FakeSolver
+from fakes import TWO_FACTORS, SpecSolver
 from scipy import stats
 
 from stemcal import workflow
@@ -46,7 +46,7 @@ PLACES = (1.02, 0.98, 1.01, 0.97)
 
 
 @dataclass(frozen=True)
-class FakeForce(FakeSolver):
+class FakeForce(SpecSolver):
     """The known force of two factors."""
 
     def solve(self, request: Request) -> Answer:
