@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stemcal.doe.calibration.desirability import Aim, most_desirable
-from stemcal.doe.calibration.joint import JointFit, best_worst_error, fit_jointly, leave_one_out
+from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding

@@ -19,7 +19,7 @@ from stemcal.study.rules import broken_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.named import as_in_spec
-from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
 
 
 def load_study(path: str | Path) -> Study:
@@ -127,13 +127,13 @@ def _without_echo(path: Path, document: Document, findings: list[Finding], spoil
             yield problem
 
 
-def _place(document: Document, finding: Finding) -> Place:
+def _place(document: Document, finding: Finding) -> Position:
     if finding.at_key and finding.path in document.keys:
         return document.keys[finding.path]
     return document.place(finding.path)
 
 
-def _problem(path: Path, document: Document, place: Place, finding: Finding) -> SpecProblem:
+def _problem(path: Path, document: Document, place: Position, finding: Finding) -> SpecProblem:
     shown = _shown(finding.path, document.data)
     return SpecProblem(str(path), place.line, place.column, shown, finding.message, finding.remedy)
 

@@ -8,7 +8,8 @@ from statsmodels.regression.linear_model import OLS, WLS
 from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
 from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, surface_runs
-from stemcal.doe.regression.surface import DETERMINISTIC, fit_surface
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.surface_notes import DETERMINISTIC
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json

@@ -34,7 +34,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """The cells of a file as texts, with the form it was found to have.
 
     Attributes
@@ -91,7 +91,7 @@ class Table:
         return any("synthetic" in line.lower() for line in self.preamble)
 
 
-def read_table(path: Path, form: Form = Form()) -> Table:
+def read_table(path: Path, form: Form = Form()) -> TextTable:
     """Return the one table in a file; raise `UsageError` if it holds none, or a workbook several."""
     tables = read_tables(path, form)
     if len(tables) > 1:
@@ -100,7 +100,7 @@ def read_table(path: Path, form: Form = Form()) -> Table:
     return tables[0]
 
 
-def read_tables(path: Path, form: Form = Form()) -> list[Table]:
+def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     """Return the tables in a file: one of a text, one for each sheet of a workbook that holds numbers."""
     content = _content(path)
     if workbook.is_workbook(content):
@@ -125,7 +125,7 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _of_workbook(content: bytes, path: Path, form: Form) -> list[Table]:
+def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     """Return the tables of the sheets; numbers in cells have no decimal mark, numbers in texts may have a comma."""
     found = workbook.sheets(content, str(path))
     if form.sheet is not None:
@@ -145,7 +145,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[Table]:
     return tables
 
 
-def _of_text(content: bytes, path: Path, form: Form) -> Table:
+def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     text, encoding = decoded(content, form.encoding, path)
     texts = text.splitlines()
     _refuse_long(texts, path)
@@ -167,7 +167,7 @@ def _refuse_long(texts: Sequence[str], path: Path) -> None:
             )
 
 
-def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Table:
+def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> TextTable:
     decimal = form.decimal or "."
     run = data_run(lines, decimal, ragged)
     broken = broken_line(lines, run, decimal)
@@ -177,7 +177,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Tabl
             f"{source}: line {broken + 1} has {cells} cells, those around it {run.width}; mend or delete it"
         )
     heading = heading_of(lines, run, decimal)
-    return Table(
+    return TextTable(
         source=source,
         form=form,
         preamble=tuple(line.text.strip() for line in lines[: heading.top] if line.cells),
