@@ -22,7 +22,7 @@ from typing import IO
 import psutil
 
 from stemcal.files.decoding import lenient
-from stemcal.patience import within
+from stemcal.interrupts import wait_until
 
 __all__ = ["KEEPER", "Ended", "run_program"]
 
@@ -72,11 +72,11 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
 
 
 def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
-    """Wait for the program; return whether it ran past its limit. Time in which it had itself stopped counts."""
-    return not within(time_limit, lambda seconds: _has_ended(process, seconds))
+    """Wait for the program; return whether it ran past its limit, counting the time in which it had itself stopped."""
+    return not wait_until(time_limit, lambda seconds: _has_ended(process, seconds))
 
 
-def _has_ended(process: subprocess.Popen[bytes], seconds: float | None) -> bool:
+def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
     try:
         process.wait(seconds)
     except subprocess.TimeoutExpired:
