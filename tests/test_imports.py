@@ -17,9 +17,8 @@ FLOORS = {
     "stemcal.words": 0,
     "stemcal.files": 1,
     "stemcal.outputs": 1,
-    "stemcal.leaving": 0,
     "stemcal.interrupts": 0,
-    "stemcal.patience": 0,
+    "stemcal.child": 1,
     "stemcal.naming": 0,
     "stemcal.remarks": 0,
     "stemcal.power_law": 0,
@@ -55,6 +54,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
+    "psutil": ("stemcal.child", "stemcal.solvers.processes"),
     "emcee": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured",),
 }

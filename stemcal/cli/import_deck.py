@@ -35,19 +35,18 @@ def import_deck(
     """
     from stemcal.cli.console import note, say_json, say_whole, warn
     from stemcal.errors import UsageError
-    from stemcal.files.decoding import lenient
-    from stemcal.solvers.deck.importing import imported
+    from stemcal.solvers.deck.importing import imported, read_deck
     from stemcal.solvers.deck.spec_text import spec_text
     from stemcal.study.reading.template import study_name
-    from stemcal.study.types.placeholders import template_bytes
 
     out = deck.with_suffix(".yaml") if spec is None else spec
+    name = study_name(out.stem)
     try:
-        text = lenient(template_bytes(deck))
-    except OSError as error:
-        raise UsageError(f"{deck}: {error.strerror}; name a deck that is there") from None
-    found = imported(text, units)
-    write_new(out, spec_text(found, study_name(out.stem), deck.name))
+        found = imported(read_deck(deck), units)
+        text = spec_text(found, name, deck.name)
+    except UsageError as error:
+        raise UsageError(f"{deck}: {error}") from None
+    write_new(out, text)
     if as_json:
         say_json({"spec": str(out), "fits": found.fits, "leaves": found.leaves})
     else:

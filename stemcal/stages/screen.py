@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from functools import partial
 from typing import Any, ClassVar
 
-from stemcal.doe.screening.analysis import Screening, analyse_screening, get_ready
+from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto
 from stemcal.doe.screening.two_stage_analysis import TwoStages
@@ -206,7 +205,7 @@ def screen(work: Work) -> ScreenResult:
     study = work.study
     head, design = work.head("screen"), screening_design(study, work.solver)
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests, partial(get_ready, design.coded, study.screen.alpha))
+    answers = work.answers(requests)
     runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
         found = _analysed(study, design, runs, FIRST)

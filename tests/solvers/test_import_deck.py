@@ -196,7 +196,7 @@ def test_fields_without_counterpart_are_told() -> None:
     ("change", "said"),
     [
         (("*MAT_PIECEWISE_LINEAR_PLASTICITY", "*MAT_WOOD"), "0 parts of"),
-        (("*BOUNDARY_PRESCRIBED_MOTION_RIGID", "*BOUNDARY_SPC"), "there is no blade"),
+        (("*BOUNDARY_PRESCRIBED_MOTION_RIGID", "*BOUNDARY_SPC"), "there are 0 blades"),
         (("*DEFINE_CURVE", "*DEFINE_TABLE"), "*DEFINE_CURVE 1"),
         (("*ELEMENT_SOLID", "*ELEMENT_SHELL"), "no solid elements of stem"),
         (("*NODE\n", "*NODE_FAR\n"), "nodes that are not there, such as 1"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from stemcal.cutting import Stem, mesh_size, stem_mesh
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
+from stemcal.files.decoding import decode
+from stemcal.files.plain import read_plain
 from stemcal.solvers.deck.cards import CARDS, known_name, passed_over
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.model import MOST_ELEMENTS
@@ -22,18 +25,20 @@ from stemcal.solvers.deck.source import UNITS, Source
 from stemcal.study.model import EmbeddedSolver
 from stemcal.study.types.lengths import Length
 
-__all__ = ["Imported", "imported"]
+__all__ = ["Imported", "imported", "read_deck"]
 
 Section = dict[str, Any]
 
 _NOT_READ = {"KEYWORD", "TITLE"}
 _FULL = (2, 3, -1, -2)  # forms of fully integrated elements
+_LEAST_TSSFAC = 0.001
 _STANDARD_QH, _STANDARD_SLSFAC, _STANDARD_TSSFAC = 0.1, 0.1, 0.9
 # A conversion back is rounded to the digits that a person writes; it fits what was kept if it is so near.
 _DIGITS, _CLOSE = 3, 2e-3
 # A rate law of LS-DYNA's that has no effect.
 _NO_RATE = {"strain_rate_c": 1e6, "strain_rate_p": 1.0}
 _NEVER = 1000.0  # a failure strain
+_MOST_BYTES = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,23 @@ class Imported:
     sections: dict[str, Section]
     fits: list[str]
     leaves: list[str]
+
+
+def read_deck(path: Path) -> str:
+    """Return the text of a deck in UTF-8, UTF-16 or GBK.
+
+    Raises
+    ------
+    UsageError
+        If there is no plain file of text, or it is too large.
+    """
+    try:
+        text = decode(read_plain(path, _MOST_BYTES))
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{getattr(error, 'strerror', None) or error}; name a deck that is there") from None
+    if text is None:
+        raise UsageError("it is neither UTF-8 nor UTF-16 nor GBK text; save it as text in UTF-8")
+    return text
 
 
 def imported(text: str, units: str = "mm-t-s") -> Imported:
@@ -108,7 +130,7 @@ class _Study:
                 "edge_angle": blade.edge_angle,
                 "bevel": blade.bevel,
                 "edge_radius": blade.edge_radius,
-                "edge_spread": self.kept.get("edge_spread", 0.0),
+                "edge_spread": self.kept.edge_spread,
             },
             "supports": {"clearance": self.supports.clearance, "fillet_radius": self.supports.fillet_radius},
             "loading": {
@@ -135,12 +157,13 @@ class _Study:
                 yield from passed_over(block)
             elif not _is_read(block) and block.name not in _NOT_READ:
                 yield f"*{block.name} at line {block.line} ({len(block.cards)} cards)"
-        if not self.kept:
+        if not self.kept.model_fields_set:
             yield "edge spread and internal length: a deck has none, 0 mm is written and the force belongs to the mesh"
 
     def _material(self) -> dict[str, float]:
         source, card = self.source, self.source.plastic
-        beta = card["beta"] if "beta" in card else self.kept.get("hardening_parameter", 1.0)
+        kept = 1.0 if self.kept.hardening_parameter is None else self.kept.hardening_parameter
+        beta = card.get("beta", kept)
         if card["fail"] <= 0.0:
             self.told.append(f"the stem's material has no failure strain: {_NEVER:g} is written")
         return {
@@ -152,16 +175,16 @@ class _Study:
             "hardening_parameter": beta,
             **(self._printed_rate() or self._usual_rate()),
             "failure_strain": card["fail"] if card["fail"] > 0.0 else _NEVER,
-            "internal_length": self.kept.get("internal_length", 0.0),
+            "internal_length": self.kept.internal_length,
         }
 
     def _printed_rate(self) -> dict[str, float]:
         """Return C and P of the printed rate law, if the deck was made from it and still says so."""
-        if self.kept.get("rate_law") != "paper":
+        card, c, p = self.source.plastic, self.kept.strain_rate_c, self.kept.strain_rate_p
+        if self.kept.rate_law != "paper" or c is None or p is None:
             return {}
-        card, then = self.source.plastic, {name: float(self.kept[name]) for name in _NO_RATE}
-        same = card["c"] == 0.0 or bool(np.isclose(1.0 / card["p"], then["strain_rate_p"], rtol=_CLOSE))
-        return then if same else {}
+        same = card["c"] == 0.0 or bool(np.isclose(card["p"] * p, 1.0, rtol=_CLOSE))
+        return {"strain_rate_c": c, "strain_rate_p": p} if same else {}
 
     def _usual_rate(self) -> dict[str, float]:
         c, p = self.source.plastic["c"] / self.source.time, self.source.plastic["p"]
@@ -173,22 +196,22 @@ class _Study:
         endtim = source.first("CONTROL_TERMINATION")["endtim"]
         forms = {int(card["secid"]): int(card["elform"]) for card in source.all("SECTION_SOLID")}
         whole = "quarter" if self.is_our_mesh and self.blade.bevel == "both" else "none"
-        optional = ("filter_window", "break_drop", "stop_after_peak", "failure_length")
+        optional = {"filter_window", "break_drop", "stop_after_peak", "failure_length"}
         found: Section = {
             "kind": "embedded",
             "rate_law": "paper" if self._printed_rate() else "cowper_symonds",
-            "symmetry": kept.get("symmetry", whole),
+            "symmetry": kept.symmetry or whole,
             "element_size": how.element_size,
             "elements_through_wall": how.through_wall,
             "edge_over": how.edge_over,
             "element": "full" if forms.get(source.stem_section) in _FULL else "one_point",
             "coarsening": how.coarsening,
             "coarsening_around": how.coarsening_around,
-            "mass_scaling": kept.get("mass_scaling", 1.0),
-            "time_step": kept.get("time_step"),
-            "time_step_safety": steps["tssfac"] or _STANDARD_TSSFAC,
+            "mass_scaling": kept.mass_scaling,
+            "time_step": kept.time_step,
+            "time_step_safety": _safety(steps["tssfac"] or _STANDARD_TSSFAC),
             "outputs": round(endtim / interval) if interval > 0.0 else 500,
-            **{name: kept[name] for name in optional if kept.get(name) is not None},
+            **kept.model_dump(include=optional, exclude_none=True),
             "hourglass": self._hourglass(),
         }
         given = abs(steps["dt2ms"]) * source.time
@@ -238,6 +261,12 @@ class _Study:
 
 def _is_read(block: Block) -> bool:
     return known_name(block.name) in CARDS or block.name in ("NODE", "ELEMENT_SOLID")
+
+
+def _safety(tssfac: float) -> float:
+    if not _LEAST_TSSFAC <= tssfac <= 1.0:
+        raise UsageError(f"*CONTROL_TIMESTEP: tssfac is {tssfac:g}; a study can have {_LEAST_TSSFAC:g} to 1")
+    return tssfac
 
 
 def _embedded(section: Section) -> EmbeddedSolver:

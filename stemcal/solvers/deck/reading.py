@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.solvers.deck.fixed_width import LONG, SETTINGS, STANDARD
+from stemcal.solvers.deck.fixed_width import LONG, STANDARD
+from stemcal.solvers.fortran import number_of
 
-__all__ = ["Block", "blocks", "settings"]
+__all__ = ["Block", "blocks"]
 
 Array = NDArray[np.float64]
 
@@ -24,11 +22,11 @@ Array = NDArray[np.float64]
 _HEADED = re.compile(r"_(TITLE|ID)$")
 # Keywords whose cards are as many parts or sections, each with its title if they have titles.
 _SEVERAL = {"PART", "SECTION_SOLID"}
-# A Fortran number may lack its E.
-_NO_E = re.compile(r"(?<=[0-9.])([-+][0-9]+)$")
-
-
-_MOST = 1e30
+_KEYWORD = re.compile(r"\*([A-Z0-9_./-]{1,80}[+%]?)")
+_NUMBERING = {"pid", "secid", "mid", "lcid"}
+MOST = 1e30  # numbers whose powers are still numbers
+_MOST_NUMBER = 1e9  # of nodes, elements, parts
+_MOST_KEYWORDS = 100_000
 
 
 @dataclass(frozen=True)
@@ -47,18 +45,36 @@ class Block:
         Raises
         ------
         UsageError
-            If a field holds no number.
+            If a field holds no number, or the number of a part, section, material or curve is not whole.
         """
         texts = _split(self.cards[card], width or self.width) if card < len(self.cards) else []
         texts += [""] * (len(names) - len(texts))
-        return {name: self._number(text, name) for name, text in zip(names, texts, strict=False)}
+        found = {name: self._number(text, name) for name, text in zip(names, texts, strict=False)}
+        for name in _NUMBERING.intersection(found):
+            if not _is_numbering(found[name]):
+                raise UsageError(f"{self.place}: {name} is {found[name]:g}; number it from 1 to {_MOST_NUMBER:g}")
+        return found
 
-    def rows(self, widths: Sequence[int]) -> Array:
-        """Return the cards (N, len(widths)) of a table such as *NODE; empty fields are 0."""
+    def rows(self, widths: Sequence[int], whole: Sequence[int] = ()) -> Array:
+        """Return the cards (N, len(widths)) of a table such as *NODE; empty fields are 0.
+
+        Raises
+        ------
+        UsageError
+            If a field holds no number, or no whole one in the columns `whole`.
+        """
         edges = np.cumsum([0, *widths]).tolist()
         spans = list(pairwise(edges))
-        rows = [self._row(card, spans) for card in self.cards]
-        return np.array(rows, dtype=float).reshape(-1, len(widths))
+        rows = np.array([self._row(card, spans) for card in self.cards], dtype=float).reshape(-1, len(widths))
+        numbers = rows[:, list(whole)]
+        if (wrong := numbers[(numbers != np.floor(numbers)) | (numbers < 0.0) | (numbers > _MOST_NUMBER)]).size:
+            raise UsageError(f"{self.place}: a number is {wrong[0]:g}; number from 1 to {_MOST_NUMBER:g}")
+        return rows
+
+    @property
+    def place(self) -> str:
+        """Where it stands."""
+        return f"*{self.name} at line {self.line}"
 
     def _row(self, card: str, spans: Sequence[tuple[int, int]]) -> list[float]:
         texts = card.split(",") if "," in card else [card[begin:end] for begin, end in spans]
@@ -66,24 +82,32 @@ class Block:
         return [self._number(text, "a column") for text in texts[: len(spans)]]
 
     def _number(self, text: str, name: str) -> float:
-        text = text.strip()
-        for way in (text or "0", _NO_E.sub(r"e\1", text.upper().replace("D", "E"))):
-            try:
-                if isfinite(number := float(way)) and abs(number) < _MOST:
-                    return number
-            except ValueError:
-                continue
-        place = f"*{self.name} at line {self.line}"
-        raise UsageError(f"{place}: {name} is {text[:40]!r}, no usable number; parameters (&) are not read")
+        number = number_of(text) if text.strip() else 0.0
+        if number is None or not abs(number) < MOST:
+            raise UsageError(
+                f"{self.place}: {name} is {text.strip()[:40]!r}, no usable number; write one below {MOST:g} "
+                "(parameters, &, are not read)"
+            )
+        return number
 
 
 def blocks(text: str) -> Iterator[Block]:
-    """Yield the keywords of a deck up to ``*END``."""
-    lines = text.splitlines()
+    """Yield the keywords of a deck up to ``*END``.
+
+    Raises
+    ------
+    UsageError
+        If there is none, one cannot be a keyword, or there are too many.
+    """
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     starts = [index for index, line in enumerate(lines) if line.startswith("*")]
+    if not starts:
+        raise UsageError("there is no keyword in it, no line that begins with *; is it an LS-DYNA deck?")
+    if len(starts) > _MOST_KEYWORDS:
+        raise UsageError(f"there are {len(starts)} keywords in it, at most {_MOST_KEYWORDS} are read; give one stem's")
     long_deck = False
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
-        word, *rest = lines[start][1:].strip().upper().split()
+        word, rest = _keyword(lines[start], start + 1)
         if word == "KEYWORD":
             long_deck = any(re.fullmatch(r"LONG=[YS]", part) for part in rest)
         if word == "END":
@@ -100,16 +124,16 @@ def blocks(text: str) -> Iterator[Block]:
             yield Block(plain, heading, tuple(own), LONG if long else STANDARD, start + 1)
 
 
-def settings(text: str) -> dict[str, Any]:
-    """Return what a deck of stemcal's tells in comments, since no card can."""
-    told = " ".join(line.removeprefix(SETTINGS) for line in text.splitlines() if line.startswith(SETTINGS))
-    try:
-        found = json.loads(told) if told else {}
-    except ValueError:
-        raise UsageError(
-            f"the lines that begin with {SETTINGS.strip()} are damaged; remove them or mend them"
-        ) from None
-    return found if isinstance(found, dict) else {}
+def _keyword(line: str, number: int) -> tuple[str, list[str]]:
+    """Return the name of a keyword and the words behind it."""
+    first, *rest = line.upper().split()
+    if (found := _KEYWORD.fullmatch(first)) is None:
+        raise UsageError(f"line {number}: {line[:40]!r} is no keyword; write * and its name, or remove the line")
+    return found[1], rest
+
+
+def _is_numbering(number: float) -> bool:
+    return number.is_integer() and 0.0 <= number <= _MOST_NUMBER
 
 
 def _split(card: str, width: int) -> list[str]:

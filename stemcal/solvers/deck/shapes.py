@@ -40,7 +40,9 @@ def blade_of(nodes: Array) -> Blade:
     bevel: Literal["both", "one"] = "one" if min(leans) < 1e-6 else "both"
     angle = sum(leans)
     if not 0.0 < angle < pi:
-        raise UsageError("the blade's section has no edge: two faces that lean towards each other are needed")
+        raise UsageError(
+            "the blade's section has no edge; two faces that lean towards each other in its direction are needed"
+        )
     # the flanks x = x₀ + s z, one to either side, meet where both x are alike
     apex = -(left[0] + right[0]) / (left[1] + right[1])
     rise = 1.0 / tan(0.5 * angle) - 1.0 if bevel == "one" else 1.0 / sin(0.5 * angle) - 1.0

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.solvers.deck.cards import CARDS, known_name
-from stemcal.solvers.deck.reading import Block, blocks, settings
+from stemcal.solvers.deck.fixed_width import LONG, STANDARD
+from stemcal.solvers.deck.reading import Block, blocks
+from stemcal.solvers.deck.settings import settings_of
 
 __all__ = ["UNITS", "Source"]
 
 Array = NDArray[np.float64]
 
+# How small and large a part may be, mm.
+_SMALLEST, _LARGEST = 1e-3, 1e5
 # mm, tonne and s in the units of a deck: length, mass, time.
 UNITS = {"mm-t-s": (1.0, 1.0, 1.0), "mm-kg-ms": (1.0, 1e-3, 1e-3), "m-kg-s": (1e3, 1e-3, 1.0)}
 
@@ -37,7 +43,7 @@ class Source:
         self.stress = mass / (self.length * self.time**2)
         self.density = mass / self.length**3
         self.blocks = list(blocks(text))
-        self.settings = settings(text)
+        self.settings = settings_of(text)
         self.told: list[str] = []
         self.parts = {int(part["pid"]): part for part in self.all("PART")}
         self.rigid = {int(card["mid"]) for card in self.all("MAT_RIGID")}
@@ -85,7 +91,7 @@ class Source:
             card["ro"] > 0.0 and card["e"] > card["etan"] >= 0.0 and 0.0 <= card["pr"] < 0.5 and card["sigy"] > 0.0
         ):
             given = ", ".join(f"{name} = {card[name]:g}" for name in ("ro", "e", "pr", "sigy", "etan"))
-            raise UsageError(f"the stem's material is none that can be computed with: {given}")
+            raise UsageError(f"the stem's material is none that can be computed with: {given}; correct its card")
         return card
 
     @property
@@ -97,27 +103,32 @@ class Source:
         """Return the blade's part, the axis it moves along (0, 1, 2) and its speed with its sign."""
         moved = [card for card in self.all("BOUNDARY_PRESCRIBED_MOTION_RIGID") if card["vad"] == 0.0]
         if len(moved) != 1 or int(moved[0]["dof"]) not in (1, 2, 3):
-            raise UsageError("there is no blade: one rigid part moved along x, y or z by a velocity is needed")
+            raise UsageError(
+                f"there are {len(moved)} blades; one rigid part moved along x, y or z by a velocity is needed "
+                "(*BOUNDARY_PRESCRIBED_MOTION_RIGID with dof 1 to 3 and vad 0)"
+            )
         card = moved[0]
         curve = next(
             (block for block in self.named("DEFINE_CURVE") if self.fields(block)["lcid"] == card["lcid"]), None
         )
         if curve is None:
-            raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion is not in the deck")
+            raise UsageError(
+                f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion is not in the deck; give it in the same file"
+            )
         head = self.fields(curve)
         if len(curve.cards) < 2:
-            raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion has no points")
-        values = [Block(curve.name, "", (line,), 20, curve.line).fields(0, ("a", "o"))["o"] for line in curve.cards[1:]]
+            raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion has no points; give two or more")
+        values = [replace(curve, cards=(line,), width=LONG).fields(0, ("a", "o"))["o"] for line in curve.cards[1:]]
         if np.ptp(values) > 1e-9 * np.abs(values).max():
             self.told.append(f"*DEFINE_CURVE {head['lcid']:g}: the blade's speed changes; its largest is taken")
         if (largest := max(values, key=abs)) == 0.0:
-            raise UsageError("the blade does not move: its curve is zero")
+            raise UsageError("the blade does not move, its curve is zero; give its speed")
         speed = largest * (head["sfo"] or 1.0) * (card["sf"] or 1.0) * self.length / self.time
         return int(card["pid"]), int(card["dof"]) - 1, speed
 
     def _nodes(self) -> dict[str, Array]:
         """Return the nodes (N, 3) of stem, blade and supports, in our axes, mm."""
-        table = self._table("NODE", (8, 16, 16, 16, 8, 8), 4)
+        table = self._table("NODE", (8, 16, 16, 16))
         place = {int(row[0]): row[1:4] * self.length for row in table}
         elements = self._elements()
         stem = next(pid for pid, part in self.parts.items() if part["mid"] == self.plastic["mid"])
@@ -130,15 +141,20 @@ class Source:
             if not used.size:
                 raise UsageError(f"the deck has no solid elements of {name}; all three are needed")
             if lost := [int(node) for node in used if int(node) not in place]:
-                raise UsageError(f"elements of {name} name {len(lost)} nodes that are not there, such as {lost[0]}")
+                raise UsageError(
+                    f"elements of {name} name {len(lost)} nodes that are not there, such as {lost[0]}; give them too"
+                )
             found[name] = np.array([place[int(node)] for node in used])
-            if np.ptp(found[name], axis=0).min() <= 0.0:
-                raise UsageError(f"the nodes of {name} lie in a plane")
+            _refuse_odd_size(name, found[name])
         return self._turned(found)
 
-    def _table(self, name: str, widths: tuple[int, ...], columns: int) -> Array:
-        rows = [block.rows(widths[:columns] if block.width == 10 else (20,) * columns) for block in self.named(name)]
-        return np.concatenate(rows) if rows else np.zeros((0, columns))
+    def _table(self, name: str, widths: tuple[int, ...]) -> Array:
+        """Return the cards of all keywords of a name; their first column numbers them."""
+        rows = [
+            block.rows(widths if block.width == STANDARD else (block.width,) * len(widths), whole=(0,))
+            for block in self.named(name)
+        ]
+        return np.concatenate(rows) if rows else np.zeros((0, len(widths)))
 
     def _elements(self) -> NDArray[np.int64]:
         """Return (E, 10): element, part and eight nodes, one card or two for each."""
@@ -147,7 +163,7 @@ class Source:
             cards = block.cards
             if cards and len(cards[0].split()) <= 2:
                 cards = tuple(f"{a:16.16}{b}" for a, b in zip(cards[::2], cards[1::2], strict=False))
-            found.append(Block(block.name, "", cards, block.width, block.line).rows((8,) * 10))
+            found.append(replace(block, cards=cards).rows((8,) * 10, whole=range(10)))
         return (np.concatenate(found) if found else np.zeros((0, 10))).astype(np.int64)
 
     def _turned(self, nodes: dict[str, Array]) -> dict[str, Array]:
@@ -164,3 +180,13 @@ class Source:
         if abs(float(lowest.mean())) > 1e-3 and abs(float(lowest.min())) > 1e-3:
             self.told.append(f"*NODE: the edge stands {lowest.mean():.3g} mm beside the middle of the stem")
         return turned
+
+
+def _refuse_odd_size(name: str, nodes: Array) -> None:
+    """Refuse nodes (N, 3) that lie in a plane, or a part that no laboratory has."""
+    sides = np.ptp(nodes, axis=0)
+    if sides.min() <= 0.0:
+        raise UsageError(f"the nodes of {name} lie in a plane; solid elements are needed")
+    if sides.min() < _SMALLEST or sides.max() > _LARGEST or np.abs(nodes).max() > _LARGEST:
+        size = " by ".join(f"{side:.3g}" for side in sides)
+        raise UsageError(f"the nodes of {name} reach over {size} mm; is --units right?")

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
+from stemcal.errors import SpecError, UsageError
+from stemcal.files.showing import in_a_line
 from stemcal.solvers.deck.importing import Imported, Section
+from stemcal.study.reading.emitting import yaml_text
+from stemcal.study.reading.read import read_study
 
 __all__ = ["spec_text"]
 
@@ -29,58 +33,64 @@ _SPAN = 0.3
 
 
 def spec_text(deck: Imported, name: str, source: str) -> str:
-    """Return a spec called `name`: what the deck of the file `source` says, and places for what it cannot."""
-    return "\n".join(_lines(deck, name, source)) + "\n"
+    """Return a spec called `name`: what the deck of the file `source` says, and places for what it cannot.
+
+    Raises
+    ------
+    UsageError
+        If no study can have the deck's values.
+    """
+    text = "\n".join(_parts(deck, name, source))
+    try:
+        read_study(text.encode(), Path(f"{name}.yaml"))
+    except SpecError as error:
+        wrong = (f"{problem.path}: {problem.message}" for problem in error.problems)
+        raise UsageError(f"no study can have its values: {'; '.join(wrong)}; correct the deck's cards") from None
+    return text
 
 
-def _lines(deck: Imported, name: str, source: str) -> Iterator[str]:
-    yield f"# stemcal study, read from {source} by `stemcal import-deck`."
+def _parts(deck: Imported, name: str, source: str) -> Iterator[str]:
+    yield _comment(f"stemcal study, read from {source} by `stemcal import-deck`.")
     if deck.leaves:
-        yield "#"
-        yield "# What the deck says and this study cannot:"
-        yield from (f"# - {sentence}" for sentence in deck.leaves)
+        yield _comment("")
+        yield _comment("What the deck says and this study cannot:")
+        yield from (_comment(f"- {sentence}") for sentence in deck.leaves)
     yield ""
-    yield "schema_version: 1"
-    yield f"name: {json.dumps(name, ensure_ascii=False)}"
-    yield ""
-    yield f"# The deck's values stand in the middle; the ranges, {_SPAN:.0%} to either side, are yours to choose."
-    yield "factors:"
+    yield yaml_text({"schema_version": 1, "name": name})
+    yield _comment(
+        f"The deck's values stand in the middle; the ranges, {_SPAN:.0%} to either side, are yours to choose."
+    )
     material = dict(deck.sections["material"])
-    for factor, unit in _FACTORS.items():
-        value = material.pop(factor)
-        low, high = (_text(float(f"{value * share:.12g}")) for share in (1.0 - _SPAN, 1.0 + _SPAN))
-        yield f"  - {{name: {factor}{f', unit: {unit}' if unit else ''}, low: {low}, high: {high}}}"
+    yield yaml_text({"factors": [_factor(name, unit, material.pop(name)) for name, unit in _FACTORS.items()]})
     for section, values in {**deck.sections, "material": material}.items():
         if values:
-            yield ""
-            yield f"{section}:"
-            yield from _section(values, "  ")
+            yield yaml_text({section: _section(values)})
     diameter = _quantity("outer_diameter", deck.sections["specimen"]["outer_diameter"])
-    yield ""
-    yield "# No deck knows the measured force: 100 N holds its place."
-    yield "targets:"
-    yield f"  calibrate_at: {diameter}"
-    yield f"  forces: [{{diameter: {diameter}, force: 100 N}}]"
+    yield _comment("No deck knows the measured force: 100 N holds its place.")
+    forces = [{"diameter": diameter, "force": "100 N"}]
+    yield yaml_text({"targets": {"calibrate_at": diameter, "forces": forces}})
 
 
-def _section(values: Section, indent: str) -> Iterator[str]:
-    for key, value in values.items():
-        if isinstance(value, dict):
-            inner = ", ".join(f"{name}: {_quantity(name, part)}" for name, part in value.items())
-            yield f"{indent}{key}: {{{inner}}}"
-        else:
-            yield f"{indent}{key}: {_quantity(key, value)}"
+def _comment(text: str) -> str:
+    return f"# {in_a_line(text)}".rstrip()
 
 
-def _quantity(key: str, value: Any) -> str:
-    if value is None or isinstance(value, bool):
-        return json.dumps(value)
-    if isinstance(value, str):
+def _factor(name: str, unit: str | None, value: float) -> Section:
+    low, high = (_number(float(f"{value * share:.12g}")) for share in (1.0 - _SPAN, 1.0 + _SPAN))
+    return {"name": name, **({"unit": unit} if unit else {}), "low": low, "high": high}
+
+
+def _section(values: Section) -> Section:
+    return {key: _section(part) if isinstance(part, dict) else _quantity(key, part) for key, part in values.items()}
+
+
+def _quantity(key: str, value: Any) -> Any:
+    if value is None or isinstance(value, bool | str):
         return value
-    number = float(f"{value * _KG_PER_M3:.12g}") if key == "density" else value
-    return f"{_text(number)} {_UNITS[key]}" if key in _UNITS else _text(number)
+    number = _number(float(f"{value * _KG_PER_M3:.12g}") if key == "density" else value)
+    return f"{number!r} {_UNITS[key]}" if key in _UNITS else number
 
 
-def _text(value: float) -> str:
-    """Return the shortest text of a number."""
-    return repr(int(value)) if float(value).is_integer() and abs(value) < 1e15 else repr(float(value))
+def _number(value: float) -> int | float:
+    """Return a whole number where it is one."""
+    return int(value) if float(value).is_integer() and abs(value) < 1e15 else float(value)

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.loading import load
 from stemcal.doe.regression.anova import in_sequence
 from stemcal.doe.regression.fidelity import corrected, correction_of
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
@@ -43,7 +42,7 @@ def fit_response_surface(work: Work) -> SurfaceResult:
     names, chosen = surface_factors(study, solver, screening)
     design = surface_design(recentred(study, screening), solver, names)
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests, load)
+    answers = work.answers(requests)
     runs = weighed(study, runs_of(design, requests, answers, solver).runs)
     with reasons_given(requests, answers):
         fit, reduction = fit_terms(study, design, runs)

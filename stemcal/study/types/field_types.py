@@ -79,7 +79,7 @@ class Quantity:
             raise complain("should be a number with a unit", f'write it like "1 {unit}"')
         if from_yaml:
             raise complain(f"{given:g} has no unit", f'write "{given:g} {unit}"')
-        return float(given)
+        return float(given) if abs(given) <= MOST else math.inf  # a whole number of 400 digits is no float
 
 
 def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:

@@ -1,0 +1,55 @@
+"""The one way to open a file that others may have put there: it must be a plain file, and so much is read of it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from io import BufferedReader
+from pathlib import Path
+
+__all__ = ["open_plain", "read_plain"]
+
+_MEGA = 1_000_000
+# A pipe without a writer must not wait for one, a terminal must not become ours. Windows has neither flag.
+_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
+
+
+def open_plain(path: Path) -> BufferedReader:
+    """Open a plain file for reading; a link to one is one.
+
+    Raises
+    ------
+    OSError
+        If there is none, or it is a folder, a device, a pipe or a socket.
+    """
+    _refuse_others(path.stat(), path)  # before it is opened: opening a device may do something
+    descriptor = os.open(path, _FLAGS)
+    try:
+        _refuse_others(os.fstat(descriptor), path)
+        return os.fdopen(descriptor, "rb")
+    except OSError:
+        os.close(descriptor)
+        raise
+
+
+def read_plain(path: Path, most: int) -> bytes:
+    """Return the content of a plain file of at most `most` bytes.
+
+    Raises
+    ------
+    OSError
+        As `open_plain` does, or if the file is larger.
+    """
+    with open_plain(path) as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"is larger than {most / _MEGA:.3g} MB", str(path))
+    return content
+
+
+def _refuse_others(found: os.stat_result, path: Path) -> None:
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "is a folder, not a file", str(path))
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "is no plain file but a device, a pipe or a socket", str(path))
