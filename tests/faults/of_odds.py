@@ -25,7 +25,6 @@ from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
-from stemcal.solvers.programs import aside
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import read_study
 

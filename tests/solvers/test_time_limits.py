@@ -15,7 +15,7 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.files.plain import open_plain, read_plain
-from stemcal.solvers.deck.reading import blocks
+from stemcal.solvers.deck_import.keyword_blocks import blocks
 from stemcal.solvers.lsdyna.solver import _failed_elements, _tail
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.processes import Ended, run_program
