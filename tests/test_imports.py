@@ -53,7 +53,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
-    "psutil": ("stemcal.child",),
+    "psutil": ("stemcal.child", "stemcal.solvers.processes"),
     "emcee": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured",),
 }

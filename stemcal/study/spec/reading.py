@@ -15,6 +15,7 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import SpecError, SpecProblem
+from stemcal.files.plain import open_plain
 from stemcal.naming import Naming
 from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, Study, StudyForm
 from stemcal.study.rules import broken_rules
@@ -99,9 +100,7 @@ def _laid_over(below: object, above: object) -> object:
 
 def _content(path: Path) -> bytes:
     try:
-        if path.is_dir():
-            raise IsADirectoryError(21, "is a folder, not a spec")
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
