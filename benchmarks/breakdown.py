@@ -39,7 +39,7 @@ from stemcal.report.figures.gallery import write_figures
 from stemcal.report.page.render import shown, write_page
 from stemcal.solvers import make_solver
 from stemcal.stages.kept import NOTE
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
 Rows = list[tuple[str, float]]

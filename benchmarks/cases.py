@@ -19,7 +19,7 @@ from stemcal import cutting
 from stemcal.cutting import CuttingResult, ShearTest
 from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).resolve().parent.parent / "configs"
 SPEC = CONFIGS / "wild-chrysanthemum.yaml"

@@ -22,7 +22,7 @@ from stemcal import workflow
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = """\
 schema_version: 1

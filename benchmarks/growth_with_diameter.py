@@ -15,7 +15,7 @@ import numpy as np
 
 from stemcal import cutting
 from stemcal.solvers.embedded import shear_test
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).parents[1] / "configs" / "wild-chrysanthemum.yaml"
 DIAMETERS = (7.0, 11.0)

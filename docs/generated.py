@@ -60,8 +60,7 @@ def _marked_up(text: str) -> str:
 
 def spec() -> str:
     """Return every section and key of a spec."""
-    from stemcal.study.spec.meanings import PLACES
-    from stemcal.study.spec.schema import json_schema
+    from stemcal.study.reading.json_schema import json_schema, section_places
 
     schema = json_schema()
     head = ("Key", "Meaning", "Value", "Default")
@@ -72,7 +71,7 @@ def spec() -> str:
         "in mm, s, N, MPa and degrees. `[]` stands for each entry of a list.",
         _table(head, _keys_of(schema)),
     ]
-    for name, place in PLACES.items():
+    for name, place in section_places().items():
         node = schema["$defs"][name]
         parts += [f"({_anchor(name)})=\n## {place}", _marked(node.get("description", "")), _table(head, _keys_of(node))]
     return "\n\n".join(part for part in parts if part)
@@ -87,7 +86,7 @@ def _keys_of(node: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 
 def _anchor(name: str) -> str:
-    return f"spec-{name.lower()}"
+    return f"spec-{name.removesuffix('Section').lower()}"
 
 
 def _marked(text: str) -> str:
@@ -98,10 +97,10 @@ def _marked(text: str) -> str:
 def _kind(node: Mapping[str, Any]) -> str:
     """Return in words what a key takes."""
     if "$ref" in node:
-        name = node["$ref"].rpartition("/")[2]
-        from stemcal.study.spec.meanings import PLACES
+        from stemcal.study.reading.json_schema import section_places
 
-        return f"section [{PLACES[name]}](#{_anchor(name)})"
+        name = node["$ref"].rpartition("/")[2]
+        return f"section [{section_places()[name]}](#{_anchor(name)})"
     options = [option for word in ("anyOf", "oneOf") for option in node.get(word, ())]
     if options:
         return " or ".join(_kind(option) for option in options if option.get("type") != "null")
@@ -127,7 +126,11 @@ def glossary() -> str:
 
     rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(GLOSSARY, key=lambda e: e.term.lower())]
     return "\n\n".join(
-        ["# Glossary", "The same as `stemcal explain TERM`.", _table(("Term", "Meaning", "Source"), rows)]
+        [
+            "# Glossary",
+            "The same as `stemcal explain TERM`, which knows the keys of a [spec](spec.md) too.",
+            _table(("Term", "Meaning", "Source"), rows),
+        ]
     )
 
 

@@ -20,7 +20,7 @@ def stage_files() -> list[tuple[str, Row, list[Row]]]:
     """Return title, heading and rows of a table for each stage file, and one for the CSV files."""
     from stemcal.executors.inline import InlineExecutor
     from stemcal.folder.store import StudyFolder
-    from stemcal.study.spec import load_study
+    from stemcal.study.reading import load_study
     from stemcal.workflow import calibrate
 
     study = load_study(REPLAY)

@@ -12,6 +12,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from stemcal.version import __version__
+
 if TYPE_CHECKING:
     from stemcal.python.results import StudyResults
     from stemcal.python.study import Curve, Simulated, calibrate, load_study, open_results, simulate
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
     from stemcal.stages.validate import ValidateResult
     from stemcal.study.model import Study
 
-__version__ = "0.1.0"
 _NAMES = {
     "calibrate": "stemcal.python.study",
     "load_study": "stemcal.python.study",
@@ -54,6 +55,7 @@ __all__ = [
     "StudyResults",
     "SurfaceResult",
     "ValidateResult",
+    "__version__",
     "calibrate",
     "load_study",
     "open_results",

@@ -1,35 +1,54 @@
 """What a study calls what it calibrates to: its responses and the condition they are measured at.
 
-The shear test's own words are the default: the maximum force in N, over the stem's diameter in mm. Inside the program
-the first response is called ``force`` and the condition ``diameter`` whatever they are; tables, sentences, figures and
-files take their words from here.
+The shear test's own words are the default: the maximum force in N, over the stem's diameter in mm. In attributes and in
+the keys of files they are ``response`` and ``condition``, whatever they are; what these are called heads every table,
+figure and sentence, and stands once in each stage file.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-__all__ = ["CUTTING", "DIAMETER", "FORCE", "TRAVEL", "WORK", "Named", "Naming", "small"]
+__all__ = ["CUTTING", "DIAMETER", "FIRST", "FORCE", "NOWHERE", "TRAVEL", "WORK", "Named", "Naming", "small"]
+
+FIRST = "response"
+"""The first response among others that go by their names, whatever the study calls it."""
+NOWHERE = 0.0
+"""The condition of every run of a study that has none."""
 
 _WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/cm³", "t/mm3": "t/mm³", "N/mm2": "N/mm²"}
+_NOUNS = {
+    "Maximum force": "force",
+    "Stem diameter": "diameter",
+    "Travel to the maximum force": "travel",
+    "Work to the maximum force": "work",
+}
 _PREPOSITIONS = (" of ", " to ", " in ", " at ", " per ")
 
 
 @dataclass(frozen=True)
 class Named:
-    """A response or a condition: its key in files, its label in headings, its noun in sentences, symbol and unit."""
+    """A response or a condition: its name at the head of columns, its label in headings, symbol and unit."""
 
     name: str
     label: str
-    noun: str
     symbol: str
     unit: str
+
+    @property
+    def noun(self) -> str:
+        """What sentences call it.
+
+        >>> FORCE.noun, Named("a", "Angle of repose", "θ", "deg").noun
+        ('force', 'angle of repose')
+        """
+        return _NOUNS.get(self.label, small(self.label))
 
     @property
     def long(self) -> str:
         """The label as it stands inside a sentence or along an axis.
 
-        >>> FORCE.long, Named("e", "COR", "COR", "e", "1").long
+        >>> FORCE.long, Named("e", "COR", "e", "1").long
         ('maximum force', 'COR')
         """
         return small(self.label)
@@ -38,9 +57,9 @@ class Named:
     def plural(self) -> str:
         """Several of it in a sentence.
 
-        >>> FORCE.plural, Named("a", "Angle of repose", "angle of repose", "θ", "deg").plural
+        >>> FORCE.plural, Named("a", "Angle of repose", "θ", "deg").plural
         ('forces', 'angles of repose')
-        >>> Named("rho", "Bulk density", "bulk density", "ρ", "kg/m3").plural
+        >>> Named("rho", "Bulk density", "ρ", "kg/m3").plural
         'bulk densities'
         """
         at = min((self.noun.find(word) for word in _PREPOSITIONS if word in self.noun), default=len(self.noun))
@@ -52,7 +71,7 @@ class Named:
     def written(self) -> str:
         """The unit as people write it, nothing for a plain number.
 
-        >>> FORCE.written, Named("rho", "", "", "", "kg/m3").written, Named("e", "", "", "", "1").written
+        >>> FORCE.written, Named("rho", "", "", "kg/m3").written, Named("e", "", "", "1").written
         ('N', 'kg/m³', '')
         """
         return _WRITTEN.get(self.unit, self.unit)
@@ -61,7 +80,7 @@ class Named:
     def beside(self) -> str:
         """The unit as it follows a number, with the space it needs.
 
-        >>> FORCE.beside, Named("a", "", "", "", "deg").beside
+        >>> FORCE.beside, Named("a", "", "", "deg").beside
         (' N', '°')
         """
         return self.written if self.written in ("", "°") else f" {self.written}"
@@ -70,7 +89,7 @@ class Named:
     def squared(self) -> str:
         """The square of the unit.
 
-        >>> FORCE.squared, Named("rho", "", "", "", "kg/m3").squared, Named("a", "", "", "", "deg").squared
+        >>> FORCE.squared, Named("rho", "", "", "kg/m3").squared, Named("a", "", "", "deg").squared
         ('N²', '(kg/m³)²', '(°)²')
         """
         bracketed = "/" in self.written or self.written.startswith("°")
@@ -96,7 +115,7 @@ class Named:
     def heading(self, between: str = ", ") -> str:
         """Return the noun as a heading with its unit.
 
-        >>> FORCE.heading(), DIAMETER.heading(",\\n"), Named("e", "", "COR", "e", "1").heading()
+        >>> FORCE.heading(), DIAMETER.heading(",\\n"), Named("e", "COR", "e", "1").heading()
         ('Force, N', 'Diameter,\\nmm', 'COR')
         """
         return self.headed(self.capital, between)
@@ -104,7 +123,7 @@ class Named:
     def its(self, thing: str) -> str:
         """Return something that it has, as people say it.
 
-        >>> FORCE.its("variation"), Named("a", "", "angle of repose", "θ", "deg").its("variation")
+        >>> FORCE.its("variation"), Named("a", "angle of repose", "θ", "deg").its("variation")
         ("the force's variation", 'the variation of the angle of repose')
         """
         return f"the {thing} of the {self.noun}" if " " in self.noun else f"the {self.noun}'s {thing}"
@@ -120,25 +139,24 @@ class Named:
     def text(self, value: float, form: str = "g") -> str:
         """Return a value with its unit.
 
-        >>> FORCE.text(100.1), Named("a", "", "", "", "deg").text(32.6)
+        >>> FORCE.text(100.1), Named("a", "", "", "deg").text(32.6)
         ('100.1 N', '32.6°')
         """
         return f"{value:{form}}{self.beside}"
 
 
-FORCE = Named("force", "Maximum force", "force", "F", "N")
-TRAVEL = Named("travel", "Travel to the maximum force", "travel", "u", "mm")
-WORK = Named("work", "Work to the maximum force", "work", "W", "mJ")
-DIAMETER = Named("diameter", "Stem diameter", "diameter", "D", "mm")
+FORCE = Named("force", "Maximum force", "F", "N")
+TRAVEL = Named("travel", "Travel to the maximum force", "u", "mm")
+WORK = Named("work", "Work to the maximum force", "W", "mJ")
+DIAMETER = Named("diameter", "Stem diameter", "D", "mm")
 
 
 @dataclass(frozen=True)
 class Naming:
-    """The first response, the condition if there is one, and the other responses."""
+    """The condition, if there is one, and the responses, of which the first is what a study calibrates to."""
 
-    response: Named = FORCE
     condition: Named | None = DIAMETER
-    further: tuple[Named, ...] = (TRAVEL, WORK)
+    responses: tuple[Named, ...] = (FORCE, TRAVEL, WORK)
 
     @property
     def is_cutting(self) -> bool:
@@ -146,9 +164,14 @@ class Naming:
         return self == CUTTING
 
     @property
-    def responses(self) -> tuple[Named, ...]:
-        """All of them, the first one first."""
-        return (self.response, *self.further)
+    def response(self) -> Named:
+        """The first response."""
+        return self.responses[0]
+
+    @property
+    def further(self) -> tuple[Named, ...]:
+        """The responses beside the first."""
+        return self.responses[1:]
 
     @property
     def others(self) -> tuple[Named, ...]:
@@ -159,14 +182,14 @@ class Naming:
     def values(self) -> str:
         """What was measured, whatever it is.
 
-        >>> CUTTING.values, Naming(Named("a", "", "angle of repose", "θ", "deg"), None, ()).values
+        >>> CUTTING.values, Naming(None, (Named("a", "angle of repose", "θ", "deg"),)).values
         ('forces', 'angles of repose')
         """
         return "responses" if self.others else self.response.plural
 
     def named(self, name: str) -> Named:
-        """Return a response by its name; the first is also called ``force``."""
-        if name == FORCE.name:
+        """Return a response by its name, or the first one for `FIRST`."""
+        if name == FIRST:
             return self.response
         return next(response for response in self.responses if response.name == name)
 
@@ -175,7 +198,7 @@ class Naming:
 
         >>> CUTTING.place(8.0)
         '8 mm'
-        >>> Naming(condition=Named("moisture", "Moisture", "moisture", "w", "%")).place(12.0)
+        >>> Naming(condition=Named("moisture", "Moisture", "w", "%")).place(12.0)
         'moisture 12 %'
         """
         if self.condition is None:
@@ -198,7 +221,7 @@ class Naming:
         'mJ'
         """
         first = self.named(name)
-        return replace(self, response=first, further=tuple(one for one in self.responses if one != first))
+        return replace(self, responses=(first, *(one for one in self.responses if one != first)))
 
     @property
     def condition_noun(self) -> str:
@@ -208,7 +231,7 @@ class Naming:
     @property
     def condition_plural(self) -> str:
         """Several of the condition."""
-        return replace(DIAMETER, noun=self.condition_noun).plural
+        return "conditions" if self.condition is None else self.condition.plural
 
     def counted(self, count: int, which: str = "") -> str:
         """Count values of the condition.
@@ -228,7 +251,7 @@ class Naming:
 
         >>> CUTTING.places("7, 8 and 9"), Naming(condition=None).places("0")
         (' at 7, 8 and 9 mm', '')
-        >>> Naming(condition=Named("w", "", "moisture", "w", "%")).places("12 and 16")
+        >>> Naming(condition=Named("w", "Moisture", "w", "%")).places("12 and 16")
         ' at moisture 12 and 16 %'
         """
         if self.condition is None:
@@ -239,30 +262,24 @@ class Naming:
     def each(self, value: float) -> str:
         """Name one comparison of several: by its condition, by the response where there is none.
 
-        >>> CUTTING.each(8.0), Naming(Named("a", "", "angle of repose", "a", "deg"), None).each(0.0)
+        >>> CUTTING.each(8.0), Naming(None, (Named("a", "angle of repose", "a", "deg"),)).each(0.0)
         ('8 mm', 'angle of repose')
         """
         return self.place(value) or self.response.noun
 
     @property
+    def headings(self) -> dict[str, str | None]:
+        """What columns of condition and response are headed; None for one that is left out.
+
+        >>> CUTTING.headings
+        {'condition': 'diameter', 'response': 'force'}
+        """
+        return {"condition": None if self.condition is None else self.condition.name, FIRST: self.response.name}
+
+    @property
     def fitted_at(self) -> str:
         """The key of a spec that chooses where the parameters are fitted together."""
         return "invert.diameters" if self.condition == DIAMETER else "invert.conditions"
-
-    @property
-    def called(self) -> tuple[tuple[str, str | None], ...]:
-        """Fields of results by what files call them where the shear test's own words do not fit; None: left out."""
-        if self.is_cutting:
-            return ()
-        response, condition = self.response.name, None if self.condition is None else self.condition.name
-        return (
-            ("force", response),
-            ("forces", "values"),
-            ("phase_forces", f"phase_{response}"),
-            ("diameter", condition),
-            ("diameters", "conditions"),
-            ("error_slope_percent_per_mm", "error_slope_percent_per_unit"),
-        )
 
 
 CUTTING = Naming()

@@ -12,7 +12,7 @@ from typing import Any
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = """\
 schema_version: 1
@@ -94,7 +94,7 @@ class FakeSolver:
             "kind": "fake",
             "version": self.version,
             "levels": dict(request.levels),
-            "diameter": request.diameter,
+            "diameter": request.condition,
         }
 
     def given_design(self, _stage: str) -> None:
@@ -103,7 +103,7 @@ class FakeSolver:
 
     def cost_estimate(self, request: Request) -> float:
         """Grow with the stem's cross-section."""
-        return 10.0 * (request.diameter / 8.0) ** 2
+        return 10.0 * (request.condition / 8.0) ** 2
 
     def solve(self, request: Request) -> Answer:
         """Answer, or misbehave."""
@@ -114,7 +114,7 @@ class FakeSolver:
         trouble = self.trouble.get(request.row) if request.stage == "screen" else None
         if trouble is not None and self._due(request.row):
             return _misbehave(trouble, request)
-        return Answer("ok", force=force(dict(request.levels), request.diameter), details={"steps": 7})
+        return Answer("ok", response=force(dict(request.levels), request.condition), details={"steps": 7})
 
     def _due(self, row: int) -> bool:
         if self.accident is None:
@@ -129,11 +129,11 @@ class FakeSolver:
 def _misbehave(trouble: str, request: Request) -> Answer:
     match trouble:
         case "rising":
-            return Answer("ok", force=force(dict(request.levels), 8.0), details={"stroke_was_enough": False})
+            return Answer("ok", response=force(dict(request.levels), 8.0), details={"stroke_was_enough": False})
         case "hang":
             time.sleep(60.0)
         case "nan":
-            return Answer("ok", force=float("nan"))
+            return Answer("ok", response=float("nan"))
         case "failed":
             return Answer("failed", reason="inverted", message="element 17 turned inside out at 3 ms")
         case "simulation":

@@ -16,10 +16,11 @@ from scipy import stats
 from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
 CASES = Path(__file__).parent / "cases" / "repose"
@@ -44,8 +45,8 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, StudyFolder, R
 
 
 def test_units_are_those_declared(two: tuple[Study, StudyFolder, Results]) -> None:
-    (target,) = two[0].targets.forces
-    assert (target.force, target.sd, target.n) == (32.6, 0.8, 5)
+    (target,) = two[0].targets.means
+    assert (target.response, target.sd, target.n) == (32.6, 0.8, 5)
     assert target.further["bulk"].value == pytest.approx(741.0) and target.further["bulk"].sd == pytest.approx(6.0)
 
 
@@ -53,10 +54,10 @@ def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
     """An effect is the mean at high less the mean at low of that response."""
     screen = two[2].screen
     assert screen is not None and screen.responses is not None
-    for one, name in zip(screen.of_each, ("force", "bulk"), strict=True):
+    for one, name in zip(screen.of_each, (FIRST, "bulk"), strict=True):
         for effect in one.effects:
             values = {
-                sign: np.mean([run.response(name) for run in screen.design.runs if run.coded[effect.factor] == sign])
+                sign: np.mean([run.number(name) for run in screen.design.runs if run.coded[effect.factor] == sign])
                 for sign in (-1.0, 1.0)
             }
             assert effect.effect == pytest.approx(values[1.0] - values[-1.0], rel=1e-9)
@@ -74,16 +75,16 @@ def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder,
 def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
     surface = two[2].surface
     assert surface is not None
-    (at,) = surface.diameters
+    (at,) = surface.conditions
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
-    bulk = np.array([run.outcome.response("bulk") for run in at.runs], dtype=float)
+    bulk = np.array([run.outcome.of("bulk") for run in at.runs], dtype=float)
     beta, *_ = np.linalg.lstsq(term_columns(coded), bulk, rcond=None)
     fit = (at.responses or {})["bulk"]
     assert [row.value for row in fit.coefficients] == pytest.approx(beta.tolist(), rel=1e-8, abs=1e-8 * abs(beta[0]))
     residual = bulk - term_columns(coded) @ beta
     row = next(row for row in fit.anova if row.source == "Residual")
     assert row.sum_of_squares == pytest.approx(float(residual @ residual), rel=1e-6)
-    seen = surface.seen_by("bulk", at.diameter)
+    seen = surface.seen_by("bulk", at.condition)
     assert seen.naming.response.unit == "kg/m3" and seen.r2 == pytest.approx(fit.r2)
 
 
@@ -120,14 +121,52 @@ def keys_in(content: object) -> set[str]:
     return set().union(*map(keys_in, content)) if isinstance(content, list) else set()
 
 
-def test_files_have_its_own_words(two: tuple[Study, StudyFolder, Results], tmp_path: Path) -> None:
+def test_files_have_neutral_keys_and_tables_its_own_words(
+    two: tuple[Study, StudyFolder, Results], tmp_path: Path
+) -> None:
     for store in (two[1], studied(tmp_path, "angle.yaml")[1]):
         for path in sorted(store.path.glob("*.json")):
-            foreign = [key for key in keys_in(json.loads(path.read_text("utf-8"))) if NOT_ITS_OWN.search(key)]
-            assert not foreign, path.name
+            content = json.loads(path.read_text("utf-8"))
+            foreign = [key for key in keys_in(content) if NOT_ITS_OWN.search(key)]
+            assert not foreign and "angle" not in keys_in(content), path.name
+            assert content["naming"]["condition"] is None
+            assert content["naming"]["responses"][0] == {
+                "name": "angle", "label": "Angle of repose", "symbol": "θ", "unit": "deg"
+            }  # fmt: skip
         headings = {path.name: next(csv.reader(path.open(encoding="utf-8"))) for path in store.path.glob("*.csv")}
-        assert "angle" in headings["screen_runs.csv"]
+        assert "angle" in headings["screen_runs.csv"] and "condition" not in headings["validate.csv"]
         assert not [cell for row in headings.values() for cell in row if NOT_ITS_OWN.search(cell)]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "condition"), [("values", "sha256", "inputs"), ("status", "naming", "run")]
+)
+def test_names_that_files_use_themselves_may_be_taken(
+    two: tuple[Study, StudyFolder, Results], tmp_path: Path, first: str, second: str, condition: str
+) -> None:
+    """The numbers are those of the same study with other names, and no heading stands twice."""
+    text = (CASES / "two.yaml").read_text("utf-8")
+    for old, new in (
+        ("name: angle", f"name: {first}"), ("    angle: {kind", f"    {first}: {{kind"),
+        ("name: bulk", f"name: {second}"),
+        ("    bulk: {kind", f"    {second}: {{kind"), ("- {angle: 32.6", f"- {{{condition}: 3, {first}: 32.6"),
+        ("bulk: 0.741", f"{second}: 0.741"), ("bulk_sd", f"{second}_sd"),
+    ):  # fmt: skip
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    (tmp_path / "named.yaml").write_text(text, "utf-8")
+    more = f"conditions: [{{name: {condition}, symbol: c, unit: '1'}}]\nscreen: {{alpha: 0.01}}\n"
+    study, store = studied(tmp_path, "named.yaml", more)
+    results = fresh_results(study, store)
+    assert results.parameters == two[2].parameters and not results.stale
+    validation, same = results.validation, two[2].validation
+    assert validation is not None and same is not None
+    ((row,), (known,)) = validation.rows, same.rows
+    assert (row.compared.condition, row.compared.simulated) == (3.0, known.compared.simulated)
+    assert [one.simulated for one in row.further] == [one.simulated for one in known.further]
+    for path in store.path.glob("*.csv"):
+        headings = next(csv.reader(path.open(encoding="utf-8")))
+        assert len(set(headings)) == len(headings), path.name
 
 
 def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:

@@ -58,17 +58,18 @@ def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
     assert effects.loc["yield_stress", "effect"] == pytest.approx(79.42, abs=0.01)
     runs = results.runs.to_frame()
     assert len(runs) == 12 + 20 + 5 and runs["levels.yield_stress"].notna().all()
-    validated = results.validation.rows.to_frame()
+    validated, rows = results.validation.to_frame(), results.validation.rows.to_frame()
     assert list(validated["diameter"]) == [7, 8, 9, 10, 11] and "error_percent" in validated
+    assert list(rows["condition"]) == [7, 8, 9, 10, 11]
 
 
 def test_predictions(results: stemcal.StudyResults) -> None:
     """159.07 N at the printed solution; at the calibrated one the target."""
     found = results.surface.predict(AT_SOLUTION)
-    assert found.force == pytest.approx(159.068, abs=1e-3)
+    assert found.response == pytest.approx(159.068, abs=1e-3)
     low, high = found.prediction_interval or (0.0, 0.0)
-    assert low < found.force < high
-    assert results.surface.predict(results.parameters).force == pytest.approx(159.2)
+    assert low < found.response < high
+    assert results.surface.predict(results.parameters).response == pytest.approx(159.2)
 
 
 def test_every_figure_of_the_page(results: stemcal.StudyResults) -> None:

@@ -18,7 +18,8 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress
-from stemcal.study.spec import load_study
+from stemcal.stages.lineage import changes_since
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 STAGES = ("screen", "rsm", "invert", "validate")
@@ -56,7 +57,7 @@ def test_calibrates_to_the_known_point(tmp_path: Path, folder: StudyFolder) -> N
     assert a / (20.0 + 0.5 * b) == pytest.approx(b / (8.0 + 6.0 * b + 0.5 * a), rel=1e-4)
     assert found["coded_radius"] == pytest.approx(2**0.5 * (a * a + b * b) ** 0.5)
     assert found["parameters"]["density"] == pytest.approx(1100.0)
-    assert found["target"] == 110.0 and found["diameter"] == 8.0
+    assert found["target"] == 110.0 and found["condition"] == 8.0
 
 
 def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) -> None:
@@ -113,7 +114,7 @@ def test_unreachable_target(tmp_path: Path, folder: StudyFolder) -> None:
     far = study.model_copy(
         update={
             "targets": study.targets.model_copy(
-                update={"forces": tuple(t.model_copy(update={"force": t.force * 10}) for t in study.targets.forces)}
+                update={"means": tuple(t.model_copy(update={"response": t.response * 10}) for t in study.targets.means)}
             )
         }
     )
@@ -151,7 +152,7 @@ def test_a_runs_table_replays_its_study(tmp_path: Path, folder: StudyFolder) -> 
     (tmp_path / "data").mkdir()
     for name in ("screen_runs", "rsm_runs"):
         (tmp_path / "data" / f"{name}.csv").write_bytes((folder.path / f"{name}.csv").read_bytes())
-    rows = "".join(f"{r['diameter']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
+    rows = "".join(f"{r['condition']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
     (tmp_path / "data" / "v.csv").write_text("diameter,force\n" + rows, encoding="utf-8")
     table = "solver: {kind: table, screen: data/screen_runs.csv, rsm: data/rsm_runs.csv, validate: data/v.csv}\n"
     again = StudyFolder(tmp_path / "again")
@@ -174,6 +175,21 @@ def test_second_run_computes_nothing(tmp_path: Path, folder: StudyFolder, witnes
     assert stage_bytes(folder) == files
 
 
+def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
+    tmp_path: Path, folder: StudyFolder, witness: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    study, solver = make_study(tmp_path), FakeSolver(witness)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    first, files = len(lines(witness)), stage_bytes(folder)
+    for stage in ("screen", "rsm", "invert", "validate"):
+        folder.write_stage(stage, {**folder.read_stage(stage), "schema_version": 1})
+    for stage in ("screen", "validate"):
+        assert changes_since(study, solver, folder, stage) == ["schema_version"]
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    assert "screen is made anew: schema_version changed" in caplog.messages
+    assert len(lines(witness)) == first and stage_bytes(folder) == files
+
+
 def test_equal_centre_points_are_computed_once(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     """4 factorial, 4 axial, 3 centre points: 11 rows, 9 runs."""
     workflow.fit_surface(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver(witness))
@@ -187,7 +203,7 @@ def test_progress_counts_rows(tmp_path: Path, folder: StudyFolder) -> None:
     study = make_study(tmp_path, TWO)
     workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
     assert (seen[0].done, seen[-1].done, seen[-1].total, seen[-1].cached) == (0, 11, 11, 0)
-    assert seen[1].last_force is not None
+    assert seen[1].last_response is not None
     seen.clear()
     workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
     assert [(p.done, p.cached) for p in seen] == [(11, 11)]
@@ -257,7 +273,7 @@ def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble:
         make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble={3: trouble})
     ).to_json()
     run = stage["design"]["runs"][3]
-    assert (run["status"], run["reason"], run["force"]) == ("failed", reason, None)
+    assert (run["status"], run["reason"], run["response"]) == ("failed", reason, None)
     assert stage["residual"]["df"] == 1
     assert any("1 of 12 runs failed" in note for note in stage["notes"])
     with (folder.path / "screen_runs.csv").open(encoding="utf-8", newline="") as file:

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from stemcal import __version__
 from stemcal.cli import (
     augment,
     check,
@@ -39,6 +38,7 @@ from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes
 from stemcal.cli.streams import lost_data, stand_in
 from stemcal.stages.base import STAGES
+from stemcal.version import __version__
 
 
 class Commands(TyperGroup):

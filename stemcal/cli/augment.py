@@ -44,7 +44,7 @@ def augment(
     from stemcal.overview import augment as augmenting
     from stemcal.stages.making import make
     from stemcal.stages.verdict.rules import verdict_of
-    from stemcal.study.spec.amend import rewrite
+    from stemcal.study.reading.amend import rewrite
 
     study = read_study(spec)
     added = augmenting.Augmentation(fold_over, extra_runs, axial)

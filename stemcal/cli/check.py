@@ -41,7 +41,7 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
     else:
         say(
             f"{spec}: right. Study {study.name}: {len(study.factors)} factors, "
-            f"{len(study.targets.forces)} measured {_measured(study)}, solver {study.solver.kind}."
+            f"{len(study.targets.means)} measured {_measured(study)}, solver {study.solver.kind}."
         )
         for sentence in remarks:
             say(sentence)
@@ -50,7 +50,7 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
 def _measured(study: Study) -> str:
     """Return what was measured, one of it or several."""
     response, others = study.naming.response, study.naming.others
-    plural = len(study.targets.forces) > 1 or study.naming.is_cutting
+    plural = len(study.targets.means) > 1 or study.naming.is_cutting
     return joined([named.plural if plural else named.noun for named in (response, *others)])
 
 
@@ -80,13 +80,13 @@ def _is_small(study: Study) -> bool:
 
 
 def _diameters(study: Study) -> list[float]:
-    return [study.targets.calibrate_at, *(target.diameter for target in study.targets.forces)]
+    return [study.targets.calibrate_at, *(target.condition for target in study.targets.means)]
 
 
 def _summary(study: Study, demanding: list[str], remarks: list[str]) -> Mapping[str, object]:
     naming = study.naming
-    places = {} if naming.condition is None else {"diameters": [target.diameter for target in study.targets.forces]}
-    summary = {
+    places = {} if naming.condition is None else {"conditions": [target.condition for target in study.targets.means]}
+    return {
         "schema_version": 1,
         "stage": "check",
         "ok": True,
@@ -98,5 +98,3 @@ def _summary(study: Study, demanding: list[str], remarks: list[str]) -> Mapping[
         **places,
         "solver": study.solver.kind,
     }
-    called = dict(naming.called)
-    return {called.get(key) or key: value for key, value in summary.items()}

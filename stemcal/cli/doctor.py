@@ -62,7 +62,7 @@ def _versions() -> Iterator[Finding]:
     import sys
     from importlib.metadata import PackageNotFoundError, version
 
-    from stemcal import __version__
+    from stemcal.version import __version__
 
     yield Finding("stemcal", __version__)
     yield Finding("python", f"{platform.python_version()} on {platform.platform()}", sys.version_info >= (3, 11))

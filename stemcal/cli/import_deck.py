@@ -37,7 +37,7 @@ def import_deck(
     from stemcal.errors import UsageError
     from stemcal.solvers.deck.importing import imported, read_deck
     from stemcal.solvers.deck.spec_text import spec_text
-    from stemcal.study.spec.template import study_name
+    from stemcal.study.reading.template import study_name
 
     out = deck.with_suffix(".yaml") if spec is None else spec
     name = study_name(out.stem)

@@ -20,7 +20,7 @@ def init(
     Example: [bold]stemcal init maize-2026 --crop maize[/bold]
     """
     from stemcal.cli.console import note, say_whole
-    from stemcal.study.spec.template import template
+    from stemcal.study.reading.template import template
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")

@@ -31,4 +31,4 @@ def recorded_run(study: Study, out: Path | None, short: str) -> tuple[dict[str, 
         raise UsageError(f"run {short}: the spec has no factor {', '.join(unknown)} now; use the spec it was made with")
     if record_key(make_solver(study), request) != key:
         warn(f"the spec has changed since run {short}: same levels and diameter, but not the same model")
-    return dict(request.levels), request.diameter
+    return dict(request.levels), request.condition

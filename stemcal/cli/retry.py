@@ -32,6 +32,7 @@ def retry(
     from stemcal.cli.runs import table_of
     from stemcal.cli.session import opened
     from stemcal.files.typed import to_json
+    from stemcal.folder.store import SCHEMA_VERSION
     from stemcal.overview.status import retry as again
     from stemcal.report.tables.terminal import drawn
 
@@ -39,7 +40,8 @@ def retry(
         entries = again(work.study, work.folder, work.executor, keys or (), work.watch)
         title = f"Runs of study {work.study.name} begun again"
     if as_json:
-        say_json({"schema_version": 1, "stage": "retry", "runs": to_json(entries, work.study.naming.called)})
+        naming = to_json(work.study.naming)
+        say_json({"schema_version": SCHEMA_VERSION, "stage": "retry", "naming": naming, "runs": to_json(entries)})
     else:
         say(*drawn(table_of(title, entries, work.study.naming)))
     if entries and not quiet:

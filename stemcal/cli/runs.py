@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stemcal.report.tables.sheet import Sheet
 
 SHORT_KEY = 8
-COLUMNS = ("stage", "run", "key", "status", "force", "reason", "message", "diameter")
+COLUMNS = ("stage", "run", "key", "status", "response", "reason", "message", "condition")
 AFTER_LEVELS = ("tries", "wall_seconds", "started", "host", "stemcal")
 SIMULATING = tuple(stage.name for stage in STAGES if stage.simulates)
 
@@ -61,6 +61,7 @@ def runs(
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.errors import UsageError
     from stemcal.files.typed import to_json
+    from stemcal.folder.store import SCHEMA_VERSION
     from stemcal.overview.status import ledger
     from stemcal.report.tables.terminal import drawn
 
@@ -73,7 +74,13 @@ def runs(
         write_table(found, study.names, csv_file, study.naming)
     if as_json:
         say_json(
-            {"schema_version": 1, "stage": "runs", "study": study.name, "runs": to_json(found, study.naming.called)}
+            {
+                "schema_version": SCHEMA_VERSION,
+                "stage": "runs",
+                "study": study.name,
+                "naming": to_json(study.naming),
+                "runs": to_json(found),
+            }
         )
     elif not csv_file:
         say(*drawn(table_of(f"Runs of study {study.name}", found, study.naming)))
@@ -91,7 +98,7 @@ def write_table(found: Iterable[Entry], factors: Iterable[str], path: Path, nami
     for run in found:
         levels = [run.levels.get(name) for name in names]
         rows.append((*(getattr(run, c) for c in COLUMNS), *levels, *(getattr(run, c) for c in AFTER_LEVELS)))
-    write_output(path, Table((*COLUMNS, *names, *AFTER_LEVELS), tuple(rows)).called(naming.called).csv())
+    write_output(path, Table((*COLUMNS, *names, *AFTER_LEVELS), tuple(rows)).headed(naming.headings).csv())
 
 
 def table_of(title: str, found: Iterable[Entry], naming: Naming = CUTTING) -> Sheet:
@@ -108,8 +115,8 @@ def table_of(title: str, found: Iterable[Entry], naming: Naming = CUTTING) -> Sh
             run.status,
             run.reason,
             str(run.run),
-            *place_cell(naming, run.diameter),
-            significant(run.force),
+            *place_cell(naming, run.condition),
+            significant(run.response),
             fixed(run.wall_seconds, 1),
         )
         for run in found

@@ -51,7 +51,7 @@ class Session:
 
 def read_study(spec: Path) -> Study:
     """Read a spec whole, or raise with every problem in it; doubtful values are warned of."""
-    from stemcal.study.spec import load_study
+    from stemcal.study.reading import load_study
 
     route_log()
     study = load_study(spec)

@@ -20,12 +20,12 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
-from stemcal import __version__
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.code import code_version
 from stemcal.executors.failures import ClusterLost, WorkerDied
 from stemcal.executors.local import LocalExecutor
+from stemcal.version import __version__
 
 logger = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ import functools
 import hashlib
 from pathlib import Path
 
-from stemcal import __version__
+from stemcal.version import __version__
 
 __all__ = ["code_version"]
 

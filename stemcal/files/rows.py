@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from stemcal.files.showing import csv_text
-from stemcal.files.typed import Called, to_json
+from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,12 +58,19 @@ class Table:
         rows = [{**row.get("levels", {}), **row} for row in map(to_json, things)]
         return cls(tuple(columns), tuple(tuple(row.get(column) for column in columns) for row in rows))
 
-    def called(self, called: Called) -> Table:
-        """Return it with other names over its columns; those of None are left out."""
-        names = dict(called)
-        kept = [i for i, column in enumerate(self.columns) if names.get(column, column) is not None]
-        columns = tuple(names.get(self.columns[i]) or self.columns[i] for i in kept)
-        return Table(columns, tuple(tuple(row[i] for i in kept) for row in self.rows))
+    def headed(self, headings: Mapping[str, str | None]) -> Table:
+        """Return it with other headings over columns; those of None are left out.
+
+        A heading that another column has already is not taken: the column keeps its own.
+
+        >>> table = Table(("condition", "response", "status"), ((8.0, 322.1, "ok"),))
+        >>> table.headed({"condition": None, "response": "angle"}).columns
+        ('angle', 'status')
+        """
+        kept = [i for i, column in enumerate(self.columns) if headings.get(column, column) is not None]
+        columns = [headings.get(self.columns[i]) or self.columns[i] for i in kept]
+        columns = [self.columns[i] if name in self.columns else name for i, name in zip(kept, columns, strict=True)]
+        return Table(tuple(columns), tuple(tuple(row[i] for i in kept) for row in self.rows))
 
     def csv(self) -> str:
         """Return the text of its CSV file: lines end in ``\\n``, cells of None are empty."""

@@ -14,9 +14,6 @@ from collections.abc import Callable, Hashable, Mapping
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 T = TypeVar("T")
-Called = tuple[tuple[str, str | None], ...]
-"""Fields by the keys they have in place of their names; None of those that are left out, which hold `NOWHERE`."""
-NOWHERE = 0.0
 
 
 def absent(default: Any = None) -> Any:
@@ -34,39 +31,35 @@ def key(name: str) -> Any:
     return dataclasses.field(metadata={"key": name})
 
 
-def to_json(thing: Any, called: Called = ()) -> Any:
-    """Return dataclasses as dictionaries, tuples as lists, all the way down; `called` gives fields other keys."""
+def to_json(thing: Any) -> Any:
+    """Return dataclasses as dictionaries, tuples as lists, all the way down."""
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
-        return {key: value for field in dataclasses.fields(thing) for key, value in _keys(field, thing, called)}
+        return {key: value for field in dataclasses.fields(thing) for key, value in _keys(field, thing)}
     if isinstance(thing, Mapping):
-        return {key: to_json(value, called) for key, value in thing.items()}
+        return {key: to_json(value) for key, value in thing.items()}
     if isinstance(thing, list | tuple):
-        return [to_json(value, called) for value in thing]
+        return [to_json(value) for value in thing]
     return thing
 
 
-def _keys(field: dataclasses.Field[Any], thing: Any, called: Called) -> list[tuple[str, Any]]:
+def _keys(field: dataclasses.Field[Any], thing: Any) -> list[tuple[str, Any]]:
     value = getattr(thing, field.name)
     if field.metadata.get("inline"):
-        return [] if value is None else list(to_json(value, called).items())
-    if field.metadata.get("absent") and (
-        value is None or value is False or (isinstance(value, tuple | Mapping) and not value)
-    ):
+        return [] if value is None else list(to_json(value).items())
+    if field.metadata.get("absent") and _is_nothing(value):
         return []
-    name = _key(field, called)
-    return [] if name is None else [(name, to_json(value, called))]
+    return [(_key(field), to_json(value))]
 
 
 def _is_nothing(value: Any) -> bool:
     return value is None or value is False or (isinstance(value, tuple | Mapping) and not value)
 
 
-def _key(field: dataclasses.Field[Any], called: Called) -> str | None:
-    """Return the key of a field; None where it has none."""
-    return dict(called).get(field.name, str(field.metadata.get("key", field.name)))
+def _key(field: dataclasses.Field[Any]) -> str:
+    return str(field.metadata.get("key", field.name))
 
 
-def from_json(kind: type[T], given: Any, called: Called = ()) -> T:
+def from_json(kind: type[T], given: Any) -> T:
     """Return what was written by `to_json`; keys that the type does not know are passed over.
 
     Raises
@@ -74,34 +67,34 @@ def from_json(kind: type[T], given: Any, called: Called = ()) -> T:
     ValueError
         If a key is missing, or holds something else than its field; the message has the path to it.
     """
-    read: Reader = _reader(kind, called)
+    read: Reader = _reader(kind)
     return typing.cast(T, read(given, ""))
 
 
 Reader = Callable[[Any, str], Any]
 
 
-def _reader(kind: Any, called: Called) -> Reader:
+def _reader(kind: Any) -> Reader:
     known: Hashable = kind
-    return _made_reader(known, called)
+    return _made_reader(known)
 
 
 @functools.cache
-def _made_reader(kind: Any, called: Called) -> Reader:
+def _made_reader(kind: Any) -> Reader:
     """Return what reads a value of some type, given the value and the path to it."""
     if kind is Any:
         return lambda given, _path: given
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        return _dataclass_reader(kind, called)
+        return _dataclass_reader(kind)
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):
-        return _optional_reader(inner, called)
+        return _optional_reader(inner)
     if origin is typing.Literal:
-        return _reader(type(inner[0]), called)
+        return _reader(type(inner[0]))
     if isinstance(origin, type) and issubclass(origin, tuple):
-        return _tuple_reader(origin, inner, called)
+        return _tuple_reader(origin, inner)
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        return _mapping_reader(inner[1], called)
+        return _mapping_reader(inner[1])
     accepted: Any = (int, float) if kind is float else (kind,)
     return functools.partial(_plain, accepted)
 
@@ -112,43 +105,41 @@ def _plain(accepted: tuple[type, ...], given: Any, path: str) -> Any:
     return given
 
 
-def _optional_reader(kinds: tuple[Any, ...], called: Called) -> Reader:
+def _optional_reader(kinds: tuple[Any, ...]) -> Reader:
     (inner,) = (kind for kind in kinds if kind is not type(None))
-    read = _reader(inner, called)
+    read = _reader(inner)
     return lambda given, path: None if given is None else read(given, path)
 
 
-def _tuple_reader(origin: type, inner: tuple[Any, ...], called: Called) -> Reader:
+def _tuple_reader(origin: type, inner: tuple[Any, ...]) -> Reader:
     """Read a list of any length (`tuple[X, ...]`, `Rows[X]`), or one of as many as there are types."""
     if len(inner) == 1 or inner[-1] is Ellipsis:
-        one = _reader(inner[0], called)
+        one = _reader(inner[0])
         return lambda given, path: origin(
             one(x, f"{path}[{i}]") for i, x in enumerate(_plain((list, tuple), given, path))
         )
-    each = [_reader(kind, called) for kind in inner]
+    each = [_reader(kind) for kind in inner]
     return lambda given, path: tuple(
         read(x, path) for read, x in zip(each, _plain((list, tuple), given, path), strict=True)
     )
 
 
-def _mapping_reader(inner: Any, called: Called) -> Reader:
-    read = _reader(inner, called)
+def _mapping_reader(inner: Any) -> Reader:
+    read = _reader(inner)
     return lambda given, path: {key: read(x, f"{path}.{key}") for key, x in _plain((dict,), given, path).items()}
 
 
-def _dataclass_reader(kind: type, called: Called) -> Reader:
+def _dataclass_reader(kind: type) -> Reader:
     hints = typing.get_type_hints(kind)
-    fields = [(field, _reader(hints[field.name], called), _key(field, called)) for field in dataclasses.fields(kind)]
+    fields = [(field, _reader(hints[field.name]), _key(field)) for field in dataclasses.fields(kind)]
 
     def read(given: Any, path: str) -> Any:
         _plain((dict,), given, path)
         values = {}
         for field, reader, name in fields:
             place = f"{path}.{name}".lstrip(".")
-            if name is None:
-                values[field.name] = NOWHERE
-            elif field.metadata.get("inline"):
-                if field.default is dataclasses.MISSING or _has_keys(hints[field.name], given, called):
+            if field.metadata.get("inline"):
+                if field.default is dataclasses.MISSING or _has_keys(hints[field.name], given):
                     values[field.name] = reader(given, path)
             elif name in given:
                 values[field.name] = reader(given[name], place)
@@ -159,7 +150,7 @@ def _dataclass_reader(kind: type, called: Called) -> Reader:
     return read
 
 
-def _has_keys(kind: Any, given: Mapping[str, Any], called: Called) -> bool:
+def _has_keys(kind: Any, given: Mapping[str, Any]) -> bool:
     """Tell whether a mapping has keys of an optional dataclass."""
     (inner,) = (part for part in get_args(kind) if part is not type(None))
-    return any(_key(field, called) in given for field in dataclasses.fields(inner))
+    return any(_key(field) in given for field in dataclasses.fields(inner))

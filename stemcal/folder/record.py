@@ -8,21 +8,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.files.durable import digest
-from stemcal.files.typed import NOWHERE, absent, from_json, to_json
-from stemcal.naming import CUTTING, Naming
+from stemcal.files.typed import absent, from_json
+from stemcal.naming import NOWHERE
 
 __all__ = [
     "KEY_LENGTH",
     "RECORD_VERSION",
     "is_key",
     "key_of",
-    "naming_in",
     "problem_of",
-    "under_inner_names",
-    "under_own_names",
+    "up_to_date",
 ]
 
-RECORD_VERSION = 1
+RECORD_VERSION = 2
 KEY_LENGTH = 32
 _KEY = re.compile(r"[0-9a-f]{32}")
 _STATUSES = ("ok", "failed")
@@ -35,7 +33,7 @@ class _Asked:
     stage: str
     row: int
     levels: dict[str, float]
-    diameter: float
+    condition: float
     pictured: bool = False
     phases: int | None = absent()
     element_size: str | None = absent()
@@ -89,7 +87,7 @@ class _Record:
     identity: dict[str, Any]
     request: _Asked
     status: str
-    force: float | None
+    response: float | None
     reason: str
     message: str
     details: _Told
@@ -110,33 +108,21 @@ def key_of(identity: Mapping[str, Any]) -> str:
     return digest(identity)[:KEY_LENGTH]
 
 
-def naming_in(content: object) -> Naming:
-    """Return the naming that a file tells; raise `ValueError` if it tells something else."""
-    told = content.get("naming") if isinstance(content, dict) else None
-    return CUTTING if told is None else from_json(Naming, told)
+def up_to_date(content: dict[str, Any]) -> dict[str, Any]:
+    """Return a record as today's version lays it out; one that is no record of version 1 as it is.
 
-
-def under_own_names(record: Mapping[str, Any], naming: Naming) -> dict[str, Any]:
-    """Return a record as the file of a study of its own words holds it, which also tells these words."""
-    if naming.is_cutting:
-        return dict(record)
-    own, request = dict(naming.called), _renamed(record["request"], dict(naming.called))
-    return {**_renamed(record, own), "request": request, "naming": to_json(naming)}
-
-
-def under_inner_names(content: dict[str, Any]) -> dict[str, Any]:
-    """Return what a record's file holds with force and diameter called so again."""
-    naming = naming_in(content)
-    if naming.is_cutting:
+    Version 1 had response and condition under the study's own names, which it told; ``force`` and ``diameter`` where it
+    told none.
+    """
+    told, request = content.get("naming", {}), content.get("request")
+    if content.get("record_version") != 1 or not isinstance(told, dict) or not isinstance(request, dict):
         return content
-    inner: dict[str, str | None] = {own: name for name, own in naming.called if own is not None}
-    return {**_renamed(content, inner), "request": {"diameter": NOWHERE, **_renamed(content["request"], inner)}}
-
-
-def _renamed(content: Mapping[str, Any], names: Mapping[str, str | None]) -> dict[str, Any]:
-    """Return a mapping with other keys; those of None are left out."""
-    keys = {key: names.get(key, key) for key in content}
-    return {name: content[key] for key, name in keys.items() if name is not None}
+    response = told.get("response", {"name": "force"})["name"]
+    condition = told.get("condition", {"name": "diameter"}) or {"name": ""}
+    asked = {key: value for key, value in request.items() if key != condition["name"]}
+    rest = {key: value for key, value in content.items() if key not in ("naming", response)}
+    asked["condition"] = request.get(condition["name"], NOWHERE)
+    return {**rest, "record_version": RECORD_VERSION, "request": asked, "response": content.get(response)}
 
 
 def problem_of(content: Mapping[str, Any], key: str) -> str:
@@ -147,12 +133,11 @@ def problem_of(content: Mapping[str, Any], key: str) -> str:
     if content.get("record_version") != RECORD_VERSION:
         return f"is of record version {content.get('record_version')!r:.20}, this stemcal reads {RECORD_VERSION}"
     try:
-        naming = naming_in(content)
-        record = from_json(_Record, content, naming.called)
+        record = from_json(_Record, content)
     except ValueError as error:
         return f"is no record of a run: {error}"
-    if record.status not in _STATUSES or (record.status == "ok") != (record.force is not None):
-        return f"is no record of a run: status {record.status!r:.20} with {naming.response.noun} {record.force}"
+    if record.status not in _STATUSES or (record.status == "ok") != (record.response is not None):
+        return f"is no record of a run: status {record.status!r:.20} with response {record.response}"
     if record.key != key or key_of(record.identity) != key:
         return "its name does not follow from what it says it answers"
     return ""

@@ -31,12 +31,12 @@ from stemcal.files.plain import read_plain
 from stemcal.files.rows import Table
 from stemcal.files.sealed import Broken, opened, sealed
 from stemcal.files.typed import absent, from_json, to_json
-from stemcal.folder.record import RECORD_VERSION, is_key, problem_of, under_inner_names, under_own_names
-from stemcal.naming import CUTTING, Naming
+from stemcal.folder.record import RECORD_VERSION, is_key, problem_of, up_to_date
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
 
+SCHEMA_VERSION = 2  # of stage files
 SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # bytes
 UNSEALED = "has no SHA-256 by which a changed digit could be seen: an earlier version wrote it, or somebody took it out"
@@ -185,10 +185,9 @@ class StudyFolder:
         """Return the keys of all records, damaged or not, sorted."""
         return sorted(path.stem for path in self.runs.glob("*.json") if is_key(path.stem))
 
-    def save(self, record: Mapping[str, Any], naming: Naming = CUTTING) -> None:
-        """Write a record, under a study's own names, whole or not at all; `record["key"]` names it."""
-        content = under_own_names({"record_version": RECORD_VERSION, **record}, naming)
-        write_durably(self.record_path(record["key"]), sealed(content))
+    def save(self, record: Mapping[str, Any]) -> None:
+        """Write a record whole or not at all; `record["key"]` names it."""
+        write_durably(self.record_path(record["key"]), sealed({"record_version": RECORD_VERSION, **record}))
 
     def load(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal; one that is damaged is set aside. None if there is none."""
@@ -209,8 +208,9 @@ class StudyFolder:
             return None, ""
         except Broken as broken:
             return None, str(broken)
-        problem = problem_of(content, key) if has_seal else "has no SHA-256"
-        return (None, problem) if problem else (under_inner_names(content), "")
+        record = up_to_date(content)
+        problem = problem_of(record, key) if has_seal else "has no SHA-256"
+        return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
         logger.warning("%s %s; set aside, the run is done again", path, problem)
@@ -232,9 +232,15 @@ class StudyFolder:
         Raises
         ------
         UsageError
-            If the stage has not run yet, or its file has changed since it was written or cannot be read.
+            If the stage has not run yet, or its file is of another version, has changed since it was written or cannot
+            be read.
         """
         content, has_seal = self.examine_stage(stage)
+        if (version := content.get("schema_version")) != SCHEMA_VERSION:
+            raise UsageError(
+                f"{self.path / stage}.json has schema version {version!r:.20}, this stemcal reads {SCHEMA_VERSION}; "
+                f"run `stemcal {stage} SPEC` again: recorded runs are not repeated"
+            )
         if not has_seal and stage not in self._told:
             self._told.add(stage)
             logger.warning("%s/%s.json %s; `stemcal %s SPEC` seals it", self.path, stage, UNSEALED, stage)
@@ -298,7 +304,7 @@ def provenance() -> dict[str, str]:
     """Return what made a record, for people who read it later."""
     import numpy
 
-    from stemcal import __version__
+    from stemcal.version import __version__
 
     return {
         "stemcal": __version__,

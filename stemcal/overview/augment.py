@@ -9,7 +9,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.solvers.protocol import Solver
 from stemcal.study.model import RsmOptions, ScreenOptions, Study
-from stemcal.study.spec.amend import Change
+from stemcal.study.reading.amend import Change
 
 
 @dataclass(frozen=True)

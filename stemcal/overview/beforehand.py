@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from stemcal.study.model import Study, factors_taken
-from stemcal.study.outside import CommandSolver
+from stemcal.study.model import CommandSolver, Study, factors_taken
 from stemcal.words import joined
 
 __all__ = ["beforehand"]

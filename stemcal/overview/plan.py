@@ -120,8 +120,8 @@ def _timed(stages: Sequence[Sequence[Request]], cost: Callable[[Request], float]
 
 def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
     """Return the seconds of the runs that are decided one by one, as many as there usually are."""
-    diameters = [target.diameter for target in study.joint_targets] or [study.targets.calibrate_at]
-    each = [cost(Request("refine", 0, study.midlevels(), diameter, True)) for diameter in diameters]
+    conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
+    each = [cost(Request("refine", 0, study.midlevels(), condition, True)) for condition in conditions]
     climbs = [each[:1]] * (study.climb.steps // 2) if study.climb is not None else []
     refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine is not None else []
     places = [each * (study.mesh.phases + 2 * len(study.mesh.sizes))] if study.mesh is not None else []
@@ -181,12 +181,12 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     known = _surface_names(study, solver, folder)
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
     design = surface_design(study, solver, names)
-    diameters = [study.targets.calibrate_at, *(target.diameter for target in study.joint_targets)]
+    conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [
         request
         for requested in (design.requests, design.fine_requests)
-        for diameter in dict.fromkeys(diameters)
-        for request in requested(diameter)
+        for condition in dict.fromkeys(conditions)
+        for request in requested(condition)
     ]
     remark = f"The screening decides which factors the surface has; {len(names)} are assumed for the plan."
     return Asked("rsm", requests, known is not None, "" if known else remark, design)

@@ -19,7 +19,7 @@ from stemcal.runs.policy import is_censored, judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.base import STAGES, stage_called
-from stemcal.stages.lineage import changes_since
+from stemcal.stages.lineage import VERSION, changes_since
 from stemcal.stages.making import read
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
@@ -40,11 +40,11 @@ class Entry:
     run: int
     key: str
     status: str
-    force: float | None
+    response: float | None
     reason: str
     message: str
     again: bool
-    diameter: float
+    condition: float
     levels: dict[str, float]
     phases: int | None = absent()
     element_size: str | None = absent()
@@ -61,7 +61,7 @@ class Entry:
         own = self.phases is None and self.element_size is None
         pictured = own and any(stage.pictured for stage in STAGES if stage.name == self.stage)
         mesh = (self.phases, self.element_size)
-        return Request(self.stage, self.run - 1, self.levels, self.diameter, pictured, *mesh, self.replicate or 0)
+        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, *mesh, self.replicate or 0)
 
 
 @dataclass(frozen=True)
@@ -114,18 +114,18 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
     levels, mesh = dict(request.levels), (request.phases, request.element_size, request.replicate or None)
     if record is None:
         status = "damaged" if problem else "left"
-        return Entry(*asked_for, status, None, "", "", True, request.diameter, levels, *mesh)
+        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, *mesh)
     answer = judged(answer_of(record), study.runs)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
     return Entry(
         *asked_for,
         status,
-        answer.force,
+        answer.response,
         answer.reason,
         answer.message,
         not stands(record, study.runs),
-        request.diameter,
+        request.condition,
         levels,
         *mesh,
         *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
@@ -199,8 +199,9 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
     if not folder.has_stage(stage):
         return "none", []
     try:
-        read(stage_called(stage), folder)
         changed = changes_since(study, solver, folder, stage)
+        if VERSION not in changed:
+            read(stage_called(stage), folder)
     except UsageError:
         return "damaged", []
     before = stage_called(stage).needs(study)

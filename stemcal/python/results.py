@@ -126,7 +126,7 @@ class ValidationPlots:
     def __init__(self, result: ValidateResult, study: Study) -> None:
         self._result, self._study = result, study
 
-    def forces(self) -> Figure:
+    def responses(self) -> Figure:
         """Draw the first response, measured and simulated, over the condition: forces over diameters by default."""
         return validation(self._result, spread_of(self._study, self._result.naming.response))
 

@@ -21,8 +21,8 @@ from stemcal.report.records import Curve as DrawnCurve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.reading import load_study as read_spec
 from stemcal.study.rules.factors import wrong_levels
-from stemcal.study.spec import load_study as read_spec
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:

@@ -9,13 +9,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal import __version__
 from stemcal.files.durable import digest
 from stemcal.files.plain import read_plain
 from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.outputs import write_output
+from stemcal.version import __version__
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError
+from stemcal.study.reading.json_schema import meanings
 from stemcal.words import near
 
 
@@ -190,7 +192,10 @@ GLOSSARY: tuple[Entry, ...] = (
 
 
 def look_up(term: str) -> list[Entry]:
-    """Return the entries of a term, by name or other name; else those whose name holds it.
+    """Return the entries of a term or of a key of a spec, by name or other name; else those whose name holds it.
+
+    >>> [entry.term for entry in look_up("threads")]
+    ['solver.threads, kind: embedded', 'solver.threads, kind: openradioss']
 
     Raises
     ------
@@ -198,14 +203,26 @@ def look_up(term: str) -> list[Entry]:
         With the nearest terms, if there is none.
     """
     wanted = _plain(term)
-    exact = [entry for entry in GLOSSARY if wanted in map(_plain, (entry.term, *entry.aliases))]
+    keys = tuple(_keys_of_a_spec())
+    exact = [entry for entry in (*GLOSSARY, *keys) if wanted in map(_plain, (entry.term, *entry.aliases))]
     found = exact or [entry for entry in GLOSSARY if wanted and wanted in _plain(entry.term)]
     if found:
         return found
-    names = {_plain(name): entry.term for entry in GLOSSARY for name in (entry.term, *entry.aliases)}
-    meant = [names[name] for name in near(wanted, names, most=3)]
+    meant = _nearest_terms(wanted, GLOSSARY) or _nearest_terms(wanted, keys)
     remedy = f"did you mean {', '.join(dict.fromkeys(meant))}?" if meant else "`stemcal explain` lists the terms"
     raise UsageError(f"{term!r} is not in the glossary; {remedy}")
+
+
+def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
+    names = {_plain(name): entry.term for entry in entries for name in (entry.term, *entry.aliases)}
+    return [names[name] for name in near(wanted, names, most=3)]
+
+
+def _keys_of_a_spec() -> Iterator[Entry]:
+    """Yield an entry for each key of a spec: known by its place, and by its name alone."""
+    for place, meaning in meanings().items():
+        path = place.partition(",")[0].replace("[]", "")
+        yield Entry(place, meaning, "a key of the spec", (path, path.rpartition(".")[2]))
 
 
 def _plain(text: str) -> str:

@@ -44,8 +44,8 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     """Return one line on where a stage stands.
 
     >>> from types import SimpleNamespace as Progress
-    >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_force=120.43, last_diameter=8.0,
-    ...                   waiting_for=""))
+    >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_response=120.43,
+    ...                   last_condition=8.0, waiting_for=""))
     'Screening: 5/12 runs, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
     title = TITLES.get(progress.stage, progress.stage)
@@ -56,14 +56,14 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
         parts.append(f"{progress.cached} from earlier")
     if progress.failed:
         parts.append(f"{progress.failed} failed")
-    if progress.last_force is not None:
+    if progress.last_response is not None:
         parts.append(f"last {_response(progress, naming)}")
     return ", ".join(parts)
 
 
 def _response(progress: Progress, naming: Naming) -> str:
-    at = "" if progress.last_diameter is None else naming.at(progress.last_diameter)
-    value = f"{progress.last_force:.1f}" if naming.response == FORCE else significant(progress.last_force)
+    at = "" if progress.last_condition is None else naming.at(progress.last_condition)
+    value = f"{progress.last_response:.1f}" if naming.response == FORCE else significant(progress.last_response)
     return f"{value}{naming.response.beside}{at}"
 
 
@@ -204,7 +204,7 @@ class Bar(Watcher):
 
     def _tail(self, progress: Progress) -> str:
         failed = f"{progress.failed} failed" if progress.failed else ""
-        last = _response(progress, self.naming) if progress.last_force is not None else ""
+        last = _response(progress, self.naming) if progress.last_response is not None else ""
         return ", ".join(part for part in (self.course.left(self.clock()), failed, last) if part)
 
     def _leave_line(self) -> None:

@@ -6,7 +6,7 @@ the verdict is "not calibrated" they are not shown, and it is said that they are
 
 from __future__ import annotations
 
-from stemcal.doe.validation.diameters import EQUAL
+from stemcal.doe.validation.comparison import EQUAL
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.validate import ValidateResult

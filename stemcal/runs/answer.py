@@ -19,7 +19,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
-from stemcal.solvers.protocol import Answer, Immediate, Keeping, Placed, Request, Solver, words_of
+from stemcal.solvers.protocol import Answer, Immediate, Keeping, Placed, Request, Solver
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
@@ -37,8 +37,8 @@ class Progress:
     total: int
     cached: int
     failed: int
-    last_force: float | None
-    last_diameter: float | None = None
+    last_response: float | None
+    last_condition: float | None = None
     waiting_for: str = ""
 
 
@@ -120,7 +120,7 @@ class _Tally:
         if not answer.ok:
             self.failed += self.rows[key]
             self._warn(answer, request)
-        self.report(answer.force, request.diameter)
+        self.report(answer.response, request.condition)
 
     def _warn(self, answer: Answer, request: Request) -> None:
         """Tell of the first failures one by one."""
@@ -130,10 +130,10 @@ class _Tally:
         elif self.told == MOST_WARNINGS + 1:
             logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
 
-    def report(self, force: float | None = None, diameter: float | None = None, waiting_for: str = "") -> None:
+    def report(self, response: float | None = None, condition: float | None = None, waiting_for: str = "") -> None:
         """Tell the watcher where the stage stands."""
         counts = (self.done, self.total, self.cached, self.failed)
-        self.watch(Progress(self.stage, *counts, force, None if force is None else diameter, waiting_for))
+        self.watch(Progress(self.stage, *counts, response, None if response is None else condition, waiting_for))
 
 
 def _prepare(solver: Solver, tally: _Tally) -> None:
@@ -178,8 +178,7 @@ def _record(key: str, request: Request, computed: Computed, solver: Solver, fold
             "request": request.told(),
             **asdict(answer),
             "provenance": computed.circumstances,
-        },
-        words_of(solver),
+        }
     )
     if not answer.ok:
         folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)

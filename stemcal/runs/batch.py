@@ -62,13 +62,13 @@ class Run:
 def sound(answer: Answer, naming: Naming = CUTTING) -> Answer:
     """Return the answer, or a failed one in its place if its force, or any further response, is no number.
 
-    >>> sound(Answer("ok", force=float("nan"))).reason
+    >>> sound(Answer("ok", response=float("nan"))).reason
     'nan'
     """
     if answer.status != "ok":
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
     rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}
-    for name, value in {naming.response.name: answer.force, **rest.pop(RESPONSES, {})}.items():
+    for name, value in {naming.response.name: answer.response, **rest.pop(RESPONSES, {})}.items():
         given = f"the solver gave the {nouns.get(name, name)} {value}"
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)

@@ -8,6 +8,7 @@ from typing import Any
 
 from stemcal.files.showing import in_a_line, visible
 from stemcal.folder.record import key_of
+from stemcal.naming import FIRST
 from stemcal.solvers.protocol import Answer, Request, Solver
 
 
@@ -18,7 +19,7 @@ def record_key(solver: Solver, request: Request) -> str:
 
 def answer_of(record: Mapping[str, Any]) -> Answer:
     """Return the answer that a record holds."""
-    return readable(Answer(**{name: record[name] for name in ("status", "force", "reason", "message", "details")}))
+    return readable(Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}))
 
 
 def readable(answer: Answer) -> Answer:

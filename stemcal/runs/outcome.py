@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.files.typed import absent
+from stemcal.naming import FIRST
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import is_censored
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 
 # Name in a result, and what solvers call it among the details of an answer.
-_TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd", "phase_forces": "phase_forces",
+_TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd", "phase_responses": "phase_responses",
          "responses": RESPONSES}  # fmt: skip
 
 
@@ -25,27 +26,27 @@ class Replicates:
     further: dict[str, tuple[float, ...]] | None = absent()
 
     def of(self, response: str) -> tuple[float, ...]:
-        """Return the values of a response, the first one's for ``force``."""
-        return self.values if response == "force" else (self.further or {}).get(response, ())
+        """Return the values of a response by its name, or of the first one for `FIRST`."""
+        return self.values if response == FIRST else (self.further or {}).get(response, ())
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """The force (N) of a run, or why there is none; `key` names its record.
+    """The first response of a run, or why there is none; `key` names its record.
 
-    Where the study names its own responses `force` is the first of them, and `responses` has the others.
+    `responses` has the others that a study declares itself, by name.
 
-    `travel` (mm) and `work` (mJ) reach to the maximum force; `sd` is the scatter of the force over that many mesh
-    `phases`. None where the solver does not tell. Of a point simulated several times over the force is the mean of its
-    `replicates`.
+    `travel` (mm) and `work` (mJ) reach to the maximum force; `sd` is the scatter of the response over that many mesh
+    `phases`. None where the solver does not tell. Of a point simulated several times over the response is the mean
+    of its `replicates`.
     """
 
-    force: float | None
+    response: float | None
     travel: float | None = absent()
     work: float | None = absent()
     phases: int | None = absent()
     sd: float | None = absent()
-    phase_forces: tuple[float, ...] | None = absent()
+    phase_responses: tuple[float, ...] | None = absent()
     responses: dict[str, float] | None = absent()
     status: str = "ok"
     censored: bool = False
@@ -61,22 +62,24 @@ class Outcome:
 
     @property
     def ok(self) -> bool:
-        """Whether the force may enter an analysis."""
+        """Whether the response may enter an analysis."""
         return self.status == "ok"
 
-    def response(self, name: str) -> float | None:
-        """Return ``force``, ``travel`` or ``work``, or a further response of the study's own."""
+    def of(self, name: str) -> float | None:
+        """Return a response by its name, or the first one for `FIRST`; None where there is none."""
+        if name == FIRST:
+            return self.response
         if self.responses is not None and name in self.responses:
             return self.responses[name]
-        return {"force": self.force, "travel": self.travel, "work": self.work}.get(name)
+        return {"travel": self.travel, "work": self.work}.get(name)
 
     def number(self, name: str) -> float:
         """Return a response for statistics: NaN where there is none, so that a failed run cannot pass for a number.
 
-        >>> Outcome(force=0.0).number("force"), Outcome(force=None, status="failed").number("force")
+        >>> Outcome(response=0.0).number(FIRST), Outcome(response=None, status="failed").number(FIRST)
         (0.0, nan)
         """
-        value = self.response(name)
+        value = self.of(name)
         return value if self.ok and value is not None else math.nan
 
 
@@ -84,7 +87,7 @@ def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
     """Return what is told of an answered request."""
     told: dict[str, Any] = {name: answer.details.get(detail) for name, detail in _TOLD.items()} if answer.ok else {}
     return Outcome(
-        force=answer.force,
+        response=answer.response,
         **told,
         status=answer.status,
         censored=is_censored(answer),

@@ -41,7 +41,7 @@ def judged(answer: Answer, policy: RunsOptions) -> Answer:
     details = {n: value for n, value in answer.details.items() if n in kept or not isinstance(value, list | dict)}
     details |= measures(answer.details)
     if is_censored(answer) and policy.censored == "fail":
-        message = f"{ending(answer)}: it is at least {answer.force:g} N"
+        message = f"{ending(answer)}: it is at least {answer.response:g} N"
         return Answer("failed", None, CENSORED, message, details)
     return replace(answer, details=details)
 

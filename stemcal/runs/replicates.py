@@ -8,6 +8,7 @@ from statistics import fmean
 
 import numpy as np
 
+from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.solvers.protocol import Request
 
@@ -29,22 +30,22 @@ def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:
 
 
 def _mean(replicates: Sequence[Outcome]) -> Outcome:
-    done = [outcome for outcome in replicates if outcome.ok and outcome.force is not None]
+    done = [outcome for outcome in replicates if outcome.ok and outcome.response is not None]
     first, keys = done[0] if done else replicates[0], tuple(outcome.key for outcome in replicates)
     if not done:
         return replace(first, replicates=Replicates((), keys))
     further = {name: _values(done, name) for name in first.responses or {}}
-    forces = _values(done, "force")
+    values = _values(done, FIRST)
     return replace(
         first,
-        force=fmean(forces),
-        responses={name: fmean(values) for name, values in further.items()} or None,
-        replicates=Replicates(forces, keys, further or None),
+        response=fmean(values),
+        responses={name: fmean(each) for name, each in further.items()} or None,
+        replicates=Replicates(values, keys, further or None),
     )
 
 
 def _values(done: Sequence[Outcome], response: str) -> tuple[float, ...]:
-    return tuple(value for outcome in done if (value := outcome.response(response)) is not None)
+    return tuple(value for outcome in done if (value := outcome.of(response)) is not None)
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Scatter:
     df: int
 
 
-def pooled(outcomes: Sequence[Outcome], response: str = "force") -> Scatter | None:
+def pooled(outcomes: Sequence[Outcome], response: str = FIRST) -> Scatter | None:
     """Return the scatter of means over replicates, pooled over points; None where nothing was repeated."""
     told = [outcome.replicates.of(response) for outcome in outcomes if outcome.replicates is not None]
     groups = [np.array(values) for values in told if len(values) > 1]

@@ -37,9 +37,9 @@ def simulating(
         raise UsageError(f"{stage}: a table answers only what it holds; this needs a solver that can simulate")
     policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
 
-    def simulate(first: int, points: Sequence[Mapping[str, float]], diameters: Sequence[float]) -> list[Outcome]:
+    def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
         rows = enumerate(points, first)
-        asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in diameters]
+        asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in conditions]
         requests = repeated(asked, study.replicates)
         answers = answer_all(requests, solver, folder, executor, watch, policy)
         outcomes = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]

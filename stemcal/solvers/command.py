@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stemcal.naming import FORCE
+from stemcal.naming import FIRST
 from stemcal.solvers.processes import Ended
 from stemcal.solvers.programs.aside import LEAST_READING_S
 from stemcal.solvers.programs.frame import OneCommand
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.readers import read_number_within
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
-from stemcal.study.outside import CommandSolver
+from stemcal.study.model import CommandSolver
 
 __all__ = ["Command"]
 
@@ -55,5 +55,5 @@ class Command(OneCommand):
         left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
         readers, naming = self.options.readers, self.study.naming
         found = {name: read_number_within(left, reader, folder) for name, reader in readers.items()}
-        first = found.pop(naming.response.name if naming.response.name in found else FORCE.name)
-        return Answer("ok", force=first, details={RESPONSES: found} if found else {})
+        first = found.pop(naming.response.name if naming.response.name in found else FIRST)
+        return Answer("ok", response=first, details={RESPONSES: found} if found else {})

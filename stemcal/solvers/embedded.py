@@ -38,7 +38,7 @@ from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.spec.lengths import Length
+from stemcal.study.types.lengths import Length
 
 # Points of the force-travel curve that a run's record keeps.
 _CURVE_POINTS = 200
@@ -104,7 +104,7 @@ class Embedded:
         if result.energy_drift_percent > _WORST_DRIFT:
             message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
             return Answer("failed", reason="energy_drift", message=message, details=details)
-        return Answer("ok", force=result.peak_force, details=details)
+        return Answer("ok", response=result.peak_force, details=details)
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
         """Return None: any levels can be simulated."""
@@ -147,7 +147,7 @@ class Embedded:
         return found if strain is None else {**found, "failure_strain": f"{strain:g}"}
 
     def _tests(self, request: Request) -> tuple[ShearTest, ...]:
-        return shear_tests(meshed_as(self.study, request), request.levels, request.diameter, request.row)
+        return shear_tests(meshed_as(self.study, request), request.levels, request.condition, request.row)
 
 
 def meshed_as(study: Study, request: Request) -> Study:

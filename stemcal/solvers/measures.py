@@ -35,7 +35,7 @@ def measures(details: Mapping[str, Any]) -> dict[str, Any]:
         told = {name: list(details[f"phase_{name}s"]) for name in ("travel", "work") if details.get(f"phase_{name}s")}
         means = {name: float(np.mean(values)) for name, values in told.items()}
         each = {f"phase_{name}s": values for name, values in told.items()}
-        return {"phases": len(phases), "phase_forces": list(phases), **means, **each}
+        return {"phases": len(phases), "phase_responses": list(phases), **means, **each}
     if (end := details.get("peak_travel")) is None:
         return {}
     curve = details.get("curve")

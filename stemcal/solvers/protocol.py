@@ -22,7 +22,7 @@ class Request:
         Row of the stage's design, from 0.
     levels : mapping
         Every factor's value in the units of the spec.
-    diameter : float
+    condition : float
         Outer diameter of the stem, mm; or the study's own condition, in its unit.
     pictured : bool
         Whether the answer is to tell what pictures of the run are made from, if the solver can.
@@ -38,7 +38,7 @@ class Request:
     stage: str
     row: int
     levels: Mapping[str, float]
-    diameter: float
+    condition: float
     pictured: bool = False
     phases: int | None = None
     element_size: str | None = None
@@ -51,7 +51,7 @@ class Request:
             "stage": self.stage,
             "row": self.row,
             "levels": dict(self.levels),
-            "diameter": self.diameter,
+            "condition": self.condition,
             "pictured": self.pictured,
             **{name: value for name, value in other.items() if value is not None},
         }
@@ -64,11 +64,11 @@ RESPONSES = "responses"  # among the details of an answer: further responses by 
 class Answer:
     """What came of a request: a force in N, or a status and the reason why there is none.
 
-    Where the study names its own responses `force` is the first of them, in its unit; details have the others.
+    Where the study names its own responses `response` is the first of them, in its unit; details have the others.
     """
 
     status: str
-    force: float | None = None
+    response: float | None = None
     reason: str = ""
     message: str = ""
     details: dict[str, Any] = field(default_factory=dict)
@@ -158,7 +158,7 @@ class Meshed(Protocol):
 class Belonging(Protocol):
     """A solver with settings that calibrated values belong to: with others the same values give another force."""
 
-    def belongings(self, diameter: float) -> dict[str, str]:
+    def belongings(self, condition: float) -> dict[str, str]:
         """The settings by name, as they are at a stem diameter."""
 
 

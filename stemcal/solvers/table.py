@@ -12,14 +12,13 @@ from stemcal.errors import SpecError, SpecProblem, UsageError
 from stemcal.naming import DIAMETER
 from stemcal.solvers.protocol import RESPONSES, Answer, Immediate, Request
 from stemcal.solvers.sheet import Answers, Sheet, read_sheet
-from stemcal.study.model import Study
-from stemcal.study.model import TableSolver as Tables
+from stemcal.study.model import Study, TableSolver
 
 MARKS = ("block", "weight")
 TABLE_VERSION = 1
 
 
-class TableSolver(Immediate):
+class ReplaySolver(Immediate):
     """Answers from the CSV files under ``solver`` in the spec.
 
     Parameters
@@ -43,7 +42,7 @@ class TableSolver(Immediate):
 
     def __init__(self, study: Study) -> None:
         tables = study.solver
-        if not isinstance(tables, Tables):
+        if not isinstance(tables, TableSolver):
             raise TypeError(f"the study's solver is of kind {tables.kind}, not table")
         self.naming = study.naming
         self._sheets: dict[str, Sheet] = {}
@@ -95,7 +94,7 @@ class TableSolver(Immediate):
             "stage": request.stage,
             "row": request.row,
             "levels": dict(request.levels),
-            **({} if self.naming.condition is None else {self.naming.condition.name: request.diameter}),
+            **({} if self.naming.condition is None else {"condition": request.condition}),
         }
 
     def solve(self, request: Request) -> Answer:
@@ -109,16 +108,15 @@ class TableSolver(Immediate):
         response = sheet.responses[row]
         if response is None:
             noun = self.naming.response.noun
-            reason = f"no_{self.naming.response.name}"
-            return Answer("failed", reason=reason, message=f"{sheet.place(row)}: no {noun} is given")
+            return Answer("failed", reason="no_response", message=f"{sheet.place(row)}: no {noun} is given")
         place = {"table": sheet.path.name, "line": sheet.lines[row]}
         further = {n: value for n, value in sheet.further[row].items() if value is not None} if sheet.further else {}
         told = {RESPONSES: further} if further else {}
-        return Answer("ok", force=response, details=place | told | self._marks[request.stage][row])
+        return Answer("ok", response=response, details=place | told | self._marks[request.stage][row])
 
     def _condition(self, request: Request) -> str:
         """Name the condition of a request."""
-        place = self.naming.place(request.diameter)
+        place = self.naming.place(request.condition)
         return f"diameter {place}" if self.naming.condition == DIAMETER else place
 
     def given_design(self, stage: str) -> list[dict[str, float]]:
@@ -145,7 +143,7 @@ class TableSolver(Immediate):
     def _condition_row(self, sheet: Sheet, request: Request) -> int | None:
         assert self.naming.condition is not None
         for index, row in enumerate(sheet.rows):
-            if math.isclose(row[self.naming.condition.name], request.diameter, rel_tol=1e-6, abs_tol=1e-12):
+            if math.isclose(row[self.naming.condition.name], request.condition, rel_tol=1e-6, abs_tol=1e-12):
                 return index
         return None
 

@@ -9,8 +9,8 @@ from typing import ClassVar
 from stemcal.doe.designs.catalogue import surface_reach
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
-from stemcal.doe.screening.effects import Effect
-from stemcal.doe.validation.diameters import error_percent
+from stemcal.doe.screening.effect_sizes import Effect
+from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
@@ -54,7 +54,7 @@ class ClimbResult(StageResult):
 
     head: Head = inline()
     target: float
-    diameter: float
+    condition: float
     names: tuple[str, ...]
     rows: Rows[ClimbRow]
     best_step: int
@@ -78,7 +78,7 @@ class ClimbResult(StageResult):
 
     def _tables(self) -> dict[str, Table]:
         """Return the steps."""
-        return {"climb": Table.of(("step", *self.names, "force", "error_percent", "status", "reason"), self.rows)}
+        return {"climb": Table.of(("step", *self.names, "response", "error_percent", "status", "reason"), self.rows)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every step."""
@@ -102,14 +102,14 @@ def climb(work: Work) -> ClimbResult:
 def _climbed(
     study: Study, head: Head, names: list[str], chosen: list[str], screening: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
-    options, target = study.climb or ClimbOptions(), study.calibration_target.force
+    options, target = study.climb or ClimbOptions(), study.calibration_target.response
     rows = _walk(study, names, [screening.effect(name).effect for name in names], options, simulate)
-    forces = [row.outcome.force for row in rows]
-    best, through = rows[nearest_step(forces, target)], passed(forces, target)
+    responses = [row.outcome.response for row in rows]
+    best, through = rows[nearest_step(responses, target)], passed(responses, target)
     return ClimbResult(
         head=head,
         target=target,
-        diameter=study.targets.calibrate_at,
+        condition=study.targets.calibrate_at,
         names=tuple(names),
         rows=Rows(rows),
         best_step=best.step,
@@ -127,15 +127,15 @@ def _walk(
     study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, simulate: SimulateAt
 ) -> list[ClimbRow]:
     """Simulate the centre, then step along the slope until the response has passed the target."""
-    target = study.calibration_target.force
+    target = study.calibration_target.response
     start = _row(study, 0, dict.fromkeys(names, 0.0), simulate)
-    if start.outcome.force is None:
+    if start.outcome.response is None:
         raise RunsFailed(f"climb: the run at mid-levels failed ({start.outcome.reason}): {start.outcome.message}")
     rows = [start]
-    path = _path(study, names, effects, options, start.outcome.force < target)
+    path = _path(study, names, effects, options, start.outcome.response < target)
     for step, point in enumerate(path[1:], 1):
         rows.append(_row(study, step, dict(zip(names, map(float, point), strict=True)), simulate))
-        if passed([row.outcome.force for row in rows], target):
+        if passed([row.outcome.response for row in rows], target):
             break
     return rows
 
@@ -155,7 +155,7 @@ def _row(study: Study, step: int, coded: dict[str, float], simulate: SimulateAt)
         factor = study.factor(name)
         levels[name] = float(f"{factor.centre + factor.half_range * value:.12g}")
     (found,) = simulate(step, [levels], [study.targets.calibrate_at])
-    return ClimbRow(step, levels, coded, error_percent(study.calibration_target.force, found.force), found)
+    return ClimbRow(step, levels, coded, error_percent(study.calibration_target.response, found.response), found)
 
 
 def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:

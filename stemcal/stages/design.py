@@ -55,14 +55,14 @@ class Design:
         """The factors that vary."""
         return self.coding.names
 
-    def requests(self, diameter: float) -> list[Request]:
+    def requests(self, condition: float) -> list[Request]:
         """Return a request per row."""
         return [
             Request(
                 self.stage,
                 row,
                 levels,
-                diameter,
+                condition,
                 phases=self.phases,
                 element_size=self.coarse,
                 replicate=self.replicate(row),
@@ -70,9 +70,9 @@ class Design:
             for row, levels in enumerate(self.levels)
         ]
 
-    def fine_requests(self, diameter: float) -> list[Request]:
+    def fine_requests(self, condition: float) -> list[Request]:
         """Return a request per row that is run with the study's own elements beside coarse ones."""
-        return [Request(self.stage, row, self.levels[row], diameter) for row in self.fine]
+        return [Request(self.stage, row, self.levels[row], condition) for row in self.fine]
 
     def replicate(self, row: int) -> int:
         """Return which time over a row belongs to, from 1; 0 without chance."""

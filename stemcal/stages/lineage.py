@@ -12,46 +12,29 @@ from collections.abc import Mapping
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import digest
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.store import SCHEMA_VERSION, StudyFolder
+from stemcal.naming import FIRST
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.base import stage_called
 from stemcal.study.model import Study
 
 logger = logging.getLogger(__name__)
 
+VERSION = "schema_version"  # among what has changed: the file is of another version
 _SHORT = 16
-_PROBED = frozenset({"stage", "row", "levels", "diameter"})  # of the probe, not of the solver
-# Keys that earlier versions did not know, and what they hold where nobody uses them: then they are no input, so that
-# stage files of those versions stay fresh.
-_UNUSED_RSM: dict[str, object] = {
-    "axial": None,
-    "blocks": "none",
-    "weights": "equal",
-    "inestimable": "refuse",
-    "sums_of_squares": "partial",
-    "constraints": [],
-    "coarse": None,
-}
-_UNUSED_SCREEN = {"centre_points": 0}
-_UNUSED_CLIMB: dict[str, object] = {"step_sizes": {}}
-_UNUSED_INVERT = {"responses": ["force"], "ranges_chosen": "before", "discrepancy": "none",
-                  "desirability": None}  # fmt: skip
-_UNUSED_REFINE = {"model": "quadratic", "batch": 4}
-_UNUSED_TARGET: dict[str, object] = {"travel": None, "travel_sd": None, "work": None, "work_sd": None, "further": {}}
+_PROBED = frozenset({"stage", "row", "levels", "diameter", "condition"})  # of the probe, not of the solver
 
 
 def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> dict[str, str]:
     """Return the hash of each thing that a stage is made from."""
-    dump = _used_options(study)
+    dump = study.model_dump(mode="json")
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in stage_called(stage).options}
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:
-        parts["diameters" if study.naming.is_cutting else "conditions"] = [
-            target.diameter for target in study.joint_targets
-        ]
-        parts |= {"responses": study.invert.responses} if study.invert.responses != ("force",) else {}
+        parts["conditions"] = [target.condition for target in study.joint_targets]
+        parts |= {"responses": study.invert.responses} if study.invert.responses != (FIRST,) else {}
     if stage == "audit":
         parts["published"] = dump["published"]
     elif stage == "invert":
@@ -64,37 +47,12 @@ def inputs_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> 
     return {name: digest(part)[:_SHORT] for name, part in parts.items()}
 
 
-def _used_options(study: Study) -> dict[str, object]:
-    dump = study.model_dump(mode="json")
-    targets = dump["targets"]
-    return {
-        **dump,
-        "screen": _without(dump["screen"], _UNUSED_SCREEN),
-        "climb": dump["climb"] and _without(dump["climb"], _UNUSED_CLIMB),
-        "rsm": _without(dump["rsm"], _UNUSED_RSM),
-        "invert": _without(dump["invert"], _UNUSED_INVERT),
-        "refine": dump["refine"] and _without(dump["refine"], _UNUSED_REFINE),
-        "targets": {**targets, "forces": [_without(target, _UNUSED_TARGET) for target in targets["forces"]]},
-    }
-
-
-def _without(options: Mapping[str, object], unused: Mapping[str, object]) -> dict[str, object]:
-    """Leave out the options that hold what they hold when nobody uses them.
-
-    >>> _without({"alpha": "face", "axial": None}, {"axial": None})
-    {'alpha': 'face'}
-    """
-    return {name: value for name, value in options.items() if name not in unused or value != unused[name]}
-
-
 def _solver_parts(study: Study, solver: Solver, stage: str) -> dict[str, object]:
     """What determines the answers of a stage, apart from the levels, as the solver tells it."""
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     parts: dict[str, object] = {}
-    condition = study.naming.condition
-    probed = _PROBED if condition is None else _PROBED | {condition.name}
     for name, part in solver.identity(probe).items():
-        if name not in probed:
+        if name not in _PROBED:
             parts |= _leaves(f"solver {name}", part)
     return parts
 
@@ -126,12 +84,15 @@ def require_fresh(study: Study, solver: Solver, folder: StudyFolder, stage: str)
 
 
 def changes_since(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> list[str]:
-    """Name what has changed since a stage file was written."""
+    """Name what has changed since a stage file was written; of a file of another version only that it is one."""
+    content, _ = folder.examine_stage(stage)
+    if content.get("schema_version") != SCHEMA_VERSION:
+        return [VERSION]
     try:
         now = inputs_of(study, solver, folder, stage)
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    return differences(folder.read_stage(stage).get("inputs"), now)
+    return differences(content.get("inputs"), now)
 
 
 def differences(old: object, new: Mapping[str, str]) -> list[str]:
@@ -150,9 +111,10 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
     if not folder.has_stage(stage):
         return
     try:
-        old = folder.examine_stage(stage)[0].get("inputs")
+        content, _ = folder.examine_stage(stage)
     except UsageError:
         return
-    if changed := differences(old, inputs):
+    old_version = content.get("schema_version") != SCHEMA_VERSION
+    if changed := [VERSION] if old_version else differences(content.get("inputs"), inputs):
         logger.warning("%s is made anew: %s changed", stage, ", ".join(changed))
         folder.log("inputs_changed", stage=stage, changed=changed)

@@ -8,8 +8,7 @@ from dataclasses import replace
 from stemcal.errors import UsageError
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
-from stemcal.study.model import Study
-from stemcal.study.outside import CommandSolver
+from stemcal.study.model import CommandSolver, Study
 
 __all__ = ["require_same", "second_time"]
 
@@ -21,14 +20,14 @@ def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
     said = isinstance(study.solver, CommandSolver) and study.solver.deterministic
     if not said or not requests or stage_called(requests[0].stage).needs(study) is not None:
         return []
-    if requests[0].diameter != study.targets.calibrate_at:
+    if requests[0].condition != study.targets.calibrate_at:
         return []
     return [requests[0], replace(requests[0], replicate=1)]
 
 
 def require_same(requests: Sequence[Request], answers: Sequence[Answer]) -> None:
     """Raise `UsageError` if two answers to the same levels differ; runs that failed tell nothing."""
-    first, second = (answer.force for answer in answers)
+    first, second = (answer.response for answer in answers)
     if first is None or second is None or abs(first - second) <= _SAME * max(abs(first), abs(second)):
         return
     raise UsageError(

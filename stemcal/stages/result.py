@@ -8,13 +8,12 @@ from dataclasses import dataclass, fields
 from html import escape
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from stemcal import __version__
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
-from stemcal.folder.record import is_key, naming_in
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.record import is_key
+from stemcal.folder.store import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
@@ -22,12 +21,14 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
 from stemcal.stages.lineage import inputs_of, require_fresh, tell_changes
 from stemcal.study.model import Study
+from stemcal.version import __version__
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from stemcal.solvers.protocol import Solver
 
 R = TypeVar("R", bound="StageResult")
-SCHEMA_VERSION = 1
 Interval = tuple[float, float]
 Entries = tuple[str, Collection[str], Iterable[str]]
 
@@ -36,7 +37,7 @@ Entries = tuple[str, Collection[str], Iterable[str]]
 class Head:
     """How every stage file begins; `inputs` has a hash of each thing that the stage was made from.
 
-    `naming` tells what the responses and the condition are called, where these are not the shear test's.
+    `naming` tells what condition and responses are called, which have neutral keys in the rest of the file.
     """
 
     schema_version: int
@@ -45,7 +46,7 @@ class Head:
     title: str = ""
     stemcal_version: str = ""
     inputs: dict[str, str] | None = None
-    naming: Naming | None = absent()
+    naming: Naming = CUTTING
 
 
 @dataclass(frozen=True)
@@ -73,12 +74,12 @@ class DesignRun:
     outcome: Outcome = inline()
 
     @property
-    def force(self) -> float | None:
-        """Maximum force in N, or the first response of a study of its own words."""
-        return self.outcome.force
+    def response(self) -> float | None:
+        """The first response; None where the run failed."""
+        return self.outcome.response
 
-    def response(self, name: str) -> float:
-        """Return a response, NaN where the run failed."""
+    def number(self, name: str) -> float:
+        """Return a response by its name, or the first one for `FIRST`; NaN where the run failed."""
         return self.outcome.number(name)
 
 
@@ -98,7 +99,7 @@ class DesignRuns:
         """Return levels and response of every run, as a table solver reads them."""
         known = ("block", "weight", "replicate")
         marks = [name for name in known if self.runs and getattr(self.runs[0], name) is not None]
-        return Table.of(["run", *self.varied, *marks, "force"], self.runs)
+        return Table.of(["run", *self.varied, *marks, "response"], self.runs)
 
     def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
         """Yield what must be told of every run: a level of every factor, the varied ones coded too."""
@@ -118,7 +119,7 @@ class StageResult:
     @property
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
-        return self.head.naming or CUTTING
+        return self.head.naming
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what the result is made of, not what has been worked out from it."""
@@ -127,14 +128,14 @@ class StageResult:
 
     def to_json(self) -> dict[str, Any]:
         """Return the contents of the stage's file."""
-        content: dict[str, Any] = plain(to_json(self, self.naming.called))
+        content: dict[str, Any] = plain(to_json(self))
         return content
 
     @classmethod
     def from_json(cls, content: object) -> Self:
         """Return the result that a stage's file holds; raise `UsageError` if it holds something else."""
         try:
-            result = from_json(cls, content, naming_in(content).called)
+            result = from_json(cls, content)
             result._require_entries()
         except ValueError as error:
             raise UsageError(f"{cls.name}.json: {error}; run `stemcal {cls.name} SPEC` again") from None
@@ -156,12 +157,16 @@ class StageResult:
         yield from ()
 
     def tables(self) -> dict[str, Table]:
-        """Return the tables that the stage leaves as CSV, by file name, under the study's own names."""
-        return {name: table.called(self.naming.called) for name, table in self._tables().items()}
+        """Return the tables that the stage leaves as CSV, by file name, headed as the study calls things."""
+        return {name: table.headed(self.naming.headings) for name, table in self._tables().items()}
 
     def _tables(self) -> dict[str, Table]:
-        """Return the tables with columns called as the fields are."""
+        """Return the tables with columns called as the fields are; the one of the stage itself comes first."""
         raise NotImplementedError
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the stage's own table as a frame of pandas, headed as the study calls things."""
+        return next(iter(self.tables().values())).to_frame()
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run."""
@@ -186,8 +191,7 @@ def head_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> He
     """Return how a stage's file begins; tells what has changed since it was written before."""
     inputs = inputs_of(study, solver, folder, stage)
     tell_changes(folder, stage, inputs)
-    naming = None if study.naming.is_cutting else study.naming
-    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, naming)
+    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)
 
 
 def leave(folder: StudyFolder, result: R) -> R:

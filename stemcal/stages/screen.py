@@ -8,14 +8,15 @@ from typing import Any, ClassVar
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.curvature import Curvature
-from stemcal.doe.screening.definitive import TwoStages
-from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.doe.screening.two_stage_analysis import TwoStages
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import censored_remarks
-from stemcal.stages.audit.cells import Audited, audit_screening, sentences
 from stemcal.stages.design import Design, runs_of, screening_design
+from stemcal.stages.printed_tables import Audited, audit_screening, sentences
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult, reasons_given
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
@@ -207,7 +208,7 @@ def screen(work: Work) -> ScreenResult:
     answers = work.answers(requests)
     runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
-        found = _analysed(study, design, runs, "force")
+        found = _analysed(study, design, runs, FIRST)
         further = {name: FurtherScreening.of(_analysed(study, design, runs, name)) for name in study.own_further}
     published = audit_screening(study, found.effects)
     notes = censored_remarks(answers) + sign_remarks(study, found) + sentences(published)
@@ -218,7 +219,7 @@ def screen(work: Work) -> ScreenResult:
 def _analysed(study: Study, design: Design, runs: DesignRuns, response: str) -> Screening:
     return analyse_screening(
         design.coded,
-        [run.response(response) for run in runs.runs],
+        [run.number(response) for run in runs.runs],
         design.names,
         [factor.symbol for factor in study.factors],
         study.screen.alpha,

@@ -9,24 +9,24 @@ from typing import ClassVar
 
 import numpy as np
 
-from stemcal.doe.validation.diameters import Exponent, Validation, ValidationRow, compare_diameters, error_percent
-from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
+from stemcal.doe.validation.comparison import Exponent, Validation, ValidationRow, compare_conditions, error_percent
+from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
-from stemcal.naming import DIAMETER
+from stemcal.naming import DIAMETER, FIRST
 from stemcal.remarks import Remark, Weight
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
-from stemcal.stages.audit.cells import Audited, audit_validation, sentences
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.printed_tables import Audited, audit_validation, sentences
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval, StageResult, read_fresh
 from stemcal.stages.surface.result import SurfaceResult
@@ -39,7 +39,7 @@ _FROM_A_TABLE = Remark(
     "The simulated {responses} are read from a table: they belong to {where}, not to this calibration.",
 )
 
-_COLUMNS = ("diameter", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
+_COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
             "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
 
 
@@ -100,7 +100,7 @@ class ValidateRow:
     key: str = ""
     replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
-    corrected: Corrected | None = absent()
+    corrected: ScaledPrediction | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
     @property
@@ -123,7 +123,7 @@ class ValidateResult(StageResult):
     mean_abs_error_percent: float | None
     max_abs_error_percent_independent: float | None = None
     best_scaled_max_error_percent: float | None = None
-    error_slope_percent_per_mm: float | None = None
+    error_slope_percent_per_unit: float | None = None
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None
     formula_max_abs_error_percent: float | None = None
@@ -151,7 +151,7 @@ class ValidateResult(StageResult):
         """Yield the outcome of every run, named by its condition."""
         for number, row in enumerate(self.rows, 1):
             told = Outcome(
-                force=row.compared.simulated,
+                response=row.compared.simulated,
                 status=row.status,
                 censored=row.censored,
                 reason=row.reason,
@@ -159,13 +159,13 @@ class ValidateResult(StageResult):
                 key=row.key,
                 replicates=row.replicates,
             )
-            yield self._label(number, row.compared.diameter), told
+            yield self._label(number, row.compared.condition), told
 
-    def _label(self, number: int, diameter: float) -> str:
+    def _label(self, number: int, condition: float) -> str:
         """Name a run by its condition, by its number where there is none."""
         if self.naming.condition == DIAMETER:
-            return f"{diameter:.6g} mm"
-        return self.naming.place(diameter) or f"{self.name} {number}"
+            return f"{condition:.6g} mm"
+        return self.naming.place(condition) or f"{self.name} {number}"
 
     def summary(self) -> str:
         """Tell the largest error."""
@@ -205,12 +205,12 @@ def _scatter_of(outcomes: Sequence[Outcome], meshes: MeshResult | None, solver: 
 
 
 def _compared(study: Study, outcomes: Sequence[Outcome], scatter: tuple[float, float] | None) -> Validation:
-    targets = study.targets.forces
-    return compare_diameters(
-        [target.diameter for target in targets],
-        [target.force for target in targets],
-        [outcome.force for outcome in outcomes],
-        [target.diameter for target in study.joint_targets] or study.targets.calibrate_at,
+    targets = study.targets.means
+    return compare_conditions(
+        [target.condition for target in targets],
+        [target.response for target in targets],
+        [outcome.response for outcome in outcomes],
+        [target.condition for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
         scatter,
@@ -249,7 +249,7 @@ def _rows(
     scatters = {named.name: pooled(outcomes, named.name) for named in study.naming.further}
     return [
         replace(_row(study, target, row, outcome, meshes, scatters), corrected=_corrected(row, missed))
-        for target, row, outcome in zip(study.targets.forces, compared, outcomes, strict=True)
+        for target, row, outcome in zip(study.targets.means, compared, outcomes, strict=True)
     ]
 
 
@@ -274,7 +274,7 @@ def _result(
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
         best_scaled_max_error_percent=found.best_scaled_max_error_percent,
-        error_slope_percent_per_mm=found.error_slope_percent_per_mm,
+        error_slope_percent_per_unit=found.error_slope_percent_per_unit,
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
         formula_max_abs_error_percent=formula,
@@ -287,15 +287,15 @@ def _result(
 def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
     """Return measured over simulated force at the fitted diameters."""
     fitted = [row for row in rows if row.role == "calibration" and row.simulated]
-    return {row.diameter: row.measured / (row.simulated or 1.0) for row in fitted}
+    return {row.condition: row.measured / (row.simulated or 1.0) for row in fitted}
 
 
-def _corrected(row: ValidationRow, missed: _Missed) -> Corrected | None:
+def _corrected(row: ValidationRow, missed: _Missed) -> ScaledPrediction | None:
     """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
     if not row.simulated or len(missed.ratios) < needed(missed.seen):
         return None
-    others = {diameter: ratio for diameter, ratio in missed.ratios.items() if diameter != row.diameter}
-    return corrected(row.simulated, row.diameter, others, missed.seen, missed.smooth)
+    others = {condition: ratio for condition, ratio in missed.ratios.items() if condition != row.condition}
+    return corrected(row.simulated, row.condition, others, missed.seen, missed.smooth)
 
 
 def _directions_seen(work: Work) -> int:
@@ -305,9 +305,9 @@ def _directions_seen(work: Work) -> int:
         return 1
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
     misfit = misfit_over(measured_means(study), joint_surfaces(study, surface))
-    forces = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
+    responses = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
     point = surface.scales.point(solution.point.coded)
-    return max(1, misfit.only(forces).directions_seen(point)) if forces else 1
+    return max(1, misfit.only(responses).directions_seen(point)) if responses else 1
 
 
 def _discrepancy_notes(study: Study, missed: _Missed, rows: Sequence[ValidateRow]) -> list[str]:
@@ -323,7 +323,7 @@ def _discrepancy_notes(study: Study, missed: _Missed, rows: Sequence[ValidateRow
     smooth = f", smooth over the {named.condition_noun}" if missed.smooth else ""
     return [
         f"One scale for what the model misses: measured = {scale.scale:.3f}·simulated, sd {scale.sd_percent:.1f} % "
-        f"over {scale.diameters} fitted {named.condition_plural}{smooth}. The 95 % interval predicted without the "
+        f"over {scale.conditions} fitted {named.condition_plural}{smooth}. The 95 % interval predicted without the "
         f"{named.condition_noun} itself holds the measured {named.response.noun} at {held} of {len(told)}."
     ]
 
@@ -332,7 +332,7 @@ def _beside_formula(rows: Sequence[ValidationRow], formula: float | None, model:
     """Say what formula and model reach at the diameters that were not fitted; empty if there are none."""
     if formula is None or model is None:
         return ""
-    fitted = [f"{row.diameter:g}" for row in rows if row.role == "calibration"]
+    fitted = [f"{row.condition:g}" for row in rows if row.role == "calibration"]
     return compared_elsewhere(formula, model, f"{joined(fitted)} mm")
 
 
@@ -340,7 +340,7 @@ def _formula(rows: Sequence[ValidationRow]) -> float | None:
     """Return the largest error of a·d^2.5 through the fitted forces at the others that were simulated."""
     done = [row for row in rows if row.simulated is not None]
     pairs = {
-        fitted: [(row.diameter, row.measured) for row in done if (row.role == "calibration") is fitted]
+        fitted: [(row.condition, row.measured) for row in done if (row.role == "calibration") is fitted]
         for fitted in (True, False)
     }
     return formula_elsewhere(pairs[True], pairs[False])
@@ -348,8 +348,8 @@ def _formula(rows: Sequence[ValidationRow]) -> float | None:
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
     """Return a request per measured diameter at these levels, or as many as the program is asked for."""
-    targets = enumerate(study.targets.forces)
-    requests = [Request("validate", row, levels, target.diameter, pictured=True) for row, target in targets]
+    targets = enumerate(study.targets.means)
+    requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
     return repeated(requests, study.replicates)
 
 
@@ -375,7 +375,7 @@ def _row(
             mesh_interval=_over_meshes(meshes, mean.response, value),
         )
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
-        if (value := outcome.response(mean.response)) is not None
+        if (value := outcome.of(mean.response)) is not None
     ]
     return ValidateRow(
         compared=compared,
@@ -385,7 +385,7 @@ def _row(
         message=outcome.message,
         key=outcome.key,
         replicates=outcome.replicates,
-        mesh_interval=_over_meshes(meshes, "force", compared.simulated),
+        mesh_interval=_over_meshes(meshes, FIRST, compared.simulated),
         further=Rows(further),
     )
 

@@ -1,1 +1,1 @@
-"""The study: its spec read and checked (spec, rules), units, the frozen data classes."""
+"""The study: types of values, the model with its keys, rules between them, and reading it from a spec."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stemcal.solvers.deck import Deck, deck_text
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 __all__ = ["COMMENTS", "GOOD", "NAMES", "SETTINGS", "attack", "hostile_decks", "running", "with_settings"]
 

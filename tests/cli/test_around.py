@@ -116,6 +116,8 @@ def test_explain() -> None:
     wrong = command("explain", "lenht")
     assert wrong.exit_code == 2
     assert "did you mean Lenth's method?" in wrong.stderr
+    assert "rsm.alpha" in command("explain", "alpha").stdout
+    assert "crack-band" in command("explain", "solver.failure_length").stdout.lower()
     assert json.loads(command("explain", "PRESS", "--json").stdout)["terms"][0]["term"] == "PRESS"
 
 

@@ -11,7 +11,7 @@ import pytest
 from commanding import command
 from hostile_decks import COMMENTS, GOOD, NAMES, attack, hostile_decks
 
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 COMMANDS = tuple("\x1b\u202e\u2028\x85\x9b\0")
 

@@ -93,14 +93,14 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
 
     result = validate.ValidateResult.from_json(
         {
-            "schema_version": 1,
+            "schema_version": 2,
             "stage": "validate",
             "study": "known",
             "parameters": {},
             "rows": [
-                {"diameter": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "validation",
+                {"condition": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "validation",
                  "status": "failed", "reason": "inverted", "message": "element 7 at 0.1 s"},
-                {"diameter": 8.0, "measured": 159.2, "simulated": 160.0, "error_percent": -0.5,
+                {"condition": 8.0, "measured": 159.2, "simulated": 160.0, "error_percent": -0.5,
                  "role": "calibration", "status": "ok", "reason": "", "message": ""},
             ],
             "max_abs_error_percent": 0.5,
@@ -130,7 +130,7 @@ def test_check() -> None:
     assert "9 factors, 5 measured" in " ".join(command("check", REPLAY).stdout.split())
     found = json.loads(command("check", REPLAY, "--json").stdout)
     assert found["ok"] is True
-    assert found["diameters"] == [7.0, 8.0, 9.0, 10.0, 11.0]
+    assert found["conditions"] == [7.0, 8.0, 9.0, 10.0, 11.0]
 
 
 def test_init_writes_a_right_spec_and_never_overwrites(tmp_path: Path) -> None:

@@ -147,9 +147,9 @@ def test_runs_are_listed_and_filtered(failed: Known) -> None:
     assert [run["run"] for run in runs] == list(range(1, 13))
     for run in runs:
         if run["status"] == "ok":
-            assert run["force"] == pytest.approx(force(run["levels"], run["diameter"]))
+            assert run["response"] == pytest.approx(force(run["levels"], run["condition"]))
     (bad,) = failed.json("runs", "--status", "failed")["runs"]
-    assert (bad["run"], bad["reason"], bad["force"], bad["again"]) == (3, "inverted", None, False)
+    assert (bad["run"], bad["reason"], bad["response"], bad["again"]) == (3, "inverted", None, False)
     assert "element 17" in bad["message"]
     assert len(failed.json("runs", "--status", "left")["runs"]) == 11
     assert "inverted" in failed("runs", "--status", "failed").stdout
@@ -264,14 +264,14 @@ def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.Mon
     from stemcal.runs.key import record_key
     from stemcal.solvers.embedded import Embedded
     from stemcal.solvers.protocol import Request
-    from stemcal.study.spec import load_study
+    from stemcal.study.reading import load_study
 
     study = load_study(SMOKE)
     request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0, pictured=True)
     key = record_key(Embedded(study), request)
     with StudyFolder(tmp_path / "out") as folder:
         asked = {"identity": Embedded(study).identity(request), "request": {**vars(request), "levels": request.levels}}
-        answered = {"status": "ok", "force": 120.0, "reason": "", "message": "", "details": {}, "provenance": {}}
+        answered = {"status": "ok", "response": 120.0, "reason": "", "message": "", "details": {}, "provenance": {}}
         folder.save({"key": key, **asked, **answered})
     warnings: list[str] = []
     monkeypatch.setattr("stemcal.cli.repeat.warn", warnings.append)

@@ -23,7 +23,7 @@ class Doubted(FakeSolver):
 
     def solve(self, request: Request) -> Answer:
         answer = super().solve(request)
-        return Answer("ok", answer.force, details={"hourglass_ratio_percent": 40.0, "stroke_was_enough": True})
+        return Answer("ok", answer.response, details={"hourglass_ratio_percent": 40.0, "stroke_was_enough": True})
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.transform import box_cox
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.doe.screening.lenth import lenth
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 
 
 def cells_agree(surface, printed):

@@ -16,7 +16,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.lineage import changes_since
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CHANGES: dict[str, tuple[str, str]] = {
     "a factor's range": ("low: 10, high: 20", "low: 11, high: 20"),

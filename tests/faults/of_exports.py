@@ -26,7 +26,7 @@ from stemcal.overview.status import ledger
 from stemcal.report.export.formats import export_tables
 from stemcal.report.export.paper import PaperTable
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.spec import read_study
+from stemcal.study.reading import read_study
 
 TRIGGERS = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "−", "\t=", "\r=", " =", "\n+")
 BODIES = ("cmd|' /C calc'!A0", "2+3+cmd|'/C calc'!A0", 'HYPERLINK("http://x.y","z")', "SUM(1+1)*cmd|'a'!A", "1;=1+1")

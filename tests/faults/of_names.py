@@ -16,7 +16,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.study.spec import load_study, read_study
+from stemcal.study.reading import load_study, read_study
 
 # ---- names and paths
 
@@ -102,7 +102,7 @@ def injected(folder: Path, number: int, rng: random.Random) -> None:
         result="{kind: json, file: out.json, path: out, reduction: first}",
     )
     assert answer.ok, answer.message
-    assert answer.force == len("1.510.0") + len(word), "the template is not what was written"
+    assert answer.response == len("1.510.0") + len(word), "the template is not what was written"
     assert not canary.exists(), f"carried out: {word!r}"
 
 

@@ -27,7 +27,7 @@ from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.programs import aside
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.spec import read_study
+from stemcal.study.reading import read_study
 
 HUGE = (1e300, -1e300, 1.7e308, 1e200, -1e155, 1e31)
 
@@ -43,7 +43,7 @@ class Huge(FakeSolver):
         """Answer, or give the huge force."""
         rows: dict[int, float] = getattr(self, "rows")  # noqa: B009
         if request.stage == "screen" and request.row in rows:
-            return Answer("ok", force=rows[request.row])
+            return Answer("ok", response=rows[request.row])
         return super().solve(request)
 
 
@@ -142,7 +142,7 @@ def slow_result(folder: Path, number: int, _rng: random.Random) -> None:
         "open('out.txt', 'w').write('F = 12.5')",
         result="{kind: regex, file: out.txt, pattern: 'F = (.*)'}",
     )
-    assert again.ok and again.force == 12.5, again
+    assert again.ok and again.response == 12.5, again
     assert len(aside._running) <= 1
 
 
@@ -198,7 +198,7 @@ def not_a_file(folder: Path, number: int, rng: random.Random) -> None:
             path.mkdir()
             (path / "mine").write_text("kept", encoding="utf-8")
         case 1:
-            path.write_text(sealed({**(content or {}), "record_version": 2}), encoding="utf-8")
+            path.write_text(sealed({**(content or {}), "record_version": 99}), encoding="utf-8")
         case 2:
             path.write_bytes(b"")
         case _:

@@ -75,7 +75,7 @@ def worker_dies(folder: Path, number: int, rng: random.Random) -> None:
     others = [run for run in runs if run["run"] != row + 1]
     assert others == [run for run in expected if run["run"] != row + 1], "another run changed"
     if always:
-        assert (runs[row]["status"], runs[row]["reason"], runs[row]["force"]) == ("failed", "worker_died", None)
+        assert (runs[row]["status"], runs[row]["reason"], runs[row]["response"]) == ("failed", "worker_died", None)
     else:
         assert runs == expected
 
@@ -183,7 +183,7 @@ def pipe_closed(folder: Path, number: int, rng: random.Random) -> None:
 
 def workflow_ready(folder: Path, spec: Path) -> None:
     """Do the screening of the replayed paper, which takes no time."""
-    from stemcal.study.spec import load_study
+    from stemcal.study.reading import load_study
 
     workflow.screen(load_study(spec), StudyFolder(folder), InlineExecutor())
 

@@ -24,7 +24,7 @@ from stemcal.fem.stepper import simulate
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.study.outside import CsvResult, JsonResult, RegexResult
+from stemcal.study.model import CsvResult, JsonResult, RegexResult
 
 # ---- physics
 
@@ -76,12 +76,12 @@ def failed_in_a_design(folder: Path, _number: int, rng: random.Random) -> None:
         assert not found.has_stage("screen")
         return
     runs = stage["design"]["runs"]
-    assert [run["force"] for run in runs if run["run"] - 1 in rows] == [None] * len(rows), "a failed run has a force"
+    assert [run["response"] for run in runs if run["run"] - 1 in rows] == [None] * len(rows), "a failed run has a force"
     assert stage["residual"]["df"] == 12 - len(rows) - 10, f"{stage['residual']['df']} df after {len(rows)} failures"
     assert any(f"{len(rows)} of 12 runs failed" in note for note in stage["notes"]), stage["notes"]
-    good = [run for run in runs if run["force"] is not None]
+    good = [run for run in runs if run["response"] is not None]
     coded = np.array([[1.0, *(run["coded"][name] for name in study.names)] for run in good])
-    solution = np.linalg.lstsq(coded, np.array([run["force"] for run in good]), rcond=None)[0]
+    solution = np.linalg.lstsq(coded, np.array([run["response"] for run in good]), rcond=None)[0]
     effects = [effect["effect"] for effect in stage["effects"]]
     assert np.allclose(effects, 2.0 * solution[1:], rtol=1e-9, atol=1e-9), "effects are not those of the runs left"
     text = (found.path / "screen.json").read_text(encoding="utf-8")

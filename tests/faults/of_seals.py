@@ -21,7 +21,7 @@ from stemcal.overview.verify import inspect
 from stemcal.report.export.paper import paper_tables
 from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 STAGES = ("screen", "rsm", "invert", "validate")

@@ -9,7 +9,7 @@ from pathlib import Path
 from tally import Fault, Tally, each
 
 from stemcal.errors import SpecError
-from stemcal.study.spec import read_study
+from stemcal.study.reading import read_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SPECS = {path.name: path.read_bytes() for path in sorted(CONFIGS.glob("*.yaml"))}

@@ -33,9 +33,9 @@ def record(**extra: Any) -> dict[str, Any]:
     return {
         "key": KEY,
         "identity": IDENTITY,
-        "request": {"stage": "screen", "row": 0, "levels": {"a": 1.5}, "diameter": 8.0, "pictured": False},
+        "request": {"stage": "screen", "row": 0, "levels": {"a": 1.5}, "condition": 8.0, "pictured": False},
         "status": "ok",
-        "force": 120.1,
+        "response": 120.1,
         "reason": "",
         "message": "",
         "details": {"more": [0.1, 2.0, 1e-9]},
@@ -56,7 +56,7 @@ def folder(tmp_path: Path) -> StudyFolder:
 def test_what_is_saved_is_loaded(folder: StudyFolder) -> None:
     folder.save(record(message="Kraft fällt auf 0 N — 切割"))
     loaded = folder.load(KEY)
-    assert loaded == {"record_version": 1, **record(message="Kraft fällt auf 0 N — 切割")}
+    assert loaded == {"record_version": 2, **record(message="Kraft fällt auf 0 N — 切割")}
     assert folder.keys() == [KEY]
 
 
@@ -130,11 +130,11 @@ def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, mo
 
 
 RETYPED = {
-    "record_version": [2, "1", None],
+    "record_version": [3, "2", None],
     "identity": [{"solver": "another"}, [], None],
-    "request": [{}, [], {"stage": "screen", "row": "0", "levels": {}, "diameter": 8.0}],
+    "request": [{}, [], {"stage": "screen", "row": "0", "levels": {}, "condition": 8.0}],
     "status": ["done", 1],
-    "force": [None, "120", [1.0]],
+    "response": [None, "120", [1.0]],
     "reason": [None, 1],
     "message": [None, {}],
     "details": [None, [], {"curve": [1.0]}, {"curve": {"travel": [0.0]}}, {"phase_peaks": "x"}, {"warnings": 1}],
@@ -144,13 +144,37 @@ RETYPED = {
 
 @pytest.mark.parametrize("name", [*RETYPED, "key"])
 def test_a_sealed_record_of_another_shape_is_set_aside(folder: StudyFolder, name: str) -> None:
-    whole = {"record_version": 1, **record()}
+    whole = {"record_version": 2, **record()}
     without = {key: value for key, value in whole.items() if key != name}
     for content in (without, *({**whole, name: value} for value in RETYPED.get(name, ["f" * 32, 1]))):
         folder.record_path(KEY).write_bytes(sealed(content).encode())
         found, problem = folder.examine(KEY)
         assert found is None and problem, content
         assert folder.load(KEY) is None and not folder.record_path(KEY).exists()
+
+
+HEAP = {"response": {"name": "angle"}, "condition": {"name": "moisture"}, "further": []}
+
+
+@pytest.mark.parametrize(
+    ("named", "response", "asked"),
+    [
+        ({}, "force", {"diameter": 8.0}),
+        ({"naming": HEAP}, "angle", {"moisture": 8.0}),
+        ({"naming": {**HEAP, "condition": None}}, "angle", {}),
+    ],
+)
+def test_a_record_of_version_1_is_read(
+    folder: StudyFolder, named: dict[str, Any], response: str, asked: dict[str, float]
+) -> None:
+    """It had response and condition under the names of the study, which it told where they were its own."""
+    today = record()
+    old = {key: value for key, value in today.items() if key != "response"}
+    request = {key: value for key, value in today["request"].items() if key != "condition"}
+    old |= {"record_version": 1, response: 120.1, "request": {**request, **asked}, **named}
+    folder.record_path(KEY).write_bytes(sealed(old).encode())
+    wanted = {**today, "request": {**request, "condition": 8.0 if asked else 0.0}}
+    assert folder.load(KEY) == {"record_version": 2, **wanted}
 
 
 def test_a_folder_in_the_place_of_a_record_is_set_aside(folder: StudyFolder) -> None:
@@ -195,9 +219,9 @@ def test_a_changed_digit_of_a_stage_file_is_seen(folder: StudyFolder) -> None:
 
 
 def test_a_stage_file_of_before_is_read_and_told_of_once(folder: StudyFolder, caplog: pytest.LogCaptureFixture) -> None:
-    (folder.path / "screen.json").write_text('{"stage": "screen", "x": 0.1}', encoding="utf-8")
+    (folder.path / "screen.json").write_text('{"schema_version": 2, "stage": "screen"}', encoding="utf-8")
     for _ in range(2):
-        assert folder.read_stage("screen") == {"stage": "screen", "x": 0.1}
+        assert folder.read_stage("screen") == {"schema_version": 2, "stage": "screen"}
     assert [m for m in caplog.messages if "has no SHA-256" in m and "`stemcal screen SPEC` seals it" in m] == (
         caplog.messages
     )
@@ -211,15 +235,21 @@ def test_a_folder_in_the_place_of_a_stage_file_is_told(folder: StudyFolder) -> N
 
 
 def test_stage_files(folder: StudyFolder) -> None:
-    folder.write_stage("screen", {"stage": "screen", "x": np.float64(0.1)})
-    seal = digest({"stage": "screen", "x": 0.1})
-    whole = f'{{\n  "sha256": "{seal}",\n  "stage": "screen",\n  "x": 0.1\n}}\n'.encode()
-    assert (folder.path / "screen.json").read_bytes() == whole
-    assert folder.read_stage("screen") == {"stage": "screen", "x": 0.1}
+    content = {"schema_version": 2, "stage": "screen", "x": 0.1}
+    folder.write_stage("screen", {**content, "x": np.float64(0.1)})
+    whole = f'{{\n  "sha256": "{digest(content)}",\n  "schema_version": 2,\n  "stage": "screen",\n  "x": 0.1\n}}\n'
+    assert (folder.path / "screen.json").read_bytes() == whole.encode()
+    assert folder.read_stage("screen") == content
     with pytest.raises(UsageError, match="run `stemcal rsm SPEC` first"):
         folder.read_stage("rsm")
     (folder.path / "screen.json").write_bytes(b'{"stage": "scr')
     with pytest.raises(UsageError, match="damaged"):
+        folder.read_stage("screen")
+
+
+def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
+    folder.write_stage("screen", {"schema_version": 1, "stage": "screen"})
+    with pytest.raises(UsageError, match=r"screen.json has schema version 1, this stemcal reads 2; run .* again"):
         folder.read_stage("screen")
 
 
@@ -326,12 +356,12 @@ def test_a_failing_disk_loses_nothing(
         else:
             patch.setattr(Path, "open", fail)
         with pytest.raises(StemcalError, match="make room or mend the disk"):
-            folder.save(record(force=1.0))
+            folder.save(record(response=1.0))
     assert folder.record_path(KEY).read_bytes() == before
     assert [path.name for path in folder.runs.iterdir()] == [f"{KEY}.json"]
-    folder.save(record(force=2.0))
+    folder.save(record(response=2.0))
     loaded = folder.load(KEY)
-    assert loaded is not None and loaded["force"] == 2.0
+    assert loaded is not None and loaded["response"] == 2.0
 
 
 def test_a_log_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:

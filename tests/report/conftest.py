@@ -14,7 +14,7 @@ def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     """The study of the printed tables and its folder, all stages done."""
     from stemcal.executors.inline import InlineExecutor
     from stemcal.folder.store import StudyFolder
-    from stemcal.study.spec import load_study
+    from stemcal.study.reading import load_study
     from stemcal.workflow import calibrate
 
     study = load_study(ROOT / "configs" / "paper-replay.yaml")

@@ -12,7 +12,7 @@ from stemcal.runs.answer import Progress
 
 
 def progress(done: int, **changes: Any) -> Progress:
-    base = Progress(stage="screen", done=done, total=12, cached=0, failed=0, last_force=None)
+    base = Progress(stage="screen", done=done, total=12, cached=0, failed=0, last_response=None)
     return replace(base, **changes)
 
 
@@ -32,8 +32,8 @@ def test_lines_are_sparse() -> None:
     out, clock = io.StringIO(), iter([0.0, 0.0, 1.0, 31.0, 31.0, 32.0, 33.0, 33.0])
     with Lines(Console(file=out, width=200), clock=lambda: next(clock)) as watch:
         for done in (0, 1, 2, 3):
-            watch(progress(done, last_force=100.0))
-        watch(progress(12, failed=1, last_force=90.0, last_diameter=7.0))
+            watch(progress(done, last_response=100.0))
+        watch(progress(12, failed=1, last_response=90.0, last_condition=7.0))
     assert out.getvalue().splitlines() == [
         "Screening: 0/12 runs, last 100.0 N",
         "Screening: 2/12 runs, last 100.0 N",
@@ -54,7 +54,7 @@ def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
 def test_bar_shows_count_failures_and_force() -> None:
     out = io.StringIO()
     with bar(out) as watch:
-        watch(progress(5, cached=2, failed=1, last_force=120.43, last_diameter=8.0))
+        watch(progress(5, cached=2, failed=1, last_response=120.43, last_condition=8.0))
     assert "5/12" in shown(out) and "1 failed, 120.4 N at 8 mm" in shown(out)
     assert shown(out).splitlines()[-1].startswith("Screening: 5 of 12 runs, 2 from earlier, 1 failed, ")
 

@@ -121,8 +121,8 @@ def test_setting_tells_what_was_measured(replayed: tuple[Any, Any]) -> None:
 def test_every_stage_names_its_runs(stages: dict[str, Any], edited: Any) -> None:
     def add_diameter(content: dict[str, Any]) -> None:
         kept = ("coefficients", "r2", "adjusted_r2", "predicted_r2", "press", "cv_percent", "runs_failed")
-        run = {"run": 1, "force": 90.0, "key": "c" * 32}
-        content["diameters"] = [{"diameter": 7.0, "runs": [run], **{name: content[name] for name in kept}}]
+        run = {"run": 1, "response": 90.0, "key": "c" * 32}
+        content["conditions"] = [{"condition": 7.0, "runs": [run], **{name: content[name] for name in kept}}]
 
     labels = [label for label, _ in edited(stages["rsm"], add_diameter).runs()]
     assert labels[:2] == ["rsm 1 at 7 mm", "rsm 1"] and len(labels) == 21

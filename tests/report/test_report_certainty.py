@@ -23,14 +23,14 @@ POSTERIOR = PosteriorSummary(
     (),
 )
 CLIMB: dict[str, Any] = {
-    "schema_version": 1,
+    "schema_version": 2,
     "stage": "climb",
     "study": "known",
     "names": ["a"],
-    "rows": [{"step": 0, "levels": {"a": 1.0}, "coded": {"a": 0.0}, "force": 90.0, "error_percent": 10.0}],
+    "rows": [{"step": 0, "levels": {"a": 1.0}, "coded": {"a": 0.0}, "response": 90.0, "error_percent": 10.0}],
     "coding": {"a": {"center": 1.0, "half_step": 0.5}},
     "target": 100.0,
-    "diameter": 8.0,
+    "condition": 8.0,
     "best_step": 0,
     "passed": False,
     "solution": {"a": 1.0},

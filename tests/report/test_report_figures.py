@@ -92,7 +92,7 @@ def test_numbers_of_contours_lie_under_no_mark(stages: dict[str, Any]) -> None:
 
 
 def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:
-    rsm = edited(stages["rsm"], lambda content: content["design"]["runs"][0].update(force=None))
+    rsm = edited(stages["rsm"], lambda content: content["design"]["runs"][0].update(response=None))
     validate = edited(stages["validate"], lambda content: content["rows"][0].update(simulated=None))
     assert len(observed_predicted(rsm).axes[0].lines[1].get_xdata()) == 19
     assert len(validation(validate).axes[0].lines[1].get_xdata()) == 4

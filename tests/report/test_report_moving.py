@@ -29,7 +29,7 @@ from stemcal.report.page.render import render
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 OUTPUTS = 96
 
@@ -282,4 +282,4 @@ def test_runs_at_a_solution_keep_their_pictures_whatever_stage_came_first() -> N
         "refine": pictures,
         "validate": pictures,
     }
-    assert len({answer.force for answer in answers.values()}) == 1
+    assert len({answer.response for answer in answers.values()}) == 1

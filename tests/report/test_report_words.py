@@ -27,14 +27,14 @@ from stemcal.report.page.sentences import certainty, outcome_of
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
 from stemcal.report.tables.appendix import shape_sheets
+from stemcal.report.tables.equation import equation
 from stemcal.report.tables.final import final_sheets
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet
 from stemcal.report.tables.stages import coefficient_sheet, fit_sheet, screening_sheet, sheets_of, validation_sheet
-from stemcal.report.terms import equation
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
@@ -256,15 +256,15 @@ def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told, tmp_pa
 
 def test_progress_tells_the_last_answer() -> None:
     progress: Any = SimpleNamespace(
-        stage="screen", done=5, total=8, cached=0, failed=0, last_force=0.5312, last_diameter=12.0, waiting_for=""
+        stage="screen", done=5, total=8, cached=0, failed=0, last_response=0.5312, last_condition=12.0, waiting_for=""
     )
-    restitution = Named("cor", "Restitution", "restitution", "e", "1")
-    assert describe(progress, Naming(restitution, None, ())) == "Screening: 5/8 runs, last 0.5312"
+    restitution = Named("cor", "Restitution", "e", "1")
+    assert describe(progress, Naming(None, (restitution,))) == "Screening: 5/8 runs, last 0.5312"
     assert describe(progress, CUTTING) == "Screening: 5/8 runs, last 0.5 N at 12 mm"
 
 
 def test_small_responses_keep_their_digits() -> None:
-    restitution = Named("cor", "Restitution", "restitution", "e", "1")
+    restitution = Named("cor", "Restitution", "e", "1")
     coefficients: Any = [SimpleNamespace(term="1", value=0.5312), SimpleNamespace(term="a", value=-0.00312)]
     assert equation(coefficients, {"a": "X1"}, restitution) == "e = 0.53120 − 0.00312·X1"
     assert equation(coefficients, {"a": "X1"}) == "F = 0.53 − 0.00·X1"

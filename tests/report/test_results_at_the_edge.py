@@ -24,7 +24,7 @@ class LevelSolver(FakeSolver):
 
     def solve(self, request: Request) -> Answer:
         """Answer 100 N."""
-        return Answer("ok", force=100.0)
+        return Answer("ok", response=100.0)
 
 
 def reported(study: Study, solver: FakeSolver, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> str:
@@ -39,7 +39,7 @@ def reported(study: Study, solver: FakeSolver, folder: StudyFolder, monkeypatch:
 
 def test_two_diameters_have_a_power_law_without_an_interval(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = make_study(tmp_path)
-    targets = study.targets.model_copy(update={"forces": study.targets.forces[:2]})
+    targets = study.targets.model_copy(update={"means": study.targets.means[:2]})
     two = study.model_copy(update={"targets": targets})
     page = reported(two, FakeSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
     assert "n = 2.00" in page and "n = 2.00 (" not in page
@@ -53,7 +53,7 @@ def test_a_saturated_surface_has_no_standard_errors(tmp_path: Path, monkeypatch:
 
 def test_equal_forces_leave_nothing_to_explain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = make_study(tmp_path)
-    forces = tuple(target.model_copy(update={"force": 100.0}) for target in study.targets.forces)
-    level = study.model_copy(update={"targets": study.targets.model_copy(update={"forces": forces})})
+    forces = tuple(target.model_copy(update={"response": 100.0}) for target in study.targets.means)
+    level = study.model_copy(update={"targets": study.targets.model_copy(update={"means": forces})})
     page = reported(level, LevelSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
     assert "All runs gave the same force" in page

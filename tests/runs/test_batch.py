@@ -10,11 +10,7 @@ from stemcal.naming import Named, Naming
 from stemcal.runs.batch import sound
 from stemcal.solvers.protocol import RESPONSES, Answer
 
-HEAP = Naming(
-    Named("angle", "Angle of repose", "angle of repose", "θ", "deg"),
-    None,
-    (Named("density", "Bulk density", "bulk density", "ρ", "kg/m3"),),
-)
+HEAP = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"), Named("density", "Bulk density", "ρ", "kg/m3")))
 
 
 def of(angle: float | None, density: float = 745.0) -> Answer:
@@ -31,7 +27,7 @@ def test_every_response_is_bounded_and_named(value: float, reason: str) -> None:
     first, further = of(value), of(32.6, value)
     assert (first.status, first.reason, further.status, further.reason) == ("failed", reason, "failed", reason)
     assert "the angle of repose" in first.message and "the bulk density" in further.message
-    assert first.force is None and further.force is None
+    assert first.response is None and further.response is None
     assert further.details == {}  # nothing that no file of JSON could hold
 
 

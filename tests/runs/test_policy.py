@@ -122,7 +122,7 @@ def test_a_rising_force_is_marked_and_told_of(tmp_path: Path, folder: StudyFolde
     stage = screen(tmp_path, folder, FakeSolver(trouble={0: "rising", 9: "rising"}))
     runs = stage["design"]["runs"]
     assert [run["run"] for run in runs if run["censored"]] == [1, 10]
-    assert all(run["status"] == "ok" and run["force"] is not None for run in runs)
+    assert all(run["status"] == "ok" and run["response"] is not None for run in runs)
     assert any(
         note.startswith("In runs 1, 10 the force had not fallen when the stroke ended") for note in stage["notes"]
     )
@@ -132,10 +132,10 @@ def test_a_rising_force_is_a_failure_if_the_spec_says_so(tmp_path: Path, folder:
     witness = tmp_path / "witness"
     solver = FakeSolver(witness, trouble={0: "rising"})
     warned = screen(tmp_path, folder, solver)
-    bound = warned["design"]["runs"][0]["force"]
+    bound = warned["design"]["runs"][0]["response"]
     stage = screen(tmp_path, folder, solver, "censored: fail")
     run = stage["design"]["runs"][0]
-    assert (run["status"], run["reason"], run["force"], run["censored"]) == ("failed", "censored", None, True)
+    assert (run["status"], run["reason"], run["response"], run["censored"]) == ("failed", "censored", None, True)
     assert f"at least {bound:g} N" in run["message"]
     assert stage["runs_failed"] == 1
     assert len(lines(witness)) == 12  # another judgement of the same records

@@ -11,7 +11,7 @@ from stemcal.solvers.protocol import Request
 
 def run(force: float | None, bulk: float, key: str) -> Outcome:
     status = "failed" if force is None else "ok"
-    return Outcome(force=force, responses=None if force is None else {"bulk": bulk}, status=status, key=key)
+    return Outcome(response=force, responses=None if force is None else {"bulk": bulk}, status=status, key=key)
 
 
 def test_requests_are_numbered_from_one_and_left_alone_without_chance():
@@ -22,15 +22,15 @@ def test_requests_are_numbered_from_one_and_left_alone_without_chance():
 
 def test_a_point_is_the_mean_of_each_response():
     (found,) = merged([run(10.0, 5.0, "a"), run(14.0, 7.0, "b")], 2)
-    assert (found.force, found.response("bulk"), found.keys) == (12.0, 6.0, ("a", "b"))
+    assert (found.response, found.of("bulk"), found.keys) == (12.0, 6.0, ("a", "b"))
     assert found.replicates is not None and found.replicates.of("bulk") == (5.0, 7.0)
 
 
 def test_a_failed_replicate_is_left_out_but_its_record_is_named():
     (found,) = merged([run(None, 0.0, "a"), run(14.0, 7.0, "b")], 2)
-    assert found.ok and found.force == 14.0 and found.keys == ("a", "b")
+    assert found.ok and found.response == 14.0 and found.keys == ("a", "b")
     (lost,) = merged([run(None, 0.0, "a"), run(None, 0.0, "b")], 2)
-    assert not lost.ok and lost.force is None and lost.replicates == Replicates((), ("a", "b"))
+    assert not lost.ok and lost.response is None and lost.replicates == Replicates((), ("a", "b"))
 
 
 def test_scatter_of_the_mean_is_pooled_over_points():

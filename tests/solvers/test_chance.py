@@ -20,7 +20,7 @@ from stemcal.stages.screen import ScreenResult, screen
 from stemcal.stages.surface.stage import SurfaceResult, fit_response_surface
 from stemcal.stages.validate import requests_at
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 # y = 30 + 4·a + 2·b, with normal noise of standard deviation 0.4 drawn from the seed
 NOISY = """
@@ -114,7 +114,7 @@ def test_centre_points_really_run_again_and_their_scatter_is_the_pure_error(tmp_
     study = study_of(tmp_path, "replicates: 2")
     surface = fit_response_surface(study, StudyFolder(tmp_path / "runs"))
     assert isinstance(surface, SurfaceResult)
-    centre = [run.force for run in surface.design.runs if not any(run.coded.values())]
+    centre = [run.response for run in surface.design.runs if not any(run.coded.values())]
     assert len(centre) == len(set(centre)) == 8
     pure = next(row for row in surface.anova if row.source == "Pure error")
     assert pure.df == 8 + 7

@@ -18,7 +18,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.command import Command
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = """\
 name: outside
@@ -84,7 +84,7 @@ def test_what_a_program_says_is_written_through_no_link(tmp_path: Path) -> None:
 def test_answer_is_what_the_program_makes_of_the_values(tmp_path: Path) -> None:
     answer = solved(tmp_path)
     assert answer.ok, answer.message
-    assert answer.force == 1.5 * 10 * 8
+    assert answer.response == 1.5 * 10 * 8
     assert answer.details["exit_code"] == 0
     assert kept(tmp_path) == []
 
@@ -92,7 +92,7 @@ def test_answer_is_what_the_program_makes_of_the_values(tmp_path: Path) -> None:
 def test_arguments_take_values_too(tmp_path: Path) -> None:
     program = "import sys, json; json.dump({'out': float(sys.argv[1])}, open('out.json', 'w'))"
     command = json.dumps([sys.executable, "program.py", "{{width}}"])
-    assert solved(tmp_path, program, command=command).force == 10.0
+    assert solved(tmp_path, program, command=command).response == 10.0
 
 
 def test_a_shell_sees_nothing(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_a_shell_sees_nothing(tmp_path: Path) -> None:
     program = "import sys, json; json.dump({'out': len(sys.argv[1])}, open('out.json', 'w'))"
     argument = f"; touch {canary} $(touch {canary}) `touch {canary}` | %COMSPEC% & *"
     answer = solved(tmp_path, program, command=json.dumps([sys.executable, "program.py", argument]))
-    assert answer.force == len(argument)
+    assert answer.response == len(argument)
     assert not canary.exists()
 
 
@@ -145,7 +145,7 @@ def test_values_are_written_with_all_their_digits(tmp_path: Path) -> None:
 )
 def test_failure_has_its_reason_and_keeps_its_folder(tmp_path: Path, program: str, reason: str) -> None:
     answer = solved(tmp_path, program)
-    assert (answer.status, answer.reason, answer.force) == ("failed", reason, None)
+    assert (answer.status, answer.reason, answer.response) == ("failed", reason, None)
     assert len(kept(tmp_path)) == 1
     assert str(kept(tmp_path)[0]) in answer.message
 
@@ -224,7 +224,7 @@ def test_program_dies_with_a_killed_stemcal(tmp_path: Path) -> None:
     study_of(tmp_path / "spec", STUBBORN.format(pids=tmp_path / "pids"))
     script = (
         "from stemcal.solvers.command import Command; from stemcal.solvers.protocol import Request\n"
-        f"from stemcal.study.spec import load_study; s = load_study({str(tmp_path / 'spec' / 'study.yaml')!r})\n"
+        f"from stemcal.study.reading import load_study; s = load_study({str(tmp_path / 'spec' / 'study.yaml')!r})\n"
         f"Command(s).solve(Request('screen', 0, {dict(REQUEST.levels)!r}, 8.0))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
@@ -258,7 +258,7 @@ def test_solver_pickles_without_the_files(tmp_path: Path) -> None:
     solver = make_solver(study_of(tmp_path, program=PRODUCT + "#" * 1_000_000))
     blob = pickle.dumps(solver)
     assert len(blob) < 100_000
-    assert pickle.loads(blob).solve(REQUEST).force == 120.0
+    assert pickle.loads(blob).solve(REQUEST).response == 120.0
 
 
 def test_input_changed_meanwhile_fails_the_run(tmp_path: Path) -> None:

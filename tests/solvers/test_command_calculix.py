@@ -12,7 +12,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).parents[2] / "configs" / "calculix-cantilever.yaml"
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
@@ -31,7 +31,7 @@ def timoshenko(modulus: float, width: float, depth: float, length: float = 100.0
 def test_one_run_agrees_with_beam_theory(modulus: float, width: float, depth: float) -> None:
     levels = {"elastic_modulus": modulus, "width": width}
     answer = make_solver(load_study(SPEC)).solve(Request("screen", 0, levels, depth))
-    assert answer.force == pytest.approx(timoshenko(modulus, width, depth), rel=2e-3)
+    assert answer.response == pytest.approx(timoshenko(modulus, width, depth), rel=2e-3)
 
 
 def test_study_finds_the_modulus(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
-from stemcal.study.outside import CsvResult, JsonResult, RegexResult
+from stemcal.study.model import CsvResult, JsonResult, RegexResult
 
 # y = x² at 0, 1, 2, 3
 PARABOLA = Series([0.0, 1.0, 4.0, 9.0], [0.0, 1.0, 2.0, 3.0])

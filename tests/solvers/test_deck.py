@@ -20,7 +20,7 @@ from stemcal.solvers.deck import Deck, DeckForm, deck_text
 from stemcal.solvers.deck.equivalents import contact_scale, shortest, wanted_step
 from stemcal.solvers.deck.fixed_width import fitted, keyword
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 STUDY = load_study(CONFIGS / "wild-chrysanthemum.yaml")

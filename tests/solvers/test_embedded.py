@@ -10,8 +10,8 @@ from stemcal.fem.kernels.plasticity import rate_factor
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import _small_enough, shear_test
 from stemcal.solvers.protocol import Belonging
+from stemcal.study.reading import load_study
 from stemcal.study.rules.factors import wrong_levels
-from stemcal.study.spec import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 CASES = Path(__file__).parents[1] / "cases" / "good"

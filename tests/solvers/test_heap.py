@@ -24,8 +24,8 @@ from stemcal.stages.invert.certainty import misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.results import fresh_results
 from stemcal.stages.surface.result import box_of
-from stemcal.study.spec import load_study
-from stemcal.study.spec.placeholders import fill
+from stemcal.study.reading import load_study
+from stemcal.study.types.placeholders import fill
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SPEC = CONFIGS / "repose-heap.yaml"

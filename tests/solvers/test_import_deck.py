@@ -20,7 +20,7 @@ from stemcal.solvers.deck.spec_text import spec_text
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SMOKE = load_study(CONFIGS / "smoke.yaml")

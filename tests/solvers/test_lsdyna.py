@@ -24,9 +24,8 @@ from stemcal.solvers.programs.rcforc import ContactForce, contact_force
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Loading, Study
-from stemcal.study.outside import DeckSolver
-from stemcal.study.spec import load_study
+from stemcal.study.model import DeckSolver, LoadingSection, Study
+from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
 SPEC = """\
@@ -76,7 +75,7 @@ def test_peak_is_that_of_the_filtered_force(tmp_path: Path) -> None:
     assert answer.ok, answer.message
     # the stand-in's force is a triangle of height 179.6 N over 0.5 s, sampled at 101 points; 10 ms make 2 → 3 of them
     triangle = 179.6 * np.minimum(np.linspace(0, 1, 101), np.linspace(1, 0, 101)) * 2
-    assert answer.force == pytest.approx(moving_mean(triangle, 2).max(), rel=1e-5)
+    assert answer.response == pytest.approx(moving_mean(triangle, 2).max(), rel=1e-5)
     assert answer.details["peak_force_raw"] == pytest.approx(179.6, rel=1e-5)
     assert answer.details["peak_time"] == 0.25
     assert answer.details["peak_travel"] == pytest.approx(100 / 60 * 0.25 - 0.001, rel=1e-12)
@@ -87,7 +86,7 @@ def test_peak_is_that_of_the_filtered_force(tmp_path: Path) -> None:
 
 def test_other_contact_and_scale(tmp_path: Path) -> None:
     answer = solved(tmp_path, options="  interface: 2\n  scale: 4\n  filter_window: 0 s\n")
-    assert answer.force == pytest.approx(4 * 0.5 * 179.6, rel=1e-5)
+    assert answer.response == pytest.approx(4 * 0.5 * 179.6, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -102,7 +101,7 @@ def test_other_contact_and_scale(tmp_path: Path) -> None:
 )
 def test_failures_have_their_reason(tmp_path: Path, mode: str, options: str, reason: str) -> None:
     answer = solved(tmp_path, mode=mode, options=options)
-    assert (answer.status, answer.reason, answer.force) == ("failed", reason, None)
+    assert (answer.status, answer.reason, answer.response) == ("failed", reason, None)
     assert len(list((tmp_path / "work").glob("*/run.k"))) == 1
 
 
@@ -219,7 +218,7 @@ def test_run_on_the_users_deck(tmp_path: Path) -> None:
     (tmp_path / "spec" / "own.k").write_bytes(OWN)
     options = "  deck: own.k\n  keep: all\n  filter_window: 0 s\n"
     answer = solved(tmp_path, options=options, material="")
-    assert answer.force == pytest.approx(179.6, rel=1e-5)
+    assert answer.response == pytest.approx(179.6, rel=1e-5)
     assert answer.details["written"] == {"yield_stress": "17.96", "failure_strain": "0.0387"}
     deck = next((tmp_path / "work").glob("*/run.k")).read_bytes()
     assert deck == written(OWN, yield_stress=17.96, failure_strain=0.0387)
@@ -258,7 +257,7 @@ def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
 
 def test_no_force_is_no_contact() -> None:
     with pytest.raises(NoResult) as caught:
-        peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), DeckSolver(filter_window=0.0), Loading())
+        peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), DeckSolver(filter_window=0.0), LoadingSection())
     assert caught.value.reason == "no_contact"
 
 
@@ -267,12 +266,12 @@ def test_peak_is_that_before_the_stem_breaks() -> None:
     force = np.array([0.0, 50.0, 100.0, 40.0, 20.0, 150.0, 10.0])
     contact = ContactForce(np.arange(7.0), force)
     unfiltered = DeckSolver(filter_window=0.0)
-    broken = peak_answer(contact, unfiltered, Loading(), failed=[2.5, 2.7])
-    assert broken.force == 100.0
+    broken = peak_answer(contact, unfiltered, LoadingSection(), failed=[2.5, 2.7])
+    assert broken.response == 100.0
     assert broken.details["stroke_end"] == "broken"
     assert (broken.details["deleted_elements"], broken.details["deleted_in_all"]) == (0, 2)
-    assert peak_answer(contact, unfiltered, Loading()).force == 150.0
-    assert peak_answer(contact, unfiltered, Loading(), failed=[5.5]).force == 150.0
+    assert peak_answer(contact, unfiltered, LoadingSection()).response == 150.0
+    assert peak_answer(contact, unfiltered, LoadingSection(), failed=[5.5]).response == 150.0
 
 
 # ---- at check time

@@ -10,7 +10,7 @@ import pytest
 
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.study.outside import CalculixResult, RcforcResult
+from stemcal.study.model import CalculixResult, RcforcResult
 
 # From CalculiX 2.20: forces at two times, displacements of three nodes, totals.
 DAT = """

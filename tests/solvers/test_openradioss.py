@@ -17,7 +17,7 @@ from stemcal.solvers.openradioss.listing import contact_force, deleted_elements,
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_openradioss.py")
 PROGRAMS = {"starter": "starter_linux64_gf", "engine": "engine_linux64_gf", "th_to_csv": "th_to_csv_linux64_gf"}
@@ -74,7 +74,7 @@ def test_elements_deleted_and_the_force_until_the_stem_breaks(tmp_path: Path) ->
     answer = solved(tmp_path)
     assert answer.ok, answer.message
     # the mean over 11 rows of −(FNZ + FTZ) is largest at 0.276 s; at 0.28203 s the first four elements go
-    assert answer.force == pytest.approx(125.9459, abs=1e-4)
+    assert answer.response == pytest.approx(125.9459, abs=1e-4)
     details = answer.details
     assert details["peak_time"] == pytest.approx(0.276012, abs=1e-6)
     assert (details["deleted_elements"], details["deleted_in_all"]) == (0, 22)
@@ -87,7 +87,7 @@ def test_elements_deleted_and_the_force_until_the_stem_breaks(tmp_path: Path) ->
 def test_first_deck_has_a_force_and_a_warning_that_nothing_is_deleted(tmp_path: Path) -> None:
     answer = solved(tmp_path, "first")
     assert answer.ok, answer.message
-    assert answer.force == pytest.approx(193.4367, abs=1e-4)
+    assert answer.response == pytest.approx(193.4367, abs=1e-4)
     assert "no failure criterion" in answer.details["warnings"][0]
     assert "deleted_in_all" not in answer.details
 
@@ -109,7 +109,7 @@ def test_first_deck_has_a_force_and_a_warning_that_nothing_is_deleted(tmp_path: 
 )
 def test_failures_have_their_reason(tmp_path: Path, recorded: str, mode: str, reason: str, said: str) -> None:
     answer = solved(tmp_path, recorded, mode)
-    assert (answer.status, answer.reason, answer.force) == ("failed", reason, None)
+    assert (answer.status, answer.reason, answer.response) == ("failed", reason, None)
     assert said in answer.message
     (folder,) = (tmp_path / "work").glob("*")
     assert (folder / "run.k").is_file()

@@ -12,7 +12,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.sheet import read_sheet
 from stemcal.solvers.table import TableSolver
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 KNOWN = {"a": "a", "X1": "a", "b": "b", "X2": "b"}
 
@@ -37,8 +37,8 @@ def test_rows_and_forces(tmp_path: Path) -> None:
     rows = table.given_design("rsm")
     assert rows[0] == {"yield_stress": 15.0, "failure_strain": 0.03}
     answers = [table.solve(Request("rsm", i, {**row, "density": 1.0}, 8.0)) for i, row in enumerate(rows)]
-    assert [a.force for a in answers] == [122.0, 112.0, None]
-    assert answers[2].reason == "no_force" and "rsm.csv:4" in answers[2].message
+    assert [a.response for a in answers] == [122.0, 112.0, None]
+    assert answers[2].reason == "no_response" and "rsm.csv:4" in answers[2].message
 
 
 def test_replicates_have_their_own_identity_and_a_changed_table_another(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_row_that_is_not_there(tmp_path: Path) -> None:
 
 def test_validation_by_diameter(tmp_path: Path) -> None:
     table = solver(tmp_path, validate="diameter_mm,force\n7,129.4\n8,169\n")
-    assert table.solve(Request("validate", 0, {}, 8.0)).force == 169.0
+    assert table.solve(Request("validate", 0, {}, 8.0)).response == 169.0
     assert table.solve(Request("validate", 0, {}, 9.0)).message == "validate.csv has no diameter 9 mm"
 
 
@@ -156,17 +156,17 @@ def own(folder: Path, head: str, target: str, **tables: str) -> TableSolver:
 
 def test_a_table_has_its_condition_under_its_own_name(tmp_path: Path) -> None:
     table = own(tmp_path, OWN + MOISTURE, "{moisture: 12, angle: 30}", validate="moisture,angle\n12,30.5\n16,33\n")
-    assert table.solve(Request("validate", 0, {}, 16.0)).force == 33.0
+    assert table.solve(Request("validate", 0, {}, 16.0)).response == 33.0
     assert table.solve(Request("validate", 0, {}, 20.0)).message == "validate.csv has no moisture 20 %"
-    assert table.identity(Request("validate", 0, {}, 16.0))["moisture"] == 16.0
+    assert table.identity(Request("validate", 0, {}, 16.0))["condition"] == 16.0
     with pytest.raises(SpecError, match="moisture: has no column"):
         own(tmp_path, OWN + MOISTURE, "{moisture: 12, angle: 30}", validate="static,angle\n0.5,30\n")
 
 
 def test_without_condition_there_is_no_column_of_it(tmp_path: Path) -> None:
     table = own(tmp_path, OWN, "{angle: 30}", validate="run,angle\n1,30.5\n")
-    assert table.solve(Request("validate", 0, {}, 0.0)).force == 30.5
-    assert "diameter" not in table.identity(Request("validate", 0, {}, 0.0))
+    assert table.solve(Request("validate", 0, {}, 0.0)).response == 30.5
+    assert "condition" not in table.identity(Request("validate", 0, {}, 0.0))
 
 
 def test_responses_stand_under_their_names(tmp_path: Path) -> None:
@@ -175,12 +175,12 @@ def test_responses_stand_under_their_names(tmp_path: Path) -> None:
     rows = table.given_design("rsm")
     assert rows[0] == {"static": 0.2, "rolling": 0.02}
     first, second = (table.solve(Request("rsm", i, row, 0.0)) for i, row in enumerate(rows))
-    assert (first.force, first.details["responses"]) == (30.0, {"density": 650.0})
-    assert (second.reason, second.message) == ("no_angle", "rsm.csv:3: no angle of repose is given")
+    assert (first.response, first.details["responses"]) == (30.0, {"density": 650.0})
+    assert (second.reason, second.message) == ("no_response", "rsm.csv:3: no angle of repose is given")
     with pytest.raises(SpecError, match="density: has no column; add it"):
         own(tmp_path, OWN + DENSITY, "{angle: 30}", rsm="static,rolling,angle\n0.2,0.02,30\n")
 
 
 def test_a_single_response_may_stand_last_under_any_name(tmp_path: Path) -> None:
     table = own(tmp_path, OWN, "{angle: 30}", rsm="static,rolling,theta\n0.2,0.02,30\n")
-    assert table.solve(Request("rsm", 0, {"static": 0.2, "rolling": 0.02}, 0.0)).force == 30.0
+    assert table.solve(Request("rsm", 0, {"static": 0.2, "rolling": 0.02}, 0.0)).response == 30.0

@@ -13,7 +13,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = """\
 schema_version: 1

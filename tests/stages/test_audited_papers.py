@@ -18,7 +18,7 @@ from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.audit.stage import AuditResult
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 NAMES = ("yield_stress", "failure_strain", "elastic_modulus", "density", "poisson_ratio")
 LOW, HIGH = (10.0, 0.01, 800.0, 1000.0, 0.2), (20.0, 0.05, 1200.0, 1200.0, 0.4)

@@ -13,7 +13,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

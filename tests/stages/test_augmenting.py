@@ -13,8 +13,8 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.augment import Augmentation, Growth, augment, growth
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
-from stemcal.study.spec.amend import amended, rewrite
+from stemcal.study.reading import load_study
+from stemcal.study.reading.amend import amended, rewrite
 
 TWO = "# why two\nrsm:\n  factors: [yield_stress, failure_strain, strain_rate_c]  # these\n  centre_points: 1\n"
 

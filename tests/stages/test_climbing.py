@@ -20,7 +20,7 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import read_result
 from stemcal.stages.results import Results
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -45,7 +45,7 @@ def test_stops_once_the_target_is_passed(tmp_path: Path) -> None:
     100, 104.68, 109.48, 114.4; the target is 110.
     """
     stage, _ = climbed(tmp_path, "climb: {steps: 5}\n")
-    forces = [row["force"] for row in stage["rows"]]
+    forces = [row["response"] for row in stage["rows"]]
     expected = [100 + 20 * a + 3.2 * a + 0.48 * a * a + 0.2 * a * a for a in (0.0, 0.2, 0.4, 0.6)]
     assert forces == pytest.approx(expected, abs=1e-6)
     assert stage["best_step"] == 2 and stage["passed"]
@@ -67,8 +67,8 @@ def test_the_design_is_centred_on_the_best_step_and_stays_in_the_ranges(tmp_path
 
 def test_out_of_reach_says_so_and_keeps_the_design_inside(tmp_path: Path) -> None:
     study = make_study(tmp_path, TWO + "climb: {steps: 2}\n")
-    forces = tuple(t.model_copy(update={"force": 300.0}) for t in study.targets.forces)
-    study = study.model_copy(update={"targets": study.targets.model_copy(update={"forces": forces})})
+    forces = tuple(t.model_copy(update={"response": 300.0}) for t in study.targets.means)
+    study = study.model_copy(update={"targets": study.targets.model_copy(update={"means": forces})})
     folder = StudyFolder(tmp_path / "out")
     workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
     stage = workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()

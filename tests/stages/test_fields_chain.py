@@ -16,7 +16,7 @@ from stemcal.overview.beforehand import beforehand
 from stemcal.solvers import make_solver
 from stemcal.stages.design import surface_factors
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = """\
 name: chain

@@ -15,9 +15,9 @@ from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 1OPTIONS}\n"
 PHASES = "solver: {kind: embedded, phases: 4, symmetry: half}\n"
@@ -32,11 +32,11 @@ class Phased(FakeSolver):
     def solve(self, request: Request) -> Answer:
         if request.stage == "rsm" and request.row in self.fails:
             return Answer("failed", reason="inverted", message="element 3 turned inside out")
-        mean = force(dict(request.levels), request.diameter)
+        mean = force(dict(request.levels), request.condition)
         random = np.random.default_rng(request.row)
         peaks = mean + (0.5 + 0.1 * (request.levels["yield_stress"] - 10.0)) * random.standard_normal(4)
         sd = float(peaks.std(ddof=1))
-        return Answer("ok", force=float(peaks.mean()), details={"phase_peaks": peaks.tolist(), "peak_sd": sd})
+        return Answer("ok", response=float(peaks.mean()), details={"phase_peaks": peaks.tolist(), "peak_sd": sd})
 
 
 def fitted(tmp_path: Path, options: str, solver: FakeSolver, more: str = PHASES) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def test_phases_become_pure_error(tmp_path: Path) -> None:
     runs = stage["design"]["runs"]
     assert all(run["phases"] == 4 and run["sd"] > 0.0 for run in runs)
     pure = rows_of(stage)["Pure error"]
-    apart = np.array([run["phase_forces"] for run in runs]) - np.array([[run["force"]] for run in runs])
+    apart = np.array([run["phase_responses"] for run in runs]) - np.array([[run["response"]] for run in runs])
     left = float(np.sum((apart - apart.mean(axis=0)) ** 2)) / 4.0
     assert pure["df"] == 24 and pure["sum_of_squares"] == pytest.approx(left)
     assert stage["lack_of_fit_testable"] and rows_of(stage)["Lack of fit"]["p"] is not None

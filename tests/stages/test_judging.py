@@ -24,7 +24,7 @@ from stemcal.stages.verdict.physics import LIMITS, Doubt
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import EmbeddedSolver, Study, TableSolver
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 TARGETS = """\
 targets:
@@ -49,14 +49,14 @@ class Doubtful(FakeSolver):
     def solve(self, request: Request) -> Answer:
         a = (request.levels["yield_stress"] - 15.0) / 5.0
         b = (request.levels["failure_strain"] - 0.03) / 0.02
-        force = (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b) * (request.diameter / 8.0) ** 2
+        force = (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b) * (request.condition / 8.0) ** 2
         checks = {
             "hourglass_ratio_percent": self.hourglass,
             "kinetic_ratio_percent": self.kinetic,
             "energy_drift_percent": 0.1,
             "stroke_was_enough": True,
         }
-        return Answer("ok", force=force * (self.low if request.stage == "validate" else 1.0), details=checks)
+        return Answer("ok", response=force * (self.low if request.stage == "validate" else 1.0), details=checks)
 
 
 def written(
@@ -177,7 +177,7 @@ def test_a_few_doubtful_runs_are_a_reservation(tmp_path: Path, judged: Judge) ->
         def solve(self, request: Request) -> Answer:
             answer = super().solve(request)
             bad = request.stage == "screen" and request.row < 3
-            return Answer("ok", answer.force, details={**answer.details, "stroke_was_enough": not bad})
+            return Answer("ok", answer.response, details={**answer.details, "stroke_was_enough": not bad})
 
     verdict = judged(written(tmp_path), tmp_path, Some())
     assert verdict.verdict == "with_reservations" and rules(verdict) == ["physics"]
@@ -238,7 +238,7 @@ def test_a_misfit_beyond_the_measured_scatter(tmp_path: Path, judged: Judge) -> 
     """11 mm is 12 % off what d² makes of the others, with sd of 1 % of six specimens: reachable, not by chance."""
     study = written(tmp_path, eleven=1.12, extra=JOINT)
     text = study.source.read_text(encoding="utf-8")
-    forces = {target.diameter: target.force for target in study.targets.forces}
+    forces = {target.condition: target.response for target in study.targets.means}
     for diameter, force in forces.items():
         text = text.replace(f"force: {force:.6f} N", f"force: {force:.6f} N, sd: {0.01 * force:.6f} N, n: 6")
         assert f"{diameter:g} mm" in text

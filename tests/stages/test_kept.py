@@ -16,7 +16,7 @@ from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.stages.base import stage_called
 from stemcal.stages.kept import NOTE
 from stemcal.stages.making import finished, make
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 ALL = ("screen", "rsm", "invert", "validate")

@@ -27,8 +27,8 @@ from stemcal.solvers.protocol import Answer, Belonging, Meshed, Request
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.spec import load_study
-from stemcal.study.spec.lengths import Length
+from stemcal.study.reading import load_study
+from stemcal.study.types.lengths import Length
 
 TARGETS = """\
 targets:
@@ -81,7 +81,7 @@ class FakeMeshes(FakeForce):
         whole, meshed = super().solve(request), self.on(request)
         if self.fails and len(meshed.places) > 1:
             return Answer("failed", reason="inverted", message="element 3")
-        forces = [meshed.size * place * (whole.force or 0.0) for place in meshed.places]
+        forces = [meshed.size * place * (whole.response or 0.0) for place in meshed.places]
         return Answer("ok", sum(forces) / len(forces), details={"phase_peaks": forces} if len(forces) > 1 else {})
 
 
@@ -148,7 +148,7 @@ def test_jointly_the_common_part_stands_apart(made: Made) -> None:
     assert mesh is not None and mesh.certainty_alone is not None
     assert mesh.scatter.common == pytest.approx(mesh.scatter.variance, rel=1e-6)
     shared = [row for row in mesh.budget if row.shared]
-    assert [row.diameter for row in shared] == [7.0, 8.0, 10.0]
+    assert [row.condition for row in shared] == [7.0, 8.0, 10.0]
     assert len(mesh.rows) == 9
 
 
@@ -190,7 +190,7 @@ class FakeTravels(FakeMeshes):
     def solve(self, request: Request) -> Answer:
         whole, meshed = super().solve(request), self.on(request)
         b = (request.levels["failure_strain"] - 0.03) / 0.02
-        travel, force = (1.0 + 0.2 * b) * request.diameter / 8.0, whole.force or 0.0
+        travel, force = (1.0 + 0.2 * b) * request.condition / 8.0, whole.response or 0.0
         curve = {"travel": [0.0, travel, 2.0 * travel], "force": [0.0, force, 0.0]}
         if len(meshed.places) == 1:
             return replace(whole, details={"peak_travel": travel, "curve": curve})
@@ -331,8 +331,8 @@ def test_jointly_every_diameter_is_corrected_and_refining_learns_fine_forces(
     run_coarsely(monkeypatch, 3)
     results = made("invert: {diameters: all}\nrefine: {tolerance_percent: 0.5}\n")[2]
     assert results.surface is not None and results.inversion is not None and results.refinement is not None
-    assert [len(part.fine_runs) for part in results.surface.diameters] == [3, 3, 3]
+    assert [len(part.fine_runs) for part in results.surface.conditions] == [3, 3, 3]
     assert results.inversion.joint is not None
     assert [row.predicted for row in results.inversion.joint.rows] == pytest.approx([84.2, 110.0, 171.9], rel=2e-3)
     first = results.refinement.rows[0]
-    assert first.outcome.force == pytest.approx(first.predicted, rel=1e-3)
+    assert first.outcome.response == pytest.approx(first.predicted, rel=1e-3)

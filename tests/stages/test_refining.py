@@ -16,7 +16,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.process import takes_process
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -34,7 +34,7 @@ class Curved(FakeSolver):
             return Answer("failed", reason="inverted", message="element 3 turned inside out")
         a = (request.levels["yield_stress"] - 15.0) / 5.0
         b = (request.levels["failure_strain"] - 0.03) / 0.02
-        return Answer("ok", force=100.0 * math.exp(0.6 * a + 0.2 * b) * (request.diameter / 8.0) ** 2)
+        return Answer("ok", response=100.0 * math.exp(0.6 * a + 0.2 * b) * (request.condition / 8.0) ** 2)
 
 
 def refined(tmp_path: Path, options: str, solver: FakeSolver) -> tuple[dict[str, Any], StudyFolder]:
@@ -49,7 +49,7 @@ def test_ends_within_the_tolerance(tmp_path: Path) -> None:
     stage, folder = refined(tmp_path, "refine: {tolerance_percent: 0.001}\n", Curved())
     first, last = stage["rows"][0], stage["rows"][-1]
     assert abs(first["error_percent"]) > 0.1 and stage["converged"] and len(stage["rows"]) <= 4
-    assert last["force"] == pytest.approx(110.0, rel=1e-5)
+    assert last["response"] == pytest.approx(110.0, rel=1e-5)
     a = (stage["solution"]["yield_stress"] - 15.0) / 5.0
     b = (stage["solution"]["failure_strain"] - 0.03) / 0.02
     assert 0.6 * a + 0.2 * b == pytest.approx(math.log(1.1), abs=1e-5)
@@ -115,7 +115,7 @@ class Stepped(FakeSolver):
     def solve(self, request: Request) -> Answer:
         a = (request.levels["yield_stress"] - 15.0) / 5.0
         b = (request.levels["failure_strain"] - 0.03) / 0.02
-        return Answer("ok", force=110.0 + 60.0 * math.tanh(3.0 * (a - 0.5 + 0.2 * b)))
+        return Answer("ok", response=110.0 + 60.0 * math.tanh(3.0 * (a - 0.5 + 0.2 * b)))
 
 
 def test_a_process_proposes_batches_where_the_quadratic_fails(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.report.tables.stages import sheets_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.result import RefineResult
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 SPEC = (
     TWO_FACTORS
@@ -41,12 +41,12 @@ class Curved(FakeSolver):
     travels: bool = False
 
     def solve(self, request: Request) -> Answer:
-        if request.stage == "refine" and request.row in self.fails and request.diameter > 9.0:
+        if request.stage == "refine" and request.row in self.fails and request.condition > 9.0:
             return Answer("failed", reason="inverted", message="element 3 turned inside out")
         a = (request.levels["yield_stress"] - 15.0) / 5.0
         b = (request.levels["failure_strain"] - 0.03) / 0.02
         details = {"peak_travel": math.exp(0.3 * b)} if self.travels else {}
-        return Answer("ok", force=force(a, b, request.diameter), details=details)
+        return Answer("ok", response=force(a, b, request.condition), details=details)
 
 
 def refined(
@@ -101,7 +101,7 @@ def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
     solution = stage["solution"]
     a, b = (solution["yield_stress"] - 15.0) / 5.0, (solution["failure_strain"] - 0.03) / 0.02
 
-    variance = {entry["diameter"]: entry["variance"] for entry in stage["surfaces"]}
+    variance = {entry["condition"]: entry["variance"] for entry in stage["surfaces"]}
 
     def misfit(a: float, b: float) -> float:
         return sum((y - force(a, b, d)) ** 2 / variance[d] for d, y in measured.items())
@@ -127,7 +127,7 @@ def test_the_first_point_is_the_joint_solution_beside_its_intervals(tmp_path: Pa
     assert predicted == pytest.approx([row["predicted"] for row in invert["joint"]["rows"]])
     for row in stage["rows"]:
         low, high = row["prediction_interval"]
-        assert row["inside_interval"] == (low <= row["force"] <= high)
+        assert row["inside_interval"] == (low <= row["response"] <= high)
 
 
 def test_a_failed_run_at_one_diameter_is_stepped_back_from(tmp_path: Path) -> None:

@@ -15,13 +15,14 @@ from stemcal.doe.calibration.profile import allowed_rise, holds
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import FIRST
 from stemcal.solvers.command import Command
 from stemcal.solvers.protocol import Answer, Immediate, Request
 from stemcal.stages.invert.certainty import measured_of, misfit_over
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.stages.surface.stage import fit_response_surface
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 NOISE, SPECIMENS, LABORATORY = 0.4, 5, 0.8  # deg; how many heaps the laboratory made, and their standard deviation
 # What the script computes: friction between grains, rolling friction, friction on the wall, restitution, modulus.
@@ -94,7 +95,7 @@ class Called(Command, Immediate):
     def solve(self, request: Request) -> Answer:
         """Answer one request."""
         given = {name: float(value) for name, value in self._values(request).items() if name in TRUTH}
-        return Answer("ok", force=SPACE["measured"]({**given, "seed": self._seed(request)}))
+        return Answer("ok", response=SPACE["measured"]({**given, "seed": self._seed(request)}))
 
 
 def surface_over(study: Study, folder: Path) -> SurfaceResult:
@@ -104,7 +105,7 @@ def surface_over(study: Study, folder: Path) -> SurfaceResult:
 def test_called_and_run_give_the_same_angle(tmp_path):
     study = study_of(tmp_path)
     request = Request("screen", 2, TRUTH, 0.0, replicate=1)
-    assert Called(study).solve(request).force == Command(study).placed(tmp_path / "work").solve(request).force
+    assert Called(study).solve(request).response == Command(study).placed(tmp_path / "work").solve(request).response
 
 
 def test_pure_error_is_the_noise(tmp_path):
@@ -135,7 +136,7 @@ def test_intervals_hold_the_truth_in_93_of_100_studies(tmp_path):
         coding: Coding = surface.scales
         point = coding.to_coded([TRUTH[name] for name in coding.names])
         region = Region(*box_of(drawn, coding), surface.radius)
-        misfit = misfit_over(measured_of(drawn.calibration_target, ["force"]), [surface.fitted])
+        misfit = misfit_over(measured_of(drawn.calibration_target, [FIRST]), [surface.fitted])
         held.append(misfit.value(point) <= allowed_rise(misfit, 0.0))
         whole.append(all(holds(misfit, region, point)))
     print(f"set {sum(held)}, factors {sum(whole)}, pure error {float(np.mean(scatter)) ** 0.5:.4f}")

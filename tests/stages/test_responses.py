@@ -17,7 +17,7 @@ from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.measures import measures, work_until
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FACTORS = (
@@ -37,10 +37,10 @@ class Telling(FakeSolver):
     def solve(self, request: Request) -> Answer:
         a = (request.levels["yield_stress"] - 15.0) / 5.0
         b = (request.levels["failure_strain"] - 0.03) / 0.02
-        size = request.diameter / 8.0
+        size = request.condition / 8.0
         force, travel = size * (100.0 + 20.0 * a), size * (1.0 + 0.2 * b)
         curve = {"travel": [0.0, travel, 2.0 * travel], "force": [0.0, force, 0.0]}
-        return Answer("ok", force=force, details={} if self.silent else {"peak_travel": travel, "curve": curve})
+        return Answer("ok", response=force, details={} if self.silent else {"peak_travel": travel, "curve": curve})
 
 
 def study_of(tmp_path: Path, targets: str, extra: str) -> Study:
@@ -72,7 +72,7 @@ def test_work_is_the_area_under_the_curve_from_first_touch() -> None:
 
 def test_phases_give_means() -> None:
     told = measures({"phase_peaks": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]})
-    each = {"phase_forces": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]}
+    each = {"phase_responses": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]}
     assert told == {"phases": 2, **each, "travel": 1.1, "work": 45.0}
     assert measures({"stroke_was_enough": True}) == {}
 
@@ -96,7 +96,7 @@ def test_all_responses_over_two_diameters(tmp_path: Path) -> None:
     study = study_of(tmp_path, f"{EIGHT}\n{TEN}", "invert: {diameters: all, responses: all}\n")
     stage = solved(study, tmp_path)
     assert list(stage["solution"].values()) == pytest.approx([16.0, 0.036], rel=1e-3)
-    found = [(row["diameter"], row["response"]) for row in stage["joint"]["further"]]
+    found = [(row["condition"], row["response"]) for row in stage["joint"]["further"]]
     assert found == [(8.0, "travel"), (8.0, "work"), (10.0, "travel")]
     assert len(stage["joint"]["rows"]) == 2 and stage["joint"]["scatter"] == "pooled"
     assert stage["joint"]["max_abs_left_out_error_percent"] < 0.5
@@ -159,7 +159,7 @@ def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
     study = load_study(path)
     truth = {**study.midlevels(), "yield_stress": 16.0, "failure_strain": 0.11}
     answer = Embedded(study).solve(Request("rsm", 0, truth, 8.0))
-    means = {"force": (answer.force, "sd", "N")}
+    means = {"force": (answer.response, "sd", "N")}
     means |= {
         name: (measures(answer.details)[name], f"{name}_sd", unit) for name, unit in (("travel", "mm"), ("work", "mJ"))
     }

@@ -24,7 +24,7 @@ from stemcal.stages.results import fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 STEM_WORDS = re.compile(r"\b(forces?|diameters?|stems?|blades?|cut|cutting|stroke|travel|N|mm|mJ)\b|N²")
 FACTORS = """\
@@ -77,7 +77,7 @@ class Heap:
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels and condition; the validation by itself where it differs."""
-        return {"levels": dict(request.levels), "at": request.diameter, "low": self._scale(request)}
+        return {"levels": dict(request.levels), "at": request.condition, "low": self._scale(request)}
 
     def given_design(self, _stage: str) -> None:
         """Any design is fine."""
@@ -85,11 +85,11 @@ class Heap:
     def solve(self, request: Request) -> Answer:
         """Answer an angle, and a density beside it."""
         static, rolling = request.levels["static"], request.levels["rolling"]
-        moist = 0.6 * (request.diameter - 12.0) if self.naming.condition is not None else 0.0
+        moist = 0.6 * (request.condition - 12.0) if self.naming.condition is not None else 0.0
         wavy = 0.3 * (7919.0 * static * rolling % 1.0)
         angle = 12.0 + 28.0 * static + 90.0 * rolling - 60.0 * static * rolling + moist + wavy
         density = 800.0 * (1.0 - 0.12 * static - 0.9 * rolling)
-        return Answer("ok", force=self._scale(request) * angle, details={RESPONSES: {"density": density}})
+        return Answer("ok", response=self._scale(request) * angle, details={RESPONSES: {"density": density}})
 
     def _scale(self, request: Request) -> float:
         return self.low if request.stage == "validate" else 1.0
@@ -193,26 +193,21 @@ def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: p
     results = fresh_results(study, place)
     found, joint = results.validation, results.inversion and results.inversion.joint
     assert found is not None and joint is not None and joint.null is None
-    assert found.measured_exponent is found.error_slope_percent_per_mm is found.formula_max_abs_error_percent is None
+    assert found.measured_exponent is found.error_slope_percent_per_unit is found.formula_max_abs_error_percent is None
     assert not any("d^" in note or "power law" in note for note in found.notes)
 
 
-def test_a_record_has_the_names_of_the_study_and_is_read_by_the_inner_ones(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_record_has_neutral_keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = written(tmp_path, CASES["moisture"])
     place, _ = calibrated(tmp_path, study, monkeypatch)
     key = place.keys()[0]
     content = json.loads(place.record_path(key).read_text(encoding="utf-8"))
-    assert content["angle"] > 0.0 and content["request"]["moisture"] in (12.0, 16.0, 20.0)
-    record = place.peek(key)
-    assert record is not None
-    assert (record["force"], record["request"]["diameter"]) == (content["angle"], content["request"]["moisture"])
+    assert content["response"] > 0.0 and content["request"]["condition"] in (12.0, 16.0, 20.0)
 
 
 def test_conditions_and_diameters_are_one_key(tmp_path: Path) -> None:
     spelt = {key: spec_of(MOISTURE, THREE, f"invert: {{{key}: [12, 20]}}\n") for key in ("conditions", "diameters")}
-    assert len({written(tmp_path, text).invert.diameters for text in spelt.values()}) == 1
+    assert len({written(tmp_path, text).invert.conditions for text in spelt.values()}) == 1
 
 
 @pytest.mark.parametrize(
@@ -222,9 +217,9 @@ def test_conditions_and_diameters_are_one_key(tmp_path: Path) -> None:
             spec_of(MOISTURE, THREE, "invert: {conditions: [13]}\n"),
             "invert.conditions[1]: no angle of repose is given for",
         ),
-        (spec_of(MOISTURE, THREE, "invert: {conditions: all, diameters: all}\n"), "diameters means the same"),
+        (spec_of(MOISTURE, THREE, "invert: {conditions: all, diameters: all}\n"), "invert.conditions: unknown key"),
         (spec_of(extra="invert: {conditions: all}\n"), "the study has no conditions"),
-        (spec_of(MOISTURE.replace("moisture", "weight"), THREE.replace("moisture", "weight")), "the name of a column"),
+        (spec_of(MOISTURE.replace("moisture", "n"), THREE.replace("moisture", "n")), "the name of a key of targets"),
     ],
 )
 def test_wrong_conditions(text: str, complaint: str, tmp_path: Path) -> None:

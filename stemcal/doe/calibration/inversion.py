@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.levelset import extremes, level_points
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.calibration.rules import RULES, Problem
+from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
 from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
@@ -94,7 +94,7 @@ def solve_target(
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, response.beside)
-    problem = Problem(surface, target, region, level_points(surface, target, region, ends), response)
+    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends), response)
     solutions = RULES[rule](problem)
     point = assess_point(surface, solutions[0], low, high, radius)
     ranges = tuple(problem.range_of(j) for j in range(region.k))
@@ -142,7 +142,7 @@ def _interval(ends: Array) -> Interval | None:
     return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
 
 
-def _share(problem: Problem) -> float | None:
+def _share(problem: SolutionProblem) -> float | None:
     """Part of the region where |ŷ − target| is within the half-width of the 95 % prediction interval."""
     surface = problem.surface
     if surface.mean_square is None:
@@ -153,7 +153,7 @@ def _share(problem: Problem) -> float | None:
 
 
 def _notes(
-    problem: Problem,
+    problem: SolutionProblem,
     point: Assessment,
     solutions: list[Array],
     ranges: tuple[Interval, ...],

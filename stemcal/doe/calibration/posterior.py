@@ -164,14 +164,14 @@ def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
     even = 1.0 - (Sobol(len(misfit.sources), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
     of_mesh = [misfit.own_part(source) if source.shared else None for source in misfit.sources]
     drawn = [
-        (source.variance + (0.0 if own is None else misfit.sources[own].variance / source.diameters))
+        (source.variance + (0.0 if own is None else misfit.sources[own].variance / source.conditions))
         * (source.df / chdtri(source.df, u)[:, None] if np.isfinite(source.df) else np.ones((len(u), 1)))
         for source, own, u in zip(misfit.sources, of_mesh, even.T, strict=True)
     ]
     own, shared = np.zeros_like(drawn[0]), np.zeros_like(drawn[0])
     for variance, source, beside in zip(drawn, misfit.sources, of_mesh, strict=True):
         if source.shared:  # c² = (MS − s²)/D: what is drawn is MS
-            shared += np.maximum(variance - (0.0 if beside is None else drawn[beside] / source.diameters), 0.0)
+            shared += np.maximum(variance - (0.0 if beside is None else drawn[beside] / source.conditions), 0.0)
         else:
             own += variance
     return np.maximum(own, np.finfo(float).tiny), np.sqrt(shared)

@@ -63,17 +63,17 @@ def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise
     return np.asarray(np.arange(min(steps, inside) + 1)[:, None] * step)
 
 
-def passed(forces: Sequence[float | None], target: float) -> bool:
+def passed(responses: Sequence[float | None], target: float) -> bool:
     """Tell whether the forces so far lie on both sides of the target.
 
     >>> passed([100.0, None, 150.0], 159.2), passed([100.0, 150.0, 165.0], 159.2)
     (False, True)
     """
-    known = [force for force in forces if force is not None]
+    known = [response for response in responses if response is not None]
     return bool(known) and min(known) <= target <= max(known)
 
 
-def nearest_step(forces: Sequence[float | None], target: float) -> int:
+def nearest_step(responses: Sequence[float | None], target: float) -> int:
     """Return the index of the force nearest to the target; failed steps are passed over."""
-    known = [i for i, force in enumerate(forces) if force is not None]
-    return min(known, key=lambda i: abs((forces[i] or 0.0) - target))
+    known = [i for i, response in enumerate(responses) if response is not None]
+    return min(known, key=lambda i: abs((responses[i] or 0.0) - target))

@@ -34,14 +34,14 @@ class Discrepancy:
 
     scale: float
     sd_percent: float
-    diameters: int
+    conditions: int
 
 
 @dataclass(frozen=True)
-class Corrected:
+class ScaledPrediction:
     """A force, or other response, predicted with the scale, and where a measured one lies with 95 %."""
 
-    force: float
+    response: float
     interval: tuple[float, float]
 
 
@@ -68,18 +68,18 @@ def discrepancy(ratios: Mapping[float, float], seen: int = 1) -> Discrepancy | N
 
 def corrected(
     simulated: float,
-    diameter: float,
+    condition: float,
     ratios: Mapping[float, float],
     seen: int = 1,
     smooth: bool = False,
     level: float = 0.95,
-) -> Corrected | None:
+) -> ScaledPrediction | None:
     """Return the prediction of a measured force by the ratios at other diameters; None of too few."""
     if len(ratios) < needed(seen) - 1:
         return None
     d, logs = np.array(list(ratios)), np.log(list(ratios.values()))
-    low, middle, high = (_by_process if smooth else _by_scale)(d, logs, diameter, seen, level)
-    return Corrected(simulated * exp(middle), (simulated * exp(low), simulated * exp(high)))
+    low, middle, high = (_by_process if smooth else _by_scale)(d, logs, condition, seen, level)
+    return ScaledPrediction(simulated * exp(middle), (simulated * exp(low), simulated * exp(high)))
 
 
 def _fitted(d: Array | float, seen: int) -> Array:

@@ -30,7 +30,7 @@ class NullModel:
     None where there are too few diameters to fit, or to leave one out.
     """
 
-    diameters: int
+    conditions: int
     exponent: float | None
     max_abs_error_percent: float | None
     max_abs_left_out_error_percent: float | None
@@ -38,20 +38,20 @@ class NullModel:
     fixed_max_abs_left_out_error_percent: float | None
 
 
-def null_model(diameters: Sequence[float], forces: Sequence[float]) -> NullModel | None:
+def null_model(conditions: Sequence[float], responses: Sequence[float]) -> NullModel | None:
     """Fit both formulas; None with fewer than two different diameters.
 
     >>> found = null_model([7.0, 8.0, 9.0], [49.0, 64.0, 81.0])
     >>> round(found.exponent, 6), round(found.max_abs_left_out_error_percent, 6)
     (2.0, 0.0)
     """
-    d, f = np.asarray(diameters, dtype=float), np.asarray(forces, dtype=float)
+    d, f = np.asarray(conditions, dtype=float), np.asarray(responses, dtype=float)
     if len(np.unique(d)) < 2:
         return None
     known = len(np.unique(d)) > 2
     exponent = _exponent(d, f) if known else None
     return NullModel(
-        diameters=len(d),
+        conditions=len(d),
         exponent=exponent,
         max_abs_error_percent=_worst(d, f, d, f, exponent) if exponent is not None else None,
         max_abs_left_out_error_percent=_left_out(d, f, None) if known else None,
@@ -111,7 +111,7 @@ def compared(null: NullModel, error: float, left_out: float | None) -> str:
     'Without mechanics F = a·d^2.60 through the same 5 forces misses by at most 3.0 % (left out in turn 5.0 %), \
 F = a·d^2.5 by 3.8 % (4.7 %), the joint fit by 4.6 % (6.0 %): it predicts the diameters no better than a formula.'
     """
-    through = f"through the same {null.diameters} forces misses by at most"
+    through = f"through the same {null.conditions} forces misses by at most"
     fixed = f"{null.fixed_max_abs_error_percent:.1f} % ({_shown(null.fixed_max_abs_left_out_error_percent)})"
     if null.exponent is None:
         told = f"F = a·d^{FIXED_EXPONENT:g} {through} {fixed}"
@@ -123,14 +123,14 @@ F = a·d^2.5 by 3.8 % (4.7 %), the joint fit by 4.6 % (6.0 %): it predicts the d
     return _judged(left_out, least)(told=f"{told}, the joint fit by {error:.1f} % ({_shown(left_out)})")
 
 
-def compared_elsewhere(formula: float, model: float, diameters: str) -> str:
+def compared_elsewhere(formula: float, model: float, conditions: str) -> str:
     """Say in a sentence whether a model predicts other diameters better than one constant does.
 
     >>> compared_elsewhere(6.7, 17.8, "8 mm")
     'Without mechanics F = a·d^2.5 through 8 mm misses the other diameters by at most 6.7 %, the model by 17.8 %: \
 it predicts the diameters no better than a formula.'
     """
-    misses = f"F = a·d^{FIXED_EXPONENT:g} through {diameters} misses the other diameters by at most {formula:.1f} %"
+    misses = f"F = a·d^{FIXED_EXPONENT:g} through {conditions} misses the other diameters by at most {formula:.1f} %"
     return _judged(model, formula)(told=f"{misses}, the model by {model:.1f} %")
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from stemcal.naming import FORCE, Named, Naming
 from stemcal.report.numbers import MISSING, fixed, percent, probability, short, significant, unit_written
-from stemcal.report.tables.sheet import force_or_reason, place_cell, response_decimals
-from stemcal.report.terms import equation, written
+from stemcal.report.tables.equation import equation, written
+from stemcal.report.tables.sheet import place_cell, response_decimals, response_or_reason
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
@@ -101,8 +101,8 @@ def run_table(number: int, design: DesignRuns, study: Study) -> PaperTable:
         (
             str(run.run),
             *(short(run.levels[name]) for name in varied),
-            force_or_reason(run.force, f"failed ({run.outcome.reason or 'no reason'})"),
-            *(significant(run.outcome.response(other.name)) for other in study.naming.others),
+            response_or_reason(run.response, f"failed ({run.outcome.reason or 'no reason'})"),
+            *(significant(run.outcome.of(other.name)) for other in study.naming.others),
         )
         for run in design.runs
     )
@@ -139,7 +139,7 @@ def ascent_table(study: Study, stage: ClimbResult) -> PaperTable:
         (
             str(row.step),
             *(short(row.levels[name]) for name in stage.names),
-            force_or_reason(row.outcome.force, f"failed ({row.outcome.reason or 'no reason'})"),
+            response_or_reason(row.outcome.response, f"failed ({row.outcome.reason or 'no reason'})"),
             fixed(row.error_percent, 1),
         )
         for row in stage.rows
@@ -200,14 +200,14 @@ def parameter_table(study: Study, stage: InvertResult) -> PaperTable:
 
 def refine_table(study: Study, stage: RefineResult) -> PaperTable:
     """Return the runs of the closed loop: where, as the surface predicted, as simulated."""
-    names, jointly, naming = list(stage.solution), bool(stage.at_diameters), stage.naming
+    names, jointly, naming = list(stage.solution), bool(stage.at_conditions), stage.naming
     rows = tuple(
         (
             str(row.iteration),
-            *(place_cell(naming, row.diameter) if jointly else ()),
+            *(place_cell(naming, row.condition) if jointly else ()),
             *(significant(row.levels[name]) for name in names),
             significant(row.predicted),
-            force_or_reason(row.outcome.force, f"failed ({row.outcome.reason or 'no reason'})"),
+            response_or_reason(row.outcome.response, f"failed ({row.outcome.reason or 'no reason'})"),
             fixed(row.error_percent, 1),
         )
         for row in stage.rows
@@ -225,9 +225,9 @@ def validation_table(stage: ValidateResult) -> PaperTable:
     naming, response, others = stage.naming, stage.naming.response, stage.naming.others
     rows = tuple(
         (
-            *place_cell(naming, row.diameter),
+            *place_cell(naming, row.condition),
             short(row.measured),
-            force_or_reason(row.simulated, reason or "failed"),
+            response_or_reason(row.simulated, reason or "failed"),
             fixed(row.error_percent, 1),
             *(cell for other in others for cell in _compared_cells(further, other)),
         )
@@ -235,7 +235,7 @@ def validation_table(stage: ValidateResult) -> PaperTable:
     )
     heads = (head for one in (response, *others) for head in _compared_heads(one))
     columns = (*place_head(naming), *heads)
-    target = next((naming.place(row.diameter) for row in stage.compared if row.role == "calibration"), MISSING)
+    target = next((naming.place(row.condition) for row in stage.compared if row.role == "calibration"), MISSING)
     what = target or f"the {response.noun}"
     note = f"Error = 100·(measured − simulated)/measured; {what} served for calibration and checks nothing."
     compared = "maximum shear force" if response == FORCE else joined([response.long, *(o.long for o in others)])

@@ -31,7 +31,7 @@ class Section:
 
     across: Any
     up: Any
-    force: Any
+    response: Any
 
 
 def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, count: int) -> Section:
@@ -39,8 +39,8 @@ def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult |
     reach = rsm.radius or 1.0
     at = invert.point.coded if invert is not None else dict.fromkeys(rsm.names, 0.0)
     x, y = np.meshgrid(np.linspace(-reach, reach, count), np.linspace(-reach, reach, count))
-    force = rsm.force_at({**at, pair[0]: x, pair[1]: y})
-    return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), force)
+    response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
+    return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
 
 
 def contours(
@@ -54,13 +54,13 @@ def contours(
     `labels` has what to write for a factor, its name by default.
     """
     section = section_of(rsm, pair, invert, GRID)
-    levels = levels_of(section.force)
+    levels = levels_of(section.response)
     figure = new_figure(height=3.7)
     with styled():
         axes = figure.add_subplot()
-        filled = axes.contourf(section.across, section.up, section.force, levels=levels, cmap=HEIGHT)
+        filled = axes.contourf(section.across, section.up, section.response, levels=levels, cmap=HEIGHT)
         lines = axes.contour(
-            section.across, section.up, section.force, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
+            section.across, section.up, section.response, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
         )
         figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
         marks = _draw_runs(axes, rsm, pair)
@@ -76,11 +76,11 @@ def _height(rsm: SurfaceResult) -> str:
     return plain(rsm.naming.response.axis(rsm.naming.response.noun))
 
 
-def levels_of(force: Any) -> Any:
+def levels_of(response: Any) -> Any:
     """Return round levels that span all forces."""
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(force.min()), float(force.max()))
+    return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
 
 
 def _number(axes: Axes, lines: Any, marks: list[Place]) -> None:
@@ -135,9 +135,9 @@ def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple
     """Draw the line on which the surface meets the measured force, and the solution on it; return their places."""
     solution = (invert.point.solution[pair[0]], invert.point.solution[pair[1]])
     places = [solution]
-    if section.force.min() < invert.target < section.force.max():
+    if section.response.min() < invert.target < section.response.max():
         line = axes.contour(
-            section.across, section.up, section.force, levels=[invert.target], colors=[ORANGE], linewidths=2.2
+            section.across, section.up, section.response, levels=[invert.target], colors=[ORANGE], linewidths=2.2
         )
         line.set_path_effects(_halo("white", 3.2))
         places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
@@ -162,17 +162,17 @@ def relief(
     On the floor lie the lines of equal force; dots are the runs, full above the surface and open below it.
     """
     section = section_of(rsm, pair, invert, COARSE)
-    levels = levels_of(section.force)
+    levels = levels_of(section.response)
     floor = levels[0] - 0.35 * (levels[-1] - levels[0])
     figure = new_figure(width=4.7, height=3.9)
     with styled():
         axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
-        axes.contourf(section.across, section.up, section.force, levels=levels, zdir="z", offset=floor, cmap=HEIGHT,
+        axes.contourf(section.across, section.up, section.response, levels=levels, zdir="z", offset=floor, cmap=HEIGHT,
                       alpha=0.45, zorder=0)  # fmt: skip
         lines = {"levels": levels, "zdir": "z", "offset": floor, "cmap": HEIGHT, "linewidths": 1.2, "zorder": 1}
-        axes.contour(section.across, section.up, section.force, **lines)
+        axes.contour(section.across, section.up, section.response, **lines)
         axes.plot_surface(
-            section.across, section.up, section.force, cmap=HEIGHT, vmin=levels[0], vmax=levels[-1],
+            section.across, section.up, section.response, cmap=HEIGHT, vmin=levels[0], vmax=levels[-1],
             edgecolor="#00000055", linewidth=0.3, rstride=2, cstride=2, zorder=2, antialiased=True,
         )  # fmt: skip
         _raise_runs(axes, rsm, pair, invert)
@@ -191,10 +191,10 @@ def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: In
     if len(rsm.names) > 2:
         return
     for run in rsm.design.runs:
-        if run.force is not None:
-            above = run.force >= float(rsm.force_at(run.coded))
+        if run.response is not None:
+            above = run.response >= float(rsm.response_at(run.coded))
             place = ([run.levels[name]] for name in pair)
-            axes.plot(*place, [run.force], "o", color="black" if above else "white", markeredgecolor="black",
+            axes.plot(*place, [run.response], "o", color="black" if above else "white", markeredgecolor="black",
                       markersize=3.6, markeredgewidth=0.7, zorder=8)  # fmt: skip
 
 

@@ -19,9 +19,9 @@ _NORMAL = NormalDist()
 
 def _fit(rsm: SurfaceResult) -> tuple[list[int], list[float], list[float]]:
     """Return run numbers, observed and predicted forces of the runs that gave one."""
-    runs = [(run.run, run.force, run.coded) for run in rsm.design.runs if run.force is not None]
-    predicted = [float(rsm.force_at(coded)) for _, _, coded in runs]
-    return [number for number, _, _ in runs], [force for _, force, _ in runs], predicted
+    runs = [(run.run, run.response, run.coded) for run in rsm.design.runs if run.response is not None]
+    predicted = [float(rsm.response_at(coded)) for _, _, coded in runs]
+    return [number for number, _, _ in runs], [response for _, response, _ in runs], predicted
 
 
 def observed_predicted(rsm: SurfaceResult) -> Figure:
@@ -110,22 +110,22 @@ def ridge(rsm: SurfaceResult, invert: InvertResult | None = None, labels: Mappin
     radius = [row.radius for row in rows]
     figure = new_figure(width=6.4, height=2.8)
     with styled():
-        force, place = figure.subplots(1, 2)
+        level, place = figure.subplots(1, 2)
         # no standard errors where runs are as many as terms
         known = [(row, row.standard_error) for row in rows if row.standard_error is not None]
         low, high = ([row.predicted + sign * 2.0 * error for row, error in known] for sign in (-1.0, 1.0))
-        force.fill_between([row.radius for row, _ in known], low, high, color=BLUE, alpha=0.2, linewidth=0)
-        force.plot(radius, [row.predicted for row in rows], "o-", color=BLUE, markersize=4)
+        level.fill_between([row.radius for row, _ in known], low, high, color=BLUE, alpha=0.2, linewidth=0)
+        level.plot(radius, [row.predicted for row in rows], "o-", color=BLUE, markersize=4)
         if invert is not None:
-            force.axhline(invert.target, color=ORANGE, linestyle="--", label=plain(f"measured {response.noun}"))
-            legend_above(force)
-        force.set_ylabel(plain(response.axis(f"largest predicted {response.noun}")))
+            level.axhline(invert.target, color=ORANGE, linestyle="--", label=plain(f"measured {response.noun}"))
+            legend_above(level)
+        level.set_ylabel(plain(response.axis(f"largest predicted {response.noun}")))
         marks = zip(rsm.names, ("o-", "s--", "^-.", "D:"), (BLUE, ORANGE, GREEN, "#cc79a7"), strict=False)
         for name, mark, colour in marks:
             values = [row.coded[name] for row in rows]
             place.plot(radius, values, mark, color=colour, markersize=4, label=plain((labels or {}).get(name, name)))
         place.set_ylabel("coded value there")
         legend_above(place, most=2)
-        for axes in (force, place):
+        for axes in (level, place):
             axes.set_xlabel("coded radius")
     return figure

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stemcal.cutting.end_state import Shape
-from stemcal.naming import FORCE, Named
+from stemcal.naming import FIRST, Named
 from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
@@ -218,8 +218,8 @@ def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
 
 def spread_of(study: Study, response: Named) -> dict[float, float]:
     """Return the standard deviation of what was measured of a response, by the condition."""
-    name = FORCE.name if response is study.naming.response else response.name
-    told = ((target.diameter, target.mean_of(name)[1]) for target in study.targets.forces)
+    name = FIRST if response is study.naming.response else response.name
+    told = ((target.condition, target.mean_of(name)[1]) for target in study.targets.means)
     return {place: sd for place, sd in told if sd is not None}
 
 

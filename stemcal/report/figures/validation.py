@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import geometric_mean
 from typing import TYPE_CHECKING
 
-from stemcal.doe.validation.diameters import Exponent
+from stemcal.doe.validation.comparison import Exponent
 from stemcal.naming import DIAMETER, FORCE, Named
 from stemcal.report.figures.style import BLUE, INK, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.stages.validate import ValidateResult
@@ -23,7 +23,7 @@ _MOST_TICKS = 12
 class _Pair:
     """What was measured and simulated of a response at one value of the condition."""
 
-    diameter: float
+    condition: float
     role: str
     measured: float
     simulated: float | None
@@ -46,9 +46,9 @@ def validation(
 
 def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
     if response == validate.naming.response:
-        return [_Pair(row.diameter, row.role, row.measured, row.simulated) for row in validate.compared]
+        return [_Pair(row.condition, row.role, row.measured, row.simulated) for row in validate.compared]
     return [
-        _Pair(row.compared.diameter, row.compared.role, further.measured, further.simulated)
+        _Pair(row.compared.condition, row.compared.role, further.measured, further.simulated)
         for row in validate.rows
         for further in row.further
         if further.response == response.name
@@ -61,7 +61,7 @@ def _side_by_side(pairs: Sequence[_Pair], spread: Mapping[float, float], respons
     with styled():
         axes = figure.add_subplot()
         for pair in pairs:
-            axes.errorbar(0, pair.measured, yerr=spread.get(pair.diameter), fmt="o", color=BLUE, capsize=4)
+            axes.errorbar(0, pair.measured, yerr=spread.get(pair.condition), fmt="o", color=BLUE, capsize=4)
             if pair.simulated is not None:
                 axes.plot(1, pair.simulated, "s", color=ORANGE)
         axes.set_xticks([0, 1], ["measured", "simulated"])
@@ -75,28 +75,28 @@ def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float]
     figure = new_figure(height=2.9)
     with styled():
         axes = figure.add_subplot()
-        axes.plot([r.diameter for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
-        done = [(r.diameter, r.simulated) for r in rows if r.simulated is not None]
+        axes.plot([r.condition for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
+        done = [(r.condition, r.simulated) for r in rows if r.simulated is not None]
         axes.plot(
-            [diameter for diameter, _ in done],
-            [force for _, force in done],
+            [condition for condition, _ in done],
+            [response for _, response in done],
             "s--",
             color=ORANGE,
             label="simulated",
         )
-        barred = [r for r in rows if r.diameter in (spread or {})]
+        barred = [r for r in rows if r.condition in (spread or {})]
         if spread and barred:
-            at, means = [r.diameter for r in barred], [r.measured for r in barred]
-            lengths = [spread[r.diameter] for r in barred]
+            at, means = [r.condition for r in barred], [r.measured for r in barred]
+            lengths = [spread[r.condition] for r in barred]
             axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
         for row in rows:
             if row.role == "calibration":
-                axes.plot(row.diameter, row.measured, "o", color=INK, fillstyle="none", markersize=13)
+                axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
         axes.set_xlabel(plain(condition.axis()))
         axes.set_ylabel(plain(response.axis()))
         axes.set_ylim(bottom=0)
-        if len(at := sorted({row.diameter for row in rows})) <= _MOST_TICKS:
-            axes.set_xticks(at, [f"{diameter:g}" for diameter in at])
+        if len(at := sorted({row.condition for row in rows})) <= _MOST_TICKS:
+            axes.set_xticks(at, [f"{condition:g}" for condition in at])
         legend_above(axes)
     return figure
 
@@ -104,8 +104,8 @@ def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float]
 def growth(validate: ValidateResult) -> Figure:
     """Return measured and simulated force over diameter on logarithmic axes, F = c·dⁿ through each."""
     rows = validate.compared
-    measured = [(row.diameter, row.measured) for row in rows]
-    simulated = [(row.diameter, row.simulated) for row in rows if row.simulated is not None]
+    measured = [(row.condition, row.measured) for row in rows]
+    simulated = [(row.condition, row.simulated) for row in rows if row.simulated is not None]
     figure = new_figure()
     with styled():
         axes = figure.add_subplot()
@@ -113,7 +113,7 @@ def growth(validate: ValidateResult) -> Figure:
         axes.set_yscale("log")
         _power_law(axes, measured, validate.measured_exponent, "measured", "o", "-", BLUE)
         _power_law(axes, simulated, validate.simulated_exponent, "simulated", "s", "--", ORANGE)
-        _plain_ticks(axes, [row.diameter for row in rows])
+        _plain_ticks(axes, [row.condition for row in rows])
         axes.set_xlabel(DIAMETER.axis())
         axes.set_ylabel(FORCE.axis())
         legend_above(axes, most=1)
@@ -130,21 +130,21 @@ def _power_law(
     colour: str,
 ) -> None:
     """Draw points and, where there is one, the law through them: it passes the mean of their logarithms."""
-    diameters, forces = [d for d, _ in points], [force for _, force in points]
+    conditions, responses = [d for d, _ in points], [response for _, response in points]
     if exponent is not None:
-        n, ends = exponent.value, [min(diameters), max(diameters)]
-        factor = geometric_mean(forces) / geometric_mean(diameters) ** n
+        n, ends = exponent.value, [min(conditions), max(conditions)]
+        factor = geometric_mean(responses) / geometric_mean(conditions) ** n
         known = f" ({exponent.low:.2f} to {exponent.high:.2f})" if exponent.low is not None else ""
         axes.plot(
             ends, [factor * d**n for d in ends], linestyle=line, color=colour, label=f"{name}: n = {n:.2f}{known}"
         )
-    axes.plot(diameters, forces, mark, color=colour)
+    axes.plot(conditions, responses, mark, color=colour)
 
 
-def _plain_ticks(axes: Axes, diameters: Sequence[float]) -> None:
+def _plain_ticks(axes: Axes, conditions: Sequence[float]) -> None:
     from matplotlib.ticker import NullFormatter, NullLocator, StrMethodFormatter
 
-    axes.set_xticks(sorted(set(diameters)), [f"{d:g}" for d in sorted(set(diameters))])
+    axes.set_xticks(sorted(set(conditions)), [f"{d:g}" for d in sorted(set(conditions))])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))

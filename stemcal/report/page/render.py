@@ -179,9 +179,9 @@ def question(study: Study) -> str:
     if not study.naming.is_cutting:
         return f"Which values of {count} {_asked(study)}?"
     return (
-        f"Which values of {count} make a simulated stem of {short(target.diameter)} mm diameter resist "
-        f"cutting with the measured maximum force of {short(target.force)} N, and do they hold at "
-        f"{counted(len(study.targets.forces) - 1, 'other diameter')}?"
+        f"Which values of {count} make a simulated stem of {short(target.condition)} mm diameter resist "
+        f"cutting with the measured maximum force of {short(target.response)} N, and do they hold at "
+        f"{counted(len(study.targets.means) - 1, 'other diameter')}?"
     )
 
 
@@ -191,9 +191,9 @@ def _asked(study: Study) -> str:
     means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
     nouns = joined([named.noun for named, mean in means if mean is not None])
     measured = joined([f"{short(mean)}{named.beside}" for named, mean in means if mean is not None])
-    others = len(study.targets.forces) - 1
+    others = len(study.targets.means) - 1
     elsewhere = f", and do they hold at {naming.counted(others, 'other ')}" if others else ""
-    return f"make the simulated {nouns}{naming.at(target.diameter)} equal the measured {measured}{elsewhere}"
+    return f"make the simulated {nouns}{naming.at(target.condition)} equal the measured {measured}{elsewhere}"
 
 
 def from_table(study: Study, results: Results) -> list[str]:

@@ -79,7 +79,7 @@ def _screening_outcome(stage: ScreenResult) -> str:
 
 
 def _surface_outcome(stage: SurfaceResult) -> str:
-    runs = [run.force for run in stage.design.runs if run.force is not None]
+    runs = [run.response for run in stage.design.runs if run.response is not None]
     return (
         f"A quadratic surface over {joined(stage.names)} was fitted to {counted(len(runs), 'run')} "
         f"between {significant(min(runs))} and {significant(max(runs))}{stage.naming.response.beside}."
@@ -100,7 +100,7 @@ def _calibration_outcome(stage: InvertResult) -> str:
 def _fitted_together(joint: JointFitted, naming: Naming) -> str:
     """Count what parameters were fitted to: the diameters, or the responses where there is no condition."""
     if naming.condition is not None:
-        return naming.counted(len({row.diameter for row in joint.rows}))
+        return naming.counted(len({row.condition for row in joint.rows}))
     return counted(len(joint.rows), "response")
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.report.numbers import fixed, short, significant
 from stemcal.report.records import Records, distinct_of
-from stemcal.report.tables.sheet import Sheet, force_or_reason, response_decimals
+from stemcal.report.tables.sheet import Sheet, response_decimals, response_or_reason
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
@@ -129,8 +129,8 @@ def design_sheet(title: str, design: DesignRuns, symbols: Mapping[str, str], nam
         (
             str(run.run),
             *(short(run.levels[name]) for name in varied),
-            force_or_reason(run.force, run.outcome.reason or "–"),
-            *(significant(run.outcome.response(response.name)) for response in naming.others),
+            response_or_reason(run.response, run.outcome.reason or "–"),
+            *(significant(run.outcome.of(response.name)) for response in naming.others),
         )
         for run in runs
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stemcal.naming import DIAMETER, Naming
 from stemcal.report.numbers import fixed, interval, short, significant
 from stemcal.report.tables.findings import response_sheets
-from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head
+from stemcal.report.tables.sheet import Sheet, place_cell, place_head, response_or_reason
 from stemcal.report.tables.tested import tested_sheets
 from stemcal.stages.audit.stage import AuditResult
 from stemcal.stages.climb import ClimbResult
@@ -33,9 +33,9 @@ def _corrected_sheet(stage: ValidateResult) -> Sheet:
     naming, response = stage.naming, stage.naming.response
     rows = tuple(
         (
-            *place_cell(naming, row.compared.diameter),
+            *place_cell(naming, row.compared.condition),
             short(row.compared.measured),
-            significant(row.corrected.force),
+            significant(row.corrected.response),
             interval(row.corrected.interval),
         )
         for row in stage.rows
@@ -60,7 +60,7 @@ def _joint_sheet(joint: JointFitted, naming: Naming) -> Sheet:
         rows.append(
             (
                 *((named.noun,) if several else ()),
-                *place_cell(naming, row.diameter),
+                *place_cell(naming, row.condition),
                 f"{short(row.measured)}{unit}",
                 f"{significant(row.predicted)}{unit}",
                 fixed(row.error_percent),
@@ -86,7 +86,7 @@ def _desired_sheet(desired: Desired, naming: Naming) -> Sheet:
         named = naming.named(row.response)
         values = (row.low, row.target, row.high, row.predicted)
         told = (f"{significant(value)}{named.beside}" for value in values)
-        rows.append((named.noun, *place_cell(naming, row.diameter), *told, fixed(row.desirability, 3)))
+        rows.append((named.noun, *place_cell(naming, row.condition), *told, fixed(row.desirability, 3)))
     where = ", ".join(f"{name} {significant(value)}" for name, value in desired.solution.items())
     foot = (
         f"Overall desirability {fixed(desired.overall, 3)} at {where}.",
@@ -127,7 +127,7 @@ def climb_sheet(stage: ClimbResult) -> Sheet:
         (
             str(row.step),
             *(significant(row.levels[name]) for name in stage.names),
-            force_or_reason(row.outcome.force, row.outcome.reason),
+            response_or_reason(row.outcome.response, row.outcome.reason),
             fixed(row.error_percent),
         )
         for row in stage.rows
@@ -154,16 +154,16 @@ def audit_sheet(stage: AuditResult) -> Sheet:
 def refine_sheet(stage: RefineResult) -> Sheet:
     """Return every iteration of the closed loop: where, what was predicted, what was simulated."""
     names, naming, response = list(stage.solution), stage.naming, stage.naming.response
-    jointly = bool(stage.at_diameters)
+    jointly = bool(stage.at_conditions)
     rows = [
         (
             str(row.iteration),
             row.how,
-            *(place_cell(naming, row.diameter) if jointly else ()),
+            *(place_cell(naming, row.condition) if jointly else ()),
             *(significant(row.levels[name]) for name in names),
             significant(row.predicted),
             f"{'in' if row.inside_interval else 'out'}side" if row.inside_interval is not None else "",
-            force_or_reason(row.outcome.force, row.outcome.reason),
+            response_or_reason(row.outcome.response, row.outcome.reason),
             fixed(row.error_percent),
         )
         for row in stage.rows
@@ -187,4 +187,4 @@ def _narrow_head(naming: Naming) -> tuple[str, ...]:
 
 
 def _target(stage: RefineResult | ClimbResult) -> str:
-    return f"{short(stage.target)}{stage.naming.response.beside}{stage.naming.at(stage.diameter)}"
+    return f"{short(stage.target)}{stage.naming.response.beside}{stage.naming.at(stage.condition)}"

@@ -27,15 +27,15 @@ def response_sheets(stage: StageResult) -> list[Sheet]:
     rows: list[Row] = []
     foot: list[str] = []
     if isinstance(stage, InvertResult) and stage.joint is not None:
-        rows = [(r.response, r.diameter, r.measured, r.predicted, r.error_percent) for r in stage.joint.further]
+        rows = [(r.response, r.condition, r.measured, r.predicted, r.error_percent) for r in stage.joint.further]
     if isinstance(stage, ValidateResult):
         rows = [
-            (r.response, row.compared.diameter, r.measured, r.simulated, r.error_percent)
+            (r.response, row.compared.condition, r.measured, r.simulated, r.error_percent)
             for row in stage.rows
             for r in row.further
         ]
         foot = [
-            f"With the mesh at another place the {r.response}{stage.naming.at(row.compared.diameter)} lies within "
+            f"With the mesh at another place the {r.response}{stage.naming.at(row.compared.condition)} lies within "
             f"{interval(r.mesh_interval)} {r.unit} (95 %)."
             for row in stage.rows
             for r in row.further
@@ -49,10 +49,10 @@ def response_sheets(stage: StageResult) -> list[Sheet]:
 def responses_sheet(rows: Sequence[Row], told: str, naming: Naming = CUTTING, foot: Sequence[str] = ()) -> Sheet:
     """Return the further responses at each diameter: measured beside the surface's, or beside the simulated."""
     cells = []
-    for name, diameter, measured, found, error in rows:
+    for name, condition, measured, found, error in rows:
         response = naming.named(name)
         values = f"{short(measured)}{response.beside}", f"{significant(found)}{response.beside}"
-        cells.append((response.noun, *place_cell(naming, diameter), *values, fixed(error)))
+        cells.append((response.noun, *place_cell(naming, condition), *values, fixed(error)))
     columns = ("Response", *place_head(naming), "Measured", told, "Error, %")
     of_stems = () if naming.others else ("Travel and work of the blade from first touch to the maximum force.",)
     return Sheet(f"Beside the {naming.response.noun}", columns, tuple(cells), foot=(*of_stems, *foot))

@@ -33,18 +33,18 @@ def _factors(study: Study) -> Sheet:
 
 
 def _measured(study: Study) -> Sheet:
-    at, naming, targets = study.targets.calibrate_at, study.naming, study.targets.forces
+    at, naming, targets = study.targets.calibrate_at, study.naming, study.targets.means
     rows = tuple(
         (
-            *place_cell(naming, target.diameter),
-            short(target.force),
+            *place_cell(naming, target.condition),
+            short(target.response),
             short(target.sd),
             *(short(value) for other in naming.others for value in target.mean_of(other.name)),
             str(target.n or "–"),
         )
         for target in targets
     )
-    strong = frozenset(i for i, t in enumerate(targets) if t.diameter == at and naming.condition is not None)
+    strong = frozenset(i for i, t in enumerate(targets) if t.condition == at and naming.condition is not None)
     others = (head for other in naming.others for head in (other.heading(), other.headed("SD")))
     first = naming.response.heading() if naming.others else naming.response.headed("Measured")
     columns = (*place_head(naming), first, naming.response.headed("SD"), *others, "n")

@@ -66,6 +66,6 @@ def response_decimals(response: Named, values: Iterable[float | None], usual: in
     return usual if response == FORCE else decimals(values, usual)
 
 
-def force_or_reason(force: float | None, reason: str) -> str:
+def response_or_reason(response: float | None, reason: str) -> str:
     """Return a force, or why there is none."""
-    return significant(force) if force is not None else reason
+    return significant(response) if response is not None else reason

@@ -8,9 +8,9 @@ from typing import Any
 
 from stemcal.report.numbers import alike, fixed, interval, percent, probability, short, significant
 from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet, share_of
+from stemcal.report.tables.equation import equation, written
 from stemcal.report.tables.mesh import budget_sheet, mesh_sheet
-from stemcal.report.tables.sheet import Sheet, force_or_reason, place_cell, place_head, response_decimals, starred
-from stemcal.report.terms import equation, written
+from stemcal.report.tables.sheet import Sheet, place_cell, place_head, response_decimals, response_or_reason, starred
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
@@ -32,7 +32,7 @@ def _of_others(stage: StageResult) -> list[Sheet]:
     if not isinstance(stage, SurfaceResult):
         return []
     own = {response.name for response in stage.naming.others}
-    fitted = [(part.diameter, name) for part in stage.diameters for name in part.responses or {} if name in own]
+    fitted = [(part.condition, name) for part in stage.conditions for name in part.responses or {} if name in own]
     seen = [(place, stage.seen_by(name, place)) for place, name in fitted]
     made = [(place, one, make(one)) for place, one in seen for make in _SHEETS["rsm"]]
     return [
@@ -250,10 +250,10 @@ def validation_sheet(stage: ValidateResult) -> Sheet:
     meshed = any(row.mesh_interval is not None for row in stage.rows)
     rows = [
         (
-            *place_cell(naming, row.compared.diameter),
+            *place_cell(naming, row.compared.condition),
             row.compared.role,
             short(row.compared.measured),
-            force_or_reason(row.compared.simulated, row.reason or "failed"),
+            response_or_reason(row.compared.simulated, row.reason or "failed"),
             fixed(row.compared.error_percent),
             *([interval(row.mesh_interval)] if meshed else []),
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stemcal.doe.validation.diameters import ValidationRow
+from stemcal.doe.validation.comparison import ValidationRow
 from stemcal.report.numbers import interval, probability, short, significant
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head
 from stemcal.stages.validate import FurtherRow, ValidateResult
@@ -15,7 +15,7 @@ def tested_sheets(stage: ValidateResult) -> list[Sheet]:
     if all(row.p_different is None for row in stage.compared):
         return []
     naming, response = stage.naming, stage.naming.response
-    rows = [(*place_cell(naming, row.diameter), *_cells(row)) for row in stage.compared]
+    rows = [(*place_cell(naming, row.condition), *_cells(row)) for row in stage.compared]
     heads = ("Measured ± sd (n)", ",\n"), ("95 % of the\nmean", ", "), ("Simulated", ",\n")
     columns = (*place_head(naming, ",\n"), *(response.headed(*head) for head in heads), *_TESTS)
     foot = (
@@ -32,7 +32,7 @@ def further_tested_sheets(stage: ValidateResult) -> list[Sheet]:
         return []
     naming = stage.naming
     rows = [
-        (naming.named(one.response).heading(), *place_cell(naming, row.compared.diameter), *_cells(one))
+        (naming.named(one.response).heading(), *place_cell(naming, row.compared.condition), *_cells(one))
         for row in stage.rows
         for one in row.further
     ]

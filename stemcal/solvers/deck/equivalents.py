@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.study.model import EmbeddedSolver
-from stemcal.study.outside import DeckSolver
+from stemcal.study.model import DeckSolver, EmbeddedSolver
 
 __all__ = [
     "contact_scale",

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.study.model import Study
-from stemcal.study.outside import LsDynaSolver
+from stemcal.study.model import LsDynaSolver, Study
 
 __all__ = ["DeckForm", "form_of"]
 

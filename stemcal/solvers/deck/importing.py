@@ -23,7 +23,7 @@ from stemcal.solvers.deck.reading import Block
 from stemcal.solvers.deck.shapes import blade_of, discretisation_of, stem_of, supports_of
 from stemcal.solvers.deck.source import UNITS, Source
 from stemcal.study.model import EmbeddedSolver
-from stemcal.study.spec.lengths import Length
+from stemcal.study.types.lengths import Length
 
 __all__ = ["Imported", "imported", "read_deck"]
 

@@ -15,9 +15,7 @@ from stemcal.solvers.deck.equivalents import rate_constants, shortest
 from stemcal.solvers.deck.fixed_width import STANDARD, fitted
 from stemcal.solvers.deck.form import DeckForm, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.outside import DeckSolver, OpenRadiossSolver
-from stemcal.study.parameters import PARAMETERS
+from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, OpenRadiossSolver, Study
 
 __all__ = ["MOST_ELEMENTS", "Deck", "Parts"]
 

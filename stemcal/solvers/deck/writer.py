@@ -16,8 +16,7 @@ from stemcal.solvers.deck.equivalents import contact_scale, stiffest_share, want
 from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import Deck, Parts
-from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.outside import DeckSolver
+from stemcal.study.model import DeckSolver, EmbeddedSolver, Study
 
 __all__ = ["BLADE", "STEM", "SUPPORTS", "deck_lines", "deck_text"]
 

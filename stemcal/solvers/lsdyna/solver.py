@@ -25,8 +25,8 @@ from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.outside import LsDynaSolver
-from stemcal.study.spec.placeholders import template_bytes
+from stemcal.study.model import LsDynaSolver
+from stemcal.study.types.placeholders import template_bytes
 
 __all__ = ["LsDyna"]
 
@@ -70,10 +70,10 @@ class LsDyna(OneCommand):
         """Write the deck of a request; tell the text of each value that went into the user's own deck."""
         self.inputs.write(folder, {})
         if not self._own():
-            text = deck_text(Deck.of(self.study, request.levels, request.diameter))
+            text = deck_text(Deck.of(self.study, request.levels, request.condition))
             write_output(folder / DECK, text)
             return {}
-        own = template_bytes(self._own_at(request.diameter))
+        own = template_bytes(self._own_at(request.condition))
         material = find_material(own, self.options.material)
         deck, written = replaced(own, material, self.study.parameters(request.levels))
         write_output(folder / DECK, deck)

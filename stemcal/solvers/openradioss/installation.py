@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from stemcal.errors import UsageError
 from stemcal.solvers.programs.frame import executable
-from stemcal.study.outside import OpenRadiossSolver
+from stemcal.study.model import OpenRadiossSolver
 
 __all__ = ["HOME", "Installation", "installation"]
 

@@ -24,7 +24,7 @@ from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.rooms import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.outside import OpenRadiossSolver
+from stemcal.study.model import OpenRadiossSolver
 
 __all__ = ["OpenRadioss"]
 
@@ -85,7 +85,7 @@ class OpenRadioss(Program):
         return {}
 
     def _deck(self, request: Request) -> Deck:
-        return Deck.of(self.study, request.levels, request.diameter, FORM)
+        return Deck.of(self.study, request.levels, request.condition, FORM)
 
     def _run(self, folder: Path, request: Request) -> Answer:
         """Run starter, engine and ``th_to_csv`` one after the other, in one time limit; then read the force."""

@@ -17,9 +17,8 @@ from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.rooms import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
-from stemcal.study.outside import Commanded, ProgramOptions
-from stemcal.study.spec.placeholders import fill
+from stemcal.study.model import Commanded, ProgramOptions, Study
+from stemcal.study.types.placeholders import fill
 
 __all__ = ["OneCommand", "Program", "code_is_zero", "executable", "run_in"]
 
@@ -84,13 +83,8 @@ class Program(ABC):
             "inputs": self.inputs.identity(),
             **self._determining(request),
             "levels": dict(request.levels),
-            **self._condition(request),
+            **({} if self.naming.condition is None else {"condition": request.condition}),
         }
-
-    def _condition(self, request: Request) -> dict[str, float]:
-        """Return the condition that is asked for by its name, nothing where the study has none."""
-        condition = self.naming.condition
-        return {} if condition is None else {condition.name: request.diameter}
 
     def solve(self, request: Request) -> Answer:
         """Run the program for a request; its folder is kept if it fails."""

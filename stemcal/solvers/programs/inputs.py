@@ -13,7 +13,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.plain import open_plain
 from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
-from stemcal.study.spec.placeholders import REPLICATE, SEED, fill, number, template_bytes
+from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
 
 __all__ = ["Inputs", "file_hash", "seed_of", "values_of"]
 
@@ -66,7 +66,7 @@ def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict
     """Return what each placeholder stands for: the shortest text of each number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: number(value) for name, value in request.levels.items()}
-    at = {} if naming.condition is None else {naming.condition.name: number(request.diameter)}
+    at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
     return {**drawn, **at, **levels}
 
 
@@ -77,6 +77,6 @@ def seed_of(request: Request, drawn_from: int) -> int:
     >>> seed_of(run, 0), seed_of(run, 1)
     (409313303, 513693770)
     """
-    run = (request.stage, request.row, request.replicate, number(request.diameter), values_of(request))
+    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
     found = hashlib.sha256(json.dumps([drawn_from, *run], sort_keys=True).encode()).digest()
     return 1 + int.from_bytes(found[:8], "big") % _MOST_SEED

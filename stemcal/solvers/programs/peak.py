@@ -12,8 +12,7 @@ from stemcal.cutting.stroke import stroke_end
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer
-from stemcal.study.model import Loading
-from stemcal.study.outside import DeckSolver
+from stemcal.study.model import DeckSolver, LoadingSection
 
 __all__ = ["peak_answer"]
 
@@ -23,7 +22,7 @@ _CURVE_POINTS = 200
 def peak_answer(
     contact: ContactForce,
     options: DeckSolver,
-    loading: Loading,
+    loading: LoadingSection,
     failed: Sequence[float] = (),
     notes: Sequence[str] = (),
 ) -> Answer:
@@ -62,4 +61,4 @@ def peak_answer(
             "force": [round(float(v), 4) for v in filtered[keep]],
         },
     }
-    return Answer("ok", force=float(filtered[peak]), details=details)
+    return Answer("ok", response=float(filtered[peak]), details=details)

@@ -16,7 +16,7 @@ from stemcal.solvers.programs.aside import aside
 from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.rcforc import contact_force
 from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
-from stemcal.study.outside import ResultReader
+from stemcal.study.model import ResultReader
 
 __all__ = ["READERS", "is_small", "read_number", "read_number_within", "read_text"]
 

@@ -11,7 +11,9 @@ import numpy as np
 from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.stages.audit.cells import (
+from stemcal.stages.audit.found import Calibrated, Check, Consequence, Found
+from stemcal.stages.audit.suspicions import EQUATION
+from stemcal.stages.printed_tables import (
     Audited,
     Difference,
     audit_surface,
@@ -20,8 +22,6 @@ from stemcal.stages.audit.cells import (
     table,
     term_of,
 )
-from stemcal.stages.audit.found import Calibrated, Check, Consequence, Found
-from stemcal.stages.audit.suspicions import EQUATION
 from stemcal.stages.result import DesignRun
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
@@ -74,16 +74,16 @@ def _cause(name: str) -> str:
 
 def _changed(study: Study, surface: SurfaceResult) -> Iterator[tuple[Audited, str, float, float]]:
     """Yield what agrees with each level of each factor changed by units of the last digit its levels have."""
-    runs = [run for run in surface.design.runs if run.force is not None]
+    runs = [run for run in surface.design.runs if run.response is not None]
     natural = np.array([[run.levels[name] for name in surface.names] for run in runs])
-    forces = [run.force or 0.0 for run in runs]
+    responses = [run.response or 0.0 for run in runs]
     for j, name in enumerate(surface.names):
         for level in np.unique(natural[:, j]).tolist():
             for step in _STEPS:
                 other = round(level + step * _last_digit(level), 9)
                 moved = natural.copy()
                 moved[np.isclose(natural[:, j], level), j] = other
-                fit = fit_surface(surface.scales.to_coded(moved), forces, surface.names)
+                fit = fit_surface(surface.scales.to_coded(moved), responses, surface.names)
                 found = audit_surface(study, fit.anova, fit.coefficients)
                 if found is not None:
                     yield found, name, level, other
@@ -128,12 +128,12 @@ def surface_contradicts_screening(_study: Study, stages: Calibrated) -> Iterator
         runs, coded = corner
         low, high = (float(end) for end in surface.fitted.prediction_interval(coded)[0])
         at = float(surface.fitted.predict(coded)[0])
-        forces = [run.force or 0.0 for run in runs]
-        apart = abs(at - float(np.mean(forces)))
+        responses = [run.response or 0.0 for run in runs]
+        apart = abs(at - float(np.mean(responses)))
         reach = 0.5 * (high - low) + t_quantile(0.95, max(screen.residual.df, 1)) * (others / len(runs)) ** 0.5
         if apart > reach and (worst is None or apart - reach > worst[0]):
             levels = ", ".join(f"{name} {runs[0].levels[name]:g}" for name in surface.names)
-            given = f"{min(forces):g} to {max(forces):g} N" if len(forces) > 1 else f"{forces[0]:g} N"
+            given = f"{min(responses):g} to {max(responses):g} N" if len(responses) > 1 else f"{responses[0]:g} N"
             sentence = (
                 f"surface against screening: at {levels} the surface gives {at:.0f} N, the screening runs {given}"
             )
@@ -156,7 +156,7 @@ def surface_contradicts_screening(_study: Study, stages: Calibrated) -> Iterator
 def _corners(stages: Calibrated) -> Iterator[tuple[list[DesignRun], Array]]:
     """Yield the screening runs at each corner of the surface's factors, and where that is, coded for the surface."""
     surface = stages.surface
-    runs = [run for run in stages.screen.design.runs if run.force is not None]
+    runs = [run for run in stages.screen.design.runs if run.response is not None]
     if any(name not in runs[0].coded for name in surface.names):
         return
     for signs in product((-1.0, 1.0), repeat=len(surface.names)):
@@ -177,8 +177,8 @@ def equation_takes_coded_values(study: Study, stages: Calibrated) -> Iterator[Fo
     ends = [(study.factor(name).low, study.factor(name).high) for name in surface.names]
     given = [published.solution.get(name) for name in surface.names]
     points = [given] if None not in given else list(product(*ends))
-    forces = term_columns(np.array(points, dtype=float)) @ beta
-    worst = float(forces[int(np.argmax(np.abs(forces)))])
+    responses = term_columns(np.array(points, dtype=float)) @ beta
+    worst = float(responses[int(np.argmax(np.abs(responses)))])
     where = "at the printed solution" if None not in given else "at a corner of the ranges"
     sentence = (
         "equation: its coefficients are for coded values, its bounds are natural ones; in natural values "
@@ -190,7 +190,7 @@ def equation_takes_coded_values(study: Study, stages: Calibrated) -> Iterator[Fo
 def solver_misses_target(study: Study, stages: Calibrated) -> Iterator[Found]:
     """The solver's own force at the calibration diameter against the target that was solved for."""
     row = _calibrated_row(study, stages)
-    target = study.calibration_target.force
+    target = study.calibration_target.response
     if row is None:
         return
     apart, interval = 100.0 * (row - target) / target, stages.inversion.point.prediction_interval
@@ -226,7 +226,7 @@ def _calibrated_row(study: Study, stages: Calibrated) -> float | None:
     if not rows and study.published is not None and study.published.validation is not None:
         rows = list(printed_validation(study, study.published.validation)[0].rows)
     at = study.targets.calibrate_at
-    return next((row.simulated for row in rows if abs(row.diameter - at) < 1e-6), None)
+    return next((row.simulated for row in rows if abs(row.condition - at) < 1e-6), None)
 
 
 def growth_differs(study: Study, stages: Calibrated) -> Iterator[Found]:

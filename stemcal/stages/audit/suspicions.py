@@ -9,9 +9,9 @@ import numpy as np
 
 from stemcal.doe.regression.least_squares import f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.stages.audit.cells import printed_terms, term_of
 from stemcal.stages.audit.found import Calibrated, Check, Found
 from stemcal.stages.invert.single import assess_published
+from stemcal.stages.printed_tables import printed_terms, term_of
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.runs import error_remark
@@ -120,13 +120,13 @@ def _screened_interaction(screen: ScreenResult, a: str, b: str) -> float | None:
 
     None where it cannot be estimated, or is not told apart from the residual that is left (95 %).
     """
-    runs, names = [run for run in screen.design.runs if run.force is not None], screen.design.varied
+    runs, names = [run for run in screen.design.runs if run.response is not None], screen.design.varied
     main = np.array([[run.coded[name] for name in names] for run in runs])
     product = main[:, names.index(a)] * main[:, names.index(b)]
     matrix = np.column_stack([np.ones(len(runs)), main, product])
     if len(runs) <= matrix.shape[1] or not_estimable(matrix, ("1", *names, "ab")):
         return None
-    fit = fit_least_squares(matrix, np.array([run.force for run in runs], dtype=float))
+    fit = fit_least_squares(matrix, np.array([run.response for run in runs], dtype=float))
     test = f_test(float(fit.partial_ss[-1]), 1, fit.mean_square, fit.df)
     return float(fit.coefficients[-1]) if test is None or test[1] < 0.05 else None
 
@@ -136,7 +136,7 @@ def equation_misses_target(study: Study, stages: Calibrated) -> Iterator[Found]:
     published = study.published
     if published is None or published.coefficients is None or not published.solution:
         return
-    target = study.calibration_target.force
+    target = study.calibration_target.response
     by_equation = _printed_prediction(study, stages.surface)
     point, _ = assess_published(study, stages.surface)
     if by_equation is None or point is None or abs(by_equation - target) <= 0.005 * target:
@@ -180,15 +180,15 @@ def solution_is_one_of_many(study: Study, stages: Calibrated) -> list[str]:
 
 def stroke_too_short(study: Study, _stages: Calibrated) -> Iterator[Found]:
     """The way of the blade against the stem it is to cut."""
-    way, diameter = study.loading.speed * study.loading.duration, study.calibration_target.diameter
-    if way < diameter:
+    way, condition = study.loading.speed * study.loading.duration, study.calibration_target.condition
+    if way < condition:
         yield Found(
             "loading",
             "setup",
             f"{study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s",
             f"{way:.2f} mm",
             f"loading: {study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s is {way:.2f} mm of travel, "
-            f"{100 * way / diameter:.0f} % of an {diameter:g} mm stem: no cut is completed, and a maximum that comes "
+            f"{100 * way / condition:.0f} % of an {condition:g} mm stem: no cut is completed, and a maximum that comes "
             "later is not seen",
             "method",
         )

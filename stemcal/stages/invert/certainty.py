@@ -13,7 +13,7 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.naming import CUTTING, FORCE, Named, Naming
+from stemcal.naming import CUTTING, FIRST, Named, Naming
 from stemcal.stages.invert.result import Certainty, PosteriorSummary, ProfileCurve
 from stemcal.stages.result import Interval
 from stemcal.study.model import Study, Target
@@ -25,7 +25,7 @@ SAMPLES_KEPT = 500
 class Measured:
     """A measured mean at one condition: of the ``force``, or of a further response such as ``travel`` or ``work``."""
 
-    diameter: float
+    condition: float
     response: str
     value: float
     sd: float | None = None
@@ -40,19 +40,19 @@ class Measured:
     @property
     def leads(self) -> bool:
         """Whether a fit is judged by it: the force, and every response that a study declares itself."""
-        return self.response == FORCE.name or not self.naming.is_cutting
+        return self.response == FIRST or not self.naming.is_cutting
 
     @property
     def label(self) -> str:
         """Name it as sentences do."""
-        place = self.naming.place(self.diameter)
-        return place if self.response == "force" and place else f"{self.named.noun}{self.naming.at(self.diameter)}"
+        place = self.naming.place(self.condition)
+        return place if self.response == FIRST and place else f"{self.named.noun}{self.naming.at(self.condition)}"
 
 
 def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTING) -> list[Measured]:
     """Return what was measured of these responses at one condition."""
     given = {name: target.mean_of(name) for name in responses}
-    return [Measured(target.diameter, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
+    return [Measured(target.condition, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
 
 
 def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface]) -> Misfit:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stemcal.doe.calibration.desirability import Aim, most_desirable
-from stemcal.doe.calibration.joint import JointFit, best_worst_error, fit_jointly, leave_one_out
+from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
@@ -16,6 +16,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import compared, null_model
 from stemcal.files.rows import Rows
+from stemcal.naming import FIRST
 from stemcal.remarks import Remark, Weight
 from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
@@ -48,13 +49,13 @@ def measured_means(study: Study) -> list[Measured]:
 
 def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
     """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
-    at = {part.diameter: part for part in surface.diameters}
+    at = {part.condition: part for part in surface.conditions}
     return [
         surface.refitted(
-            at[mean.diameter].runs,
+            at[mean.condition].runs,
             [(x, float(found[i])) for x, found in further],
             mean.response,
-            at[mean.diameter].fine_runs,
+            at[mean.condition].fine_runs,
         )
         for i, mean in enumerate(measured_means(study))
     ]
@@ -68,24 +69,24 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     fit = fit_jointly(misfit, region)
     point = Point.of(surface.assess(study, fit.coded), coding)
     known = certainty_of(study, coding, misfit, region, "the joint fit")
-    force = measured_of(target, ["force"], study.naming)
-    there = force[0] in means  # a joint fit may leave the force at the calibration diameter out
-    single = misfit.alone(means.index(force[0]), fit.misfit) if there else misfit_over(force, [surface.fitted])
-    forces_only = len(study.invert.responses) == 1
-    whole = f"the {study.naming.response.noun}{study.naming.at(target.diameter)}"
-    source = f"{force[0].label if forces_only else whole} alone"
+    first = measured_of(target, [FIRST], study.naming)
+    there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
+    single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted])
+    alone_fitted = len(study.invert.responses) == 1
+    whole = f"the {study.naming.response.noun}{study.naming.at(target.condition)}"
+    source = f"{first[0].label if alone_fitted else whole} alone"
     alone = certainty_of(study, coding, single, region, source)
     joint = _fitted(means, misfit, region, fit, coding)
     return InvertResult(
         head=head,
-        target=target.force,
+        target=target.response,
         point=point,
         ranges=known.intervals,
         coded_ranges=known.coded_intervals,
         rule="joint_least_squares",
         radius=surface.radius,
         certainty=known,
-        diameter=target.diameter,
+        condition=target.condition,
         target_sd=target.sd,
         target_n=target.n,
         parameters={**study.midlevels(), **point.solution},
@@ -108,7 +109,7 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
     found = most_desirable(aims, region)
     told = zip(means, aims, found.predicted, found.each, strict=True)
     rows = [
-        DesiredRow(m.diameter, m.named.name, m.named.unit, aim.low, m.value, aim.high, predicted, d)
+        DesiredRow(m.condition, m.named.name, m.named.unit, aim.low, m.value, aim.high, predicted, d)
         for m, aim, predicted, d in told
     ]
     solution = coding.by_name(coding.to_natural(found.coded))
@@ -116,23 +117,23 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
 
 
 def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding) -> JointFitted:
-    diameters = [mean.diameter for mean in means]
-    several, own = len(set(diameters)) > 1, not means[0].naming.is_cutting
-    left_out = leave_one_out(misfit, region, diameters if several else None) if several or not own else []
-    forces = [i for i, mean in enumerate(means) if mean.leads]
-    worst, where = best_worst_error(misfit.only(forces), region)
+    conditions = [mean.condition for mean in means]
+    several, own = len(set(conditions)) > 1, not means[0].naming.is_cutting
+    left_out = leave_one_out(misfit, region, conditions if several else None) if several or not own else []
+    responses = [i for i, mean in enumerate(means) if mean.leads]
+    worst, where = best_worst_error(misfit.only(responses), region)
     every, naming = _rows(means, fit, left_out), means[0].naming
-    rows = Rows(every[i] for i in forces)
-    measured = [row.diameter for row in rows], [row.measured for row in rows]
+    rows = Rows(every[i] for i in responses)
+    measured = [row.condition for row in rows], [row.measured for row in rows]
     return JointFitted(
         rows=rows,
-        further=Rows(row for i, row in enumerate(every) if i not in forces),
+        further=Rows(row for i, row in enumerate(every) if i not in responses),
         scatter=misfit.scatter,
         misfit=fit.misfit if misfit.scale_known else None,
         df=fit.df,
         p=fit.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),
-        max_abs_left_out_error_percent=max((abs(left_out[i]) for i in forces), default=None) if left_out else None,
+        max_abs_left_out_error_percent=max((abs(left_out[i]) for i in responses), default=None) if left_out else None,
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
         null=null_model(*measured) if naming.is_force_on_stems else None,
@@ -143,7 +144,7 @@ def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -
     without: Sequence[float | None] = left_out or [None] * len(means)
     return [
         JointRow(
-            mean.diameter,
+            mean.condition,
             mean.named.name,
             mean.named.unit,
             mean.value,
@@ -169,7 +170,7 @@ def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, study: Study) -> l
         )
     ]
     notes += [
-        f"Fitted beside the {response.noun}: {(named := naming.named(row.response)).noun}{naming.at(row.diameter)}, "
+        f"Fitted beside the {response.noun}: {(named := naming.named(row.response)).noun}{naming.at(row.condition)}, "
         f"measured {named.text(row.measured, '.4g')}, surface {named.text(row.predicted, '.4g')} "
         f"({row.error_percent:+.1f} %)."
         for row in joint.further

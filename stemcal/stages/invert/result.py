@@ -111,7 +111,7 @@ class Certainty:
 class JointRow:
     """One measured mean of a joint fit beside the surface's; `left_out` is from a fit to the others."""
 
-    diameter: float
+    condition: float
     response: str
     unit: str
     measured: float
@@ -143,7 +143,7 @@ class JointFitted:
 class DesiredRow:
     """A response of the most desirable point: not wanted at all at `low` and `high`, most at `target`."""
 
-    diameter: float
+    condition: float
     response: str
     unit: str
     low: float
@@ -192,7 +192,7 @@ class InvertResult(StageResult):
     share: float | None = None
     radius: float | None = None
     certainty: Certainty | None = None
-    diameter: float
+    condition: float
     target_sd: float | None = None
     target_n: int | None = None
     parameters: dict[str, float]

@@ -6,6 +6,7 @@ import numpy as np
 
 from stemcal.doe.calibration.inversion import solve_target
 from stemcal.doe.calibration.region import Region
+from stemcal.naming import FIRST
 from stemcal.remarks import Remark, Weight
 from stemcal.stages.invert.certainty import certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
@@ -22,11 +23,11 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
     low, high, response = *box_of(study, coding), study.naming.response
-    found = solve_target(surface.fitted, target.force, low, high, surface.radius, study.invert.rule, response)
-    force = measured_of(target, ["force"], study.naming)
-    misfit = misfit_over(force, [surface.fitted])
+    found = solve_target(surface.fitted, target.response, low, high, surface.radius, study.invert.rule, response)
+    measured = measured_of(target, [FIRST], study.naming)
+    misfit = misfit_over(measured, [surface.fitted])
     region = Region(low, high, surface.radius)
-    known = certainty_of(study, coding, misfit, region, f"{force[0].label} alone")
+    known = certainty_of(study, coding, misfit, region, f"{measured[0].label} alone")
     point = Point.of(found.point, coding)
     natural = coding.to_natural(np.array(found.ranges).T).T
     ranges: dict[str, Interval] = {
@@ -43,7 +44,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         share=found.share,
         radius=found.radius,
         certainty=known,
-        diameter=target.diameter,
+        condition=target.condition,
         target_sd=target.sd,
         target_n=target.n,
         parameters={**study.midlevels(), **point.solution},
@@ -59,7 +60,7 @@ def assess_published(study: Study, surface: SurfaceResult) -> tuple[PublishedPoi
     missing = [name for name in coding.names if name not in given]
     natural = [given.get(name, centre) for name, centre in zip(coding.names, coding.centre, strict=True)]
     point = surface.assess(study, coding.to_coded(natural))
-    apart = point.predicted - study.calibration_target.force
+    apart = point.predicted - study.calibration_target.response
     remarks = [
         f"At the published solution the surface predicts {response.text(point.predicted, '.2f')}, "
         f"{response.text(apart, '+.2f')} from the target; it is one point of the solution set."

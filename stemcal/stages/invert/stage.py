@@ -29,7 +29,7 @@ def invert(work: Work) -> InvertResult:
     study, surface = work.study, work.fresh(SurfaceResult)
     solved = (solve_jointly if study.joint_targets else solve)(study, work.head("invert"), surface)
     published, remarks = assess_published(study, surface)
-    belongs_to = work.solver.belongings(solved.diameter) if isinstance(work.solver, Belonging) else None
+    belongs_to = work.solver.belongings(solved.condition) if isinstance(work.solver, Belonging) else None
     notes = (*solved.notes, *_beyond(study, surface, surface.scales.point(solved.point.coded)), *remarks)
     return replace(solved, belongs_to=belongs_to, published=published, notes=notes)
 

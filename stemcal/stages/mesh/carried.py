@@ -8,13 +8,14 @@ from math import isfinite
 
 import numpy as np
 
-from stemcal.doe.calibration.joint import fit_jointly
-from stemcal.doe.calibration.mesh import MeshScatter
+from stemcal.doe.calibration.joint_fit import fit_jointly
+from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
+from stemcal.naming import FIRST
 from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import Certainty, InvertResult
@@ -52,18 +53,18 @@ class Carried:
         """
         coding, target = surface.scales, study.calibration_target
         region = Region(*box_of(study, coding), surface.radius)
-        force = measured_of(target, ["force"], study.naming)
+        response = measured_of(target, [FIRST], study.naming)
         jointly = bool(study.joint_targets)
-        means = measured_means(study) if jointly else force
+        means = measured_means(study) if jointly else response
         plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted])
         misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
-        source = "the joint fit" if jointly else f"{target.diameter:g} mm alone"
+        source = "the joint fit" if jointly else f"{target.condition:g} mm alone"
         known = certainty_of(study, coding, misfit, region, source)
         alone = None
         if jointly:
-            there = force[0] in means
-            own = misfit_over(force, [surface.fitted])
-            single = misfit.only([means.index(force[0])]) if there else own.with_mesh(mesh, 0.0)
+            there = response[0] in means
+            own = misfit_over(response, [surface.fitted])
+            single = misfit.only([means.index(response[0])]) if there else own.with_mesh(mesh, 0.0)
             alone_of = solution.certainty_alone.source if solution.certainty_alone is not None else source
             alone = certainty_of(study, coding, single, region, alone_of)
             coded, ranges = known.coded_intervals, known.intervals
@@ -87,7 +88,7 @@ class Carried:
         """Return the sources of error at every diameter, of the force."""
         return [
             BudgetRow(
-                mean.diameter,
+                mean.condition,
                 source.name,
                 float(source.variance[i]) ** 0.5,
                 100.0 * float(source.variance[i] / sum(other.variance[i] for other in self.misfit.sources)),
@@ -95,7 +96,7 @@ class Carried:
                 source.shared,
             )
             for i, mean in enumerate(self.means)
-            if mean.response == "force"
+            if mean.response == FIRST
             for source in self.misfit.sources
             if source.variance[i] > 0.0 or source.name == "laboratory"
         ]

@@ -6,14 +6,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, SizeFactor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import Head, Interval, StageResult
 
-_COLUMNS = ("diameter", "mesh", "force", "status", "reason")
+_COLUMNS = ("condition", "mesh", "response", "status", "reason")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,14 +24,14 @@ class MeshRun:
     `further` has travel and work at each place, where they were measured.
     """
 
-    diameter: float
+    condition: float
     mesh: str
     further: dict[str, tuple[float, ...]] | None = absent()
     outcome: Outcome = inline()
 
     def at_places(self, response: str) -> tuple[float, ...]:
         """Return the response at each place of the mesh; nothing where that is not told."""
-        return self.outcome.phase_forces or () if response == "force" else (self.further or {}).get(response, ())
+        return self.outcome.phase_responses or () if response == FIRST else (self.further or {}).get(response, ())
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class BudgetRow:
     counts as known.
     """
 
-    diameter: float
+    condition: float
     source: str
     sd: float
     share_percent: float
@@ -62,7 +63,7 @@ class MeshResult(StageResult):
     head: Head = inline()
     parameters: dict[str, float]
     belongs_to: dict[str, str]
-    diameter: float
+    condition: float
     rows: Rows[MeshRun]
     scatter: MeshScatter
     further: dict[str, MeshScatter] | None = absent()
@@ -100,21 +101,21 @@ class MeshResult(StageResult):
 
     def scatter_of(self, response: str) -> MeshScatter | None:
         """Return the scatter of the force, or of travel or work; None where it is not told."""
-        return self.scatter if response == "force" else (self.further or {}).get(response)
+        return self.scatter if response == FIRST else (self.further or {}).get(response)
 
-    def budget_at(self, diameter: float) -> Sequence[BudgetRow]:
+    def budget_at(self, condition: float) -> Sequence[BudgetRow]:
         """Return the sources of error at one diameter."""
-        return [row for row in self.budget if row.diameter == diameter]
+        return [row for row in self.budget if row.condition == condition]
 
     def _tables(self) -> dict[str, Table]:
         """Return the force on every mesh, and the error budget."""
-        budget = Table.of(("diameter", "source", "sd", "share_percent", "df", "shared"), self.budget)
+        budget = Table.of(("condition", "source", "sd", "share_percent", "df", "shared"), self.budget)
         return {"mesh": Table.of(_COLUMNS, self.rows), "mesh_budget": budget}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run."""
         for row in self.rows:
-            yield f"mesh {row.mesh} at {row.diameter:g} mm", row.outcome
+            yield f"mesh {row.mesh} at {row.condition:g} mm", row.outcome
 
     def summary(self) -> str:
         """Tell the scatter."""

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor, scatter_of, size_factors
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, SizeFactor, scatter_of, size_factors
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
+from stemcal.naming import FIRST
 from stemcal.remarks import Remark, Weight
 from stemcal.solvers.protocol import Answer, Meshed, Request
 from stemcal.stages.invert.certainty import measured_of
@@ -56,10 +57,10 @@ def mesh(work: Work) -> MeshResult:
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
     parameters = (work.fresh(RefineResult) if study.refine is not None else solution).parameters
     head = work.head("mesh")
-    at = [target.diameter for target in study.joint_targets] or [study.targets.calibrate_at]
+    at = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     rows = _simulate(work, parameters, at, options)
-    _require_forces(rows, options.phases)
-    found = _simulated(rows, "force")
+    _require_responses(rows, options.phases)
+    found = _simulated(rows, FIRST)
     scatter = found.scatter
     sizes = size_factors(found.own, found.sized, found.sizes, scatter)
     further = {name: _simulated(rows, name).scatter for name in _told_further(study, rows, options.phases)}
@@ -69,7 +70,7 @@ def mesh(work: Work) -> MeshResult:
         head=head,
         parameters=dict(parameters),
         belongs_to=solution.belongs_to or {},
-        diameter=solution.diameter,
+        condition=solution.condition,
         rows=Rows(rows),
         scatter=scatter,
         further=further or None,
@@ -87,12 +88,12 @@ def mesh(work: Work) -> MeshResult:
 
 def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], options: MeshOptions) -> list[MeshRun]:
     """Simulate every mesh at every diameter; the study's own as the validation does, whose record it has."""
-    own = [Request("mesh", 0, levels, diameter, pictured=True) for diameter in at]
-    placed = [Request("mesh", 1, levels, diameter, phases=options.phases) for diameter in at]
+    own = [Request("mesh", 0, levels, condition, pictured=True) for condition in at]
+    placed = [Request("mesh", 1, levels, condition, phases=options.phases) for condition in at]
     sized = [
-        Request("mesh", 2 + i, levels, diameter, element_size=str(size))
+        Request("mesh", 2 + i, levels, condition, element_size=str(size))
         for i, size in enumerate(options.sizes)
-        for diameter in at
+        for condition in at
     ]
     requests, names = [*own, *placed, *sized], ("own", "phases", *map(str, options.sizes))
     answers = work.answers(requests)
@@ -100,7 +101,7 @@ def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], options
     wanted = _wanted_further(work.study)
     return [
         MeshRun(
-            diameter=request.diameter,
+            condition=request.condition,
             mesh=names[request.row],
             further={name: _at_places(answer, name) for name in wanted if request.phases is not None} or None,
             outcome=outcome,
@@ -111,7 +112,7 @@ def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], options
 
 def _wanted_further(study: Study) -> list[str]:
     """Return which of travel and work were measured somewhere: their scatter is told too."""
-    measured = {mean.response for target in study.targets.forces for mean in measured_of(target, list(_AT_PLACES))}
+    measured = {mean.response for target in study.targets.means for mean in measured_of(target, list(_AT_PLACES))}
     return [name for name in _AT_PLACES if name in measured]
 
 
@@ -126,7 +127,7 @@ def _told_further(study: Study, rows: Sequence[MeshRun], phases: int) -> list[st
     return [
         name
         for name in _wanted_further(study)
-        if all(len(row.at_places(name)) == phases for row in placed) and all(o.response(name) for o in own)
+        if all(len(row.at_places(name)) == phases for row in placed) and all(o.of(name) for o in own)
     ]
 
 
@@ -141,14 +142,14 @@ def _further_notes(study: Study, further: Mapping[str, MeshScatter]) -> list[str
     ]
 
 
-def _require_forces(rows: Sequence[MeshRun], phases: int) -> None:
+def _require_responses(rows: Sequence[MeshRun], phases: int) -> None:
     """Raise `RunsFailed` if the study's own mesh failed, or its places, or if these have no force each."""
     for name in ("own", "phases"):
         for row in rows:
-            if row.mesh == name and row.outcome.force is None:
+            if row.mesh == name and row.outcome.response is None:
                 reason = f"({row.outcome.reason}): {row.outcome.message}"
-                raise RunsFailed(f"mesh: the run at {row.diameter:g} mm ({name}) failed {reason}")
-    if any(len(row.at_places("force")) != phases for row in rows if row.mesh == "phases"):
+                raise RunsFailed(f"mesh: the run at {row.condition:g} mm ({name}) failed {reason}")
+    if any(len(row.at_places(FIRST)) != phases for row in rows if row.mesh == "phases"):
         raise RunsFailed("mesh: the solver tells no force at each place of the mesh (details: phase_forces)")
 
 
@@ -160,10 +161,10 @@ def _simulated(rows: Sequence[MeshRun], response: str) -> Simulated:
     whole = [
         name
         for name, of in by_mesh.items()
-        if name not in ("own", "phases") and all(row.outcome.response(response) for row in of)
+        if name not in ("own", "phases") and all(row.outcome.of(response) for row in of)
     ]
     sized = [[row.outcome.number(response) for row in by_mesh[name]] for name in whole]
-    own = [row.outcome.response(response) for row in by_mesh["own"]]
+    own = [row.outcome.of(response) for row in by_mesh["own"]]
     return Simulated(
         np.array(own, dtype=float),
         np.array([row.at_places(response) for row in by_mesh["phases"]], dtype=float),
@@ -172,10 +173,10 @@ def _simulated(rows: Sequence[MeshRun], response: str) -> Simulated:
     )
 
 
-def _notes(scatter: MeshScatter, sizes: Sequence[SizeFactor], rows: Sequence[MeshRun], diameters: int) -> list[str]:
+def _notes(scatter: MeshScatter, sizes: Sequence[SizeFactor], rows: Sequence[MeshRun], conditions: int) -> list[str]:
     apart = 100.0 * (scatter.mean_factor - 1.0)
     shared = ""
-    if diameters > 1:
+    if conditions > 1:
         shared = f", {100.0 * scatter.common**0.5:.1f} % of it shared by all diameters"
     notes = [
         f"Over {scatter.placements} places of the mesh the force at the solution has a standard deviation of "
@@ -186,7 +187,9 @@ def _notes(scatter: MeshScatter, sizes: Sequence[SizeFactor], rows: Sequence[Mes
         "calibrated values belong to their element size, and this is in no interval."
         for size in sizes
     ]
-    failed = [f"{row.mesh} at {row.diameter:g} mm ({row.outcome.reason})" for row in rows if row.outcome.force is None]
+    failed = [
+        f"{row.mesh} at {row.condition:g} mm ({row.outcome.reason})" for row in rows if row.outcome.response is None
+    ]
     return notes + ([_LEFT_OUT(elements=joined(failed))] if failed else [])
 
 

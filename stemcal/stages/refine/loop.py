@@ -18,8 +18,9 @@ from stemcal.doe.calibration.joint_approach import FIRST_REACH, SHRINK, JointTri
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.doe.validation.diameters import error_percent
+from stemcal.doe.validation.comparison import error_percent
 from stemcal.files.rows import Rows
+from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
@@ -58,7 +59,7 @@ class Told:
         """Return it as a result tells it."""
         mean = self.mean
         return ToldRow(
-            mean.diameter,
+            mean.condition,
             mean.named.name,
             mean.named.unit,
             mean.value,
@@ -80,9 +81,9 @@ class Loop:
         self.region = Region(*box_of(study, self.coding), surface.radius)
         self.alone = not study.joint_targets
         self.means = (
-            measured_of(study.calibration_target, ["force"], study.naming) if self.alone else measured_means(study)
+            measured_of(study.calibration_target, [FIRST], study.naming) if self.alone else measured_means(study)
         )
-        self.diameters = list(dict.fromkeys(mean.diameter for mean in self.means))
+        self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.trials: list[JointTrial] = []
         self.surfaces = self._surfaces()
         self.misfit = misfit_over(self.means, self.surfaces)
@@ -100,7 +101,7 @@ class Loop:
             if error is not None and error <= self.options.tolerance_percent:
                 self.stopped = "tolerance"
                 return
-            if len(self.rows) + len(self.diameters) > self.options.budget:
+            if len(self.rows) + len(self.conditions) > self.options.budget:
                 return
             last, (point, how) = point, self._next_point(point)
             if not self.alone and self._settled(point, last):
@@ -115,12 +116,12 @@ class Loop:
     def _visit(self, points: Sequence[Array], how: str) -> None:
         """Simulate points at every diameter, keep what came of them, and refit the surfaces that learnt."""
         levels = [{**self.solution.parameters, **self.coding.levels(point)} for point in points]
-        found = iter(self.simulate(len(self.iterations), levels, self.diameters))
+        found = iter(self.simulate(len(self.iterations), levels, self.conditions))
         for point, at in zip(points, levels, strict=True):
-            self._keep(point, how, at, {diameter: next(found) for diameter in self.diameters})
+            self._keep(point, how, at, {condition: next(found) for condition in self.conditions})
 
     def _keep(self, point: Array, how: str, levels: dict[str, float], runs: Mapping[float, Outcome]) -> None:
-        values = np.array([runs[mean.diameter].number(mean.response) for mean in self.means])
+        values = np.array([runs[mean.condition].number(mean.response) for mean in self.means])
         told = [self._told(point, i, float(value)) for i, value in enumerate(values)]
         trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
         errors = [t.error_percent for t in told if t.mean.leads and t.error_percent is not None]
@@ -137,7 +138,7 @@ class Loop:
                 max(errors, key=abs) if whole else None,
             )
         )
-        self.rows += [self._row([t for t in told if t.mean.diameter == d], run) for d, run in runs.items()]
+        self.rows += [self._row([t for t in told if t.mean.condition == d], run) for d, run in runs.items()]
         if whole:
             self.trials.append(trial)
             self.surfaces = self._surfaces()
@@ -158,20 +159,20 @@ class Loop:
     def _row(self, told: Sequence[Told], outcome: Outcome) -> RefineRow:
         """Return what the stage tells of one run: the force, other responses under ``further``."""
         now = self.iterations[-1]
-        force = next(one for one in told if one.mean.response == "force")
+        first = next(one for one in told if one.mean.response == FIRST)
         return RefineRow(
             iteration=now.iteration,
             how=now.how,
-            diameter=None if self.alone else force.mean.diameter,
+            condition=None if self.alone else first.mean.condition,
             levels=now.levels,
             place=Place(now.coded, now.coded_radius, now.reach) if self.alone else None,
-            measured=None if self.alone else force.mean.value,
-            predicted=force.predicted,
-            prediction_interval=force.interval,
-            inside_interval=force.inside,
-            error_percent=force.error_percent,
+            measured=None if self.alone else first.mean.value,
+            predicted=first.predicted,
+            prediction_interval=first.interval,
+            inside_interval=first.inside,
+            error_percent=first.error_percent,
             outcome=outcome,
-            further=Rows(one.row() for one in told if one.mean.response != "force"),
+            further=Rows(one.row() for one in told if one.mean.response != FIRST),
         )
 
     # ---- step
@@ -188,8 +189,8 @@ class Loop:
             return self.best_trial().coded
         if not self.alone:
             return np.zeros(len(self.coding.names))
-        runs = [run for run in self.surface.design.runs if run.force is not None]
-        trials = [Trial(self.coding.point(run.coded), run.force or 0.0) for run in runs]
+        runs = [run for run in self.surface.design.runs if run.response is not None]
+        trials = [Trial(self.coding.point(run.coded), run.response or 0.0) for run in runs]
         return best_of(trials, self.solution.target).coded
 
     def _to_one(self) -> tuple[Array, str]:

@@ -26,7 +26,7 @@ class Place:
 class ToldRow:
     """A response besides the force in one run of a joint fit: measured, as the surface had it, simulated."""
 
-    diameter: float
+    condition: float
     response: str
     unit: str
     measured: float
@@ -43,12 +43,12 @@ class RefineRow:
 
     `how` is ``solution`` (of the stage before), ``surface`` (the refitted one), ``bracket`` (between two simulated
     points), ``process`` (of a batch that a Gaussian process proposed) or ``back`` (half-way back from a run that
-    failed). `diameter`, `measured` and `further` are of joint fits.
+    failed). `condition`, `measured` and `further` are of joint fits.
     """
 
     iteration: int
     how: str
-    diameter: float | None = absent()
+    condition: float | None = absent()
     levels: dict[str, float]
     place: Place | None = inline(None)
     measured: float | None = absent()
@@ -104,7 +104,7 @@ class LearntProcess:
 class LearntOf:
     """The surface of one measured mean with the simulated points in it, and the variance that weighs it."""
 
-    diameter: float
+    condition: float
     response: str
     variance: float
     learnt: Learnt = inline()
@@ -112,14 +112,14 @@ class LearntOf:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RefineResult(StageResult):
-    """The refined parameters; `at_diameters`, `stopped`, `iterations` and `surfaces` are of a joint fit."""
+    """The refined parameters; `at_conditions`, `stopped`, `iterations` and `surfaces` are of a joint fit."""
 
     name: ClassVar[str] = "refine"
 
     head: Head = inline()
     target: float
-    diameter: float
-    at_diameters: tuple[float, ...] = absent(())
+    condition: float
+    at_conditions: tuple[float, ...] = absent(())
     tolerance_percent: float
     budget: int
     converged: bool
@@ -141,8 +141,18 @@ class RefineResult(StageResult):
 
     def _tables(self) -> dict[str, Table]:
         """Return every run."""
-        at = ("diameter",) if self.at_diameters else ()
-        columns = ("iteration", "how", *at, *self.solution, "predicted", "force", "error_percent", "status", "reason")
+        at = ("condition",) if self.at_conditions else ()
+        columns = (
+            "iteration",
+            "how",
+            *at,
+            *self.solution,
+            "predicted",
+            "response",
+            "error_percent",
+            "status",
+            "reason",
+        )
         return {"refine": Table.of(columns, self.rows)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:

@@ -62,16 +62,16 @@ def closed(head: Head, loop: Loop) -> RefineResult:
         raise RunsFailed(_nothing_succeeded(loop))
     within = loop.stopped == "tolerance" and not loop.alone
     best = done[-1] if within else min(done, key=lambda entry: _merit(loop, entry))
-    at = {d: row for d, row in zip(loop.diameters * len(loop.iterations), loop.rows, strict=True)
+    at = {d: row for d, row in zip(loop.conditions * len(loop.iterations), loop.rows, strict=True)
           if row.iteration == best.iteration}  # fmt: skip
-    ours = at.get(loop.solution.diameter)
+    ours = at.get(loop.solution.condition)
     learnt = [Learnt(Rows(surface.coefficients), surface.r2) for surface in loop.surfaces]
     many = not loop.alone
     return RefineResult(
         head=head,
         target=loop.solution.target,
-        diameter=loop.solution.diameter,
-        at_diameters=tuple(loop.diameters) if many else (),
+        condition=loop.solution.condition,
+        at_conditions=tuple(loop.conditions) if many else (),
         tolerance_percent=loop.options.tolerance_percent,
         budget=loop.options.budget,
         converged=(best.max_abs_error_percent or 0.0) <= loop.options.tolerance_percent,
@@ -80,7 +80,7 @@ def closed(head: Head, loop: Loop) -> RefineResult:
         solution={name: best.levels[name] for name in loop.coding.names},
         coded=best.coded,
         coded_radius=best.coded_radius,
-        simulated=ours.outcome.force if ours is not None else None,
+        simulated=ours.outcome.response if ours is not None else None,
         error_percent=best.error_percent or 0.0,
         max_abs_error_percent=best.max_abs_error_percent if many else None,
         parameters=best.levels,
@@ -100,11 +100,11 @@ def _merit(loop: Loop, entry: Iteration) -> float:
 
 def _learnt_of(loop: Loop, i: int, learnt: Learnt) -> LearntOf:
     mean, variance = loop.means[i], float(loop.misfit.variance[i])
-    return LearntOf(diameter=mean.diameter, response=mean.named.name, variance=variance, learnt=learnt)
+    return LearntOf(condition=mean.condition, response=mean.named.name, variance=variance, learnt=learnt)
 
 
 def _nothing_succeeded(loop: Loop) -> str:
-    failed = [row.outcome.reason for row in loop.rows if row.outcome.force is None]
+    failed = [row.outcome.reason for row in loop.rows if row.outcome.response is None]
     if loop.alone:
         return f"refine: none of {len(loop.rows)} runs succeeded ({failed[-1]}); see the log for each reason"
     naming = loop.study.naming
@@ -116,7 +116,7 @@ def _nothing_succeeded(loop: Loop) -> str:
 def _notes_of_one(loop: Loop, best: Iteration) -> list[str]:
     first, error = loop.rows[0], abs(best.error_percent or 0.0)
     notes = [loop.learnt().sentence] if isinstance(loop, ProcessLoop) else []
-    response, simulated = loop.study.naming.response, first.outcome.force
+    response, simulated = loop.study.naming.response, first.outcome.response
     if first.inside_interval is False and simulated is not None:
         notes.append(_OUTSIDE(response=response.noun, simulated=response.text(simulated, ".4g")))
     if error > loop.options.tolerance_percent:
@@ -136,7 +136,7 @@ def _notes_of_many(loop: Loop, best: Iteration) -> Sequence[str]:
     first = [row for row in loop.rows if row.iteration == 1 and row.inside_interval is False]
     notes = []
     if first:
-        places = naming.places(", ".join(f"{row.diameter:g}" for row in first))
+        places = naming.places(", ".join(f"{row.condition:g}" for row in first))
         notes.append(_JOINT_OUTSIDE(response=naming.response.noun, places=places))
     every = "" if naming.condition is None else f" for every {naming.condition_noun}"
     error = f"the largest error of the simulated {naming.response.noun} is {best.max_abs_error_percent:.2f} %"

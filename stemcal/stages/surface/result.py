@@ -16,17 +16,18 @@ from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.reduction import Step
+from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.regression.transform import BoxCox
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
+from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.audit.cells import Audited
+from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
-from stemcal.stages.surface.runs import Answered, DiameterRun, circumstances
+from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
 from stemcal.stages.surface.shape import Opinions, RidgeRow, Shape
 from stemcal.study.model import Study
 
@@ -54,7 +55,7 @@ class ReductionSteps:
     """How terms were taken out or in."""
 
     method: str
-    steps: tuple[Step, ...]
+    steps: tuple[ReductionStep, ...]
     dropped: tuple[str, ...]
 
 
@@ -94,7 +95,7 @@ class Corrected:
     """
 
     element_size: str
-    fine_runs: Rows[DiameterRun]
+    fine_runs: Rows[ConditionRun]
     factor: float
     tilt: dict[str, float]
     sd: float
@@ -102,12 +103,12 @@ class Corrected:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AtDiameter:
+class AtCondition:
     """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
 
-    diameter: float
-    runs: Rows[DiameterRun]
-    fine_runs: Rows[DiameterRun] = absent(Rows())
+    condition: float
+    runs: Rows[ConditionRun]
+    fine_runs: Rows[ConditionRun] = absent(Rows())
     fit: FitSummary = inline()
     responses: dict[str, FitSummary] | None = absent()
 
@@ -116,7 +117,7 @@ class AtDiameter:
 class Prediction:
     """What the surface says of a point: the response and 95 % intervals; None where a saturated fit knows none."""
 
-    force: float
+    response: float
     mean_interval: Interval | None
     prediction_interval: Interval | None
     inside: bool
@@ -162,7 +163,7 @@ class SurfaceResult(StageResult):
     box_cox: BoxCox | None = None
     second_opinion: Opinions | None = None
     sobol: Rows[SobolIndex] = absent(Rows())
-    diameters: Rows[AtDiameter] = absent(Rows())
+    conditions: Rows[AtCondition] = absent(Rows())
     coarse: Corrected | None = absent()
     pure_error_note: str | None = None
     published: Audited | None = None
@@ -187,8 +188,8 @@ class SurfaceResult(StageResult):
         self,
         answered: Sequence[Answered],
         further: Further = (),
-        response: str = "force",
-        fine: Sequence[DiameterRun] | None = None,
+        response: str = FIRST,
+        fine: Sequence[ConditionRun] | None = None,
     ) -> Surface:
         """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points.
 
@@ -204,9 +205,9 @@ class SurfaceResult(StageResult):
         self,
         surface: Surface,
         answered: Sequence[Answered],
-        fine: Sequence[DiameterRun],
+        fine: Sequence[ConditionRun],
         further: Further = (),
-        response: str = "force",
+        response: str = FIRST,
     ) -> Correction:
         """Return what corrects a surface of coarse runs, by fine ones of the same design and points run fine alone."""
         runs = self.design.runs
@@ -231,7 +232,7 @@ class SurfaceResult(StageResult):
         terms = [row.term for row in self.coefficients]
         return fit_surface(coded, values, self.names, terms, *known, drop=self.inestimable == "drop")
 
-    def force_at(self, coded: Mapping[str, Any]) -> Any:
+    def response_at(self, coded: Mapping[str, Any]) -> Any:
         """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""
         values = np.broadcast_arrays(*(np.asarray(coded[name], dtype=float) for name in self.names))
         points = np.column_stack([value.ravel() for value in values])
@@ -253,12 +254,12 @@ class SurfaceResult(StageResult):
         """Return what the surface says of a coded point, and whether it lies inside ranges and design."""
         return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
 
-    def seen_by(self, response: str, diameter: float) -> SurfaceResult:
+    def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
-        part = next(part for part in self.diameters if part.diameter == diameter)
+        part = next(part for part in self.conditions if part.condition == condition)
         runs, fit = part.runs, self.refitted(part.runs, response=response, fine=part.fine_runs)
         told = [
-            replace(run, outcome=replace(other.outcome, force=other.outcome.response(response), responses=None))
+            replace(run, outcome=replace(other.outcome, response=other.outcome.of(response), responses=None))
             for run, other in zip(self.design.runs, runs, strict=True)
         ]
         return replace(
@@ -274,7 +275,7 @@ class SurfaceResult(StageResult):
             box_cox=None,
             second_opinion=None,
             sobol=Rows(),
-            diameters=Rows(),
+            conditions=Rows(),
             published=None,
             notes=fit.notes,
         )
@@ -305,14 +306,14 @@ class SurfaceResult(StageResult):
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run, those of a joint fit's diameters first."""
-        for part in self.diameters:
+        for part in self.conditions:
             for answered in part.runs:
-                yield f"rsm {answered.run}{self.naming.at(part.diameter)}", answered.outcome
+                yield f"rsm {answered.run}{self.naming.at(part.condition)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
-        for part in self.diameters:
+        for part in self.conditions:
             for answered in part.fine_runs:
-                yield f"rsm {answered.run}{self.naming.at(part.diameter)}, fine", answered.outcome
+                yield f"rsm {answered.run}{self.naming.at(part.condition)}, fine", answered.outcome
         for answered in self.coarse.fine_runs if self.coarse is not None else ():
             yield f"rsm {answered.run}, fine", answered.outcome
 

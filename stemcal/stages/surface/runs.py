@@ -10,14 +10,14 @@ import numpy as np
 
 from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.files.typed import absent, inline
-from stemcal.naming import FORCE, Named
+from stemcal.naming import FIRST, FORCE, Named
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study
 
 
 @dataclass(frozen=True, kw_only=True)
-class DiameterRun:
+class ConditionRun:
     """One run of the surface's design at another diameter."""
 
     run: int
@@ -25,8 +25,8 @@ class DiameterRun:
     weight: float | None = absent()
 
 
-Answered = DesignRun | DiameterRun
-A = TypeVar("A", DesignRun, DiameterRun)
+Answered = DesignRun | ConditionRun
+A = TypeVar("A", DesignRun, ConditionRun)
 
 
 def weighed(study: Study, runs: Sequence[A]) -> list[A]:
@@ -47,9 +47,9 @@ def circumstances(
     """
     apart = None if blocks is None else [block or "" for block in blocks] + [blocks[-1] or ""] * further
     weights = within = None
-    if response == "force" and any(run.weight is not None for run in answered):
+    if response == FIRST and any(run.weight is not None for run in answered):
         weights = [1.0 if run.weight is None else run.weight for run in answered] + [1.0] * further
-    if response == "force" and any(run.outcome.sd is not None for run in answered):
+    if response == FIRST and any(run.outcome.sd is not None for run in answered):
         within = _within([run.outcome for run in answered], further)
     return weights, apart, within
 
@@ -57,12 +57,12 @@ def circumstances(
 def _within(outcomes: Sequence[Outcome], further: int) -> Within:
     most = max(outcome.phases or 0 for outcome in outcomes)
     empty = (np.nan,) * most
-    forces = [empty if o.phase_forces is None else o.phase_forces for o in outcomes] + [empty] * further
-    same = all(len(values) == most for values in forces)
+    responses = [empty if o.phase_responses is None else o.phase_responses for o in outcomes] + [empty] * further
+    same = all(len(values) == most for values in responses)
     return Within(
         np.array([np.nan if o.sd is None else o.sd for o in outcomes] + [np.nan] * further),
         np.array([o.phases or 0 for o in outcomes] + [0] * further),
-        np.array(forces, dtype=float) if same else None,
+        np.array(responses, dtype=float) if same else None,
     )
 
 
@@ -76,12 +76,12 @@ def error_remark(design: DesignRuns, by_chance: bool = False, response: Named = 
         return f"Every force is the mean over {phases + 1} places of the mesh; their scatter is the pure error."
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
-        if run.force is not None:
-            groups.setdefault(tuple(run.coded.values()), []).append(run.force)
-    repeated = [forces for forces in groups.values() if len(forces) > 1]
+        if run.response is not None:
+            groups.setdefault(tuple(run.coded.values()), []).append(run.response)
+    repeated = [responses for responses in groups.values() if len(responses) > 1]
     if not repeated:
         return None
-    widest = max(repeated, key=lambda forces: max(forces) - min(forces))
+    widest = max(repeated, key=lambda responses: max(responses) - min(responses))
     same = max(widest) - min(widest) <= 1e-9 * max(map(abs, widest))
     if by_chance:
         return _chance_remark(repeated, same, response)
@@ -92,13 +92,13 @@ def error_remark(design: DesignRuns, by_chance: bool = False, response: Named = 
 
 def _chance_remark(repeated: Sequence[Sequence[float]], same: bool, response: Named) -> str:
     """Say how widely a program with chance in it scatters."""
-    df = sum(len(forces) - 1 for forces in repeated)
+    df = sum(len(responses) - 1 for responses in repeated)
     if same:
         return (
             "Runs with different seeds agree exactly: the program has no chance in it (write deterministic: true), or "
             "does not take {{seed}}."
         )
-    square = sum(float(np.sum((np.array(forces) - np.mean(forces)) ** 2)) for forces in repeated) / df
+    square = sum(float(np.sum((np.array(responses) - np.mean(responses)) ** 2)) for responses in repeated) / df
     told = response.text(square**0.5, ".3g")
     return f"Every run has a seed of its own; runs at the same levels scatter with sd {told} ({df} df)."
 

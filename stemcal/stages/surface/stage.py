@@ -13,15 +13,16 @@ from stemcal.doe.regression.reduction import Reduction, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import FIRST
 from stemcal.runs.policy import censored_remarks
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.audit.cells import audit_surface, sentences
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
+from stemcal.stages.printed_tables import audit_surface, sentences
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, read_fresh, reasons_given
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface.diameters import fine_runs, run_diameters
+from stemcal.stages.surface.conditions import fine_runs, run_conditions
 from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, told_by
 from stemcal.stages.surface.runs import circumstances, error_remark, weighed
 from stemcal.stages.surface.shape import shape_of
@@ -48,7 +49,7 @@ def fit_response_surface(work: Work) -> SurfaceResult:
     coarse, fit = _corrected(work, design, runs, fit)
     result, described = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
     result = replace(result, coarse=coarse)
-    result = replace(result, diameters=Rows(run_diameters(work, result, design)))
+    result = replace(result, conditions=Rows(run_conditions(work, result, design)))
     told = fit.lack_of_fit_testable or study.replicates > 0
     remarks = [result.pure_error_note] if result.pure_error_note and told else []
     reduced = [] if reduction is None else [reduction.describe()]
@@ -61,9 +62,9 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
     if design.coarse is None:
         return None, fit
     fine = fine_runs(work, design, work.study.targets.calibrate_at)
-    rows, forces = list(design.fine), [run.outcome.force for run in fine]
-    coarse = np.array([runs[i].force for i in rows], dtype=float)
-    found = correction_of(fit, design.coded[rows], coarse, np.array(forces, dtype=float))
+    rows, responses = list(design.fine), [run.outcome.response for run in fine]
+    coarse = np.array([runs[i].response for i in rows], dtype=float)
+    found = correction_of(fit, design.coded[rows], coarse, np.array(responses, dtype=float))
     tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
     told = Corrected(
         element_size=design.coarse,
@@ -93,7 +94,7 @@ def _result(
     study: Study, head: Head, design: Design, runs: DesignRuns, fit: Surface, reduction: Reduction | None
 ) -> tuple[SurfaceResult, list[str]]:
     """Return the result without what other diameters add, and what the shape and the scale of the response say."""
-    beside, described = shape_of(study, design, fit, [run.block for run in runs.runs if run.force is not None])
+    beside, described = shape_of(study, design, fit, [run.block for run in runs.runs if run.response is not None])
     middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
@@ -145,9 +146,9 @@ def fit_terms(study: Study, design: Design, runs: Sequence[DesignRun]) -> tuple[
     """Fit the surface to runs as the spec asks; returns it, and how its terms were chosen if they were."""
     rsm, drop = study.rsm, study.rsm.inestimable == "drop"
     blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
-    known = circumstances(blocks, runs, "force")
-    forces = [run.response("force") for run in runs]
+    known = circumstances(blocks, runs, FIRST)
+    responses = [run.number(FIRST) for run in runs]
     if rsm.reduce == "none":
-        return fit_surface(design.coded, forces, design.names, None, *known, drop=drop), None
-    reduced = reduce_surface(design.coded, forces, design.names, rsm.reduce, rsm.reduce_alpha, *known, drop=drop)
+        return fit_surface(design.coded, responses, design.names, None, *known, drop=drop), None
+    reduced = reduce_surface(design.coded, responses, design.names, rsm.reduce, rsm.reduce_alpha, *known, drop=drop)
     return reduced.surface, reduced

@@ -42,7 +42,7 @@ class Judged:
     """A response at a condition: how far simulated is from measured, None where the run failed; fitted, or a check."""
 
     named: Named
-    diameter: float
+    condition: float
     error_percent: float | None
     fitted: bool
 
@@ -77,12 +77,12 @@ class Evidence:
         found = []
         for row in validation.rows:
             at, fitted = row.compared, row.compared.role == "calibration"
-            found.append(Judged(self.naming.response, at.diameter, at.error_percent, fitted))
+            found.append(Judged(self.naming.response, at.condition, at.error_percent, fitted))
             for further in row.further:
                 if further.judged:
                     own = fitted and further.response in self.study.invert.responses
                     named = self.naming.named(further.response)
-                    found.append(Judged(named, at.diameter, further.error_percent, own))
+                    found.append(Judged(named, at.condition, further.error_percent, own))
         return found
 
     @property
@@ -108,8 +108,8 @@ def _use(evidence: Evidence) -> str:
     """Say at which conditions the simulated response agrees, and how far it is off where it is off most."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
     off = [row for row in rows if row.size > evidence.within]
-    apart = {row.diameter for row in off}
-    good = [f"{diameter:g}" for diameter in dict.fromkeys(row.diameter for row in rows) if diameter not in apart]
+    apart = {row.condition for row in off}
+    good = [f"{condition:g}" for condition in dict.fromkeys(row.condition for row in rows) if condition not in apart]
     if not rows or evidence.physics.share > MAJORITY:
         return ""
     worst = max(off, key=lambda row: row.size, default=None)
@@ -136,7 +136,7 @@ def _miss(row: Judged, naming: Naming = CUTTING) -> str:
     '42 % low at 11 mm'
     """
     error = row.error_percent or 0.0
-    return f"{_size(error)} % {'low' if error > 0.0 else 'high'}{naming.at(row.diameter)}"
+    return f"{_size(error)} % {'low' if error > 0.0 else 'high'}{naming.at(row.condition)}"
 
 
 def _size(percent: float) -> str:
@@ -167,7 +167,7 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
         if found is not None and found.joint is not None and found.joint.best_worst_error_percent > evidence.within:
             yield _no_joint_fit(evidence)
         return
-    target = study.calibration_target.force
+    target = study.calibration_target.response
     low, high = advice.reach(surface) if found is None else (target, target)
     if not low <= target <= high:
         side = "above" if target > high else "below"
@@ -286,7 +286,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
         yield Reason("validation", "with_reservations", sentence, "validate with a solver that simulates")
         return
     independent = [row for row in evidence.judged if not row.fitted]
-    failed = [f"{row.diameter:g}" for row in independent if row.error_percent is None]
+    failed = [f"{row.condition:g}" for row in independent if row.error_percent is None]
     if failed:
         sentence = f"the validation has no {response.noun}{naming.places(joined(failed))}: the run failed"
         yield Reason("validation", "with_reservations", sentence, "`stemcal retry SPEC`, then `stemcal validate SPEC`")

@@ -7,14 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import climbing, factors, geometry, outside, surface, targets
-from stemcal.study.spec.draft import Draft, Finding
-
-__all__ = ["broken_rules"]
+from stemcal.study.rules import factors, geometry, program_rules, surface_rules, target_rules
+from stemcal.study.rules.draft import Draft, Finding
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.names_differ,
-    targets.names_are_free,
+    target_rules.names_are_free,
     factors.ranges_rise,
     factors.factors_are_known,
     factors.factors_are_physical,
@@ -26,8 +24,8 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.material_is_complete,
     factors.tangent_stays_below_elastic,
     factors.design_takes_factors,
-    targets.diameters_differ,
-    targets.calibration_has_target,
+    target_rules.conditions_differ,
+    target_rules.calibration_has_target,
     geometry.stem_reaches_over_supports,
     geometry.blade_spans_stem,
     geometry.edge_fits_blade,
@@ -36,31 +34,31 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     geometry.symmetry_holds,
     geometry.one_mesh_scatter,
     geometry.other_meshes_are_possible,
-    surface.surface_factors_exist,
-    surface.strongest_are_enough,
-    surface.surface_design_takes_factors,
-    climbing.steps_stay_inside,
-    surface.runs_are_used,
-    surface.constraints_fit,
-    surface.coarse_runs_are_possible,
-    surface.surface_weights_known,
-    surface.coding_fits,
-    targets.published_factors_exist,
-    targets.claims_known,
-    targets.joint_diameters_measured,
-    targets.responses_measured,
-    targets.process_fits_one_force,
-    outside.table_answers_something,
-    outside.placeholders_are_known,
-    outside.placeholders_are_used,
-    outside.chance_is_said,
-    outside.mirrored_runs_stand_once,
-    outside.run_files_differ,
-    outside.every_response_is_read,
-    outside.own_names_belong_to_programs,
-    outside.reduction_has_what_it_needs,
-    outside.command_names_deck,
-    outside.openradioss_hardens_isotropically,
+    surface_rules.surface_factors_exist,
+    surface_rules.strongest_are_enough,
+    surface_rules.surface_design_takes_factors,
+    surface_rules.steps_stay_inside,
+    surface_rules.runs_are_used,
+    surface_rules.constraints_fit,
+    surface_rules.coarse_runs_are_possible,
+    surface_rules.surface_weights_known,
+    surface_rules.coding_fits,
+    target_rules.published_factors_exist,
+    target_rules.claims_known,
+    target_rules.joint_conditions_measured,
+    target_rules.responses_measured,
+    target_rules.process_fits_one_response,
+    program_rules.table_answers_something,
+    program_rules.placeholders_are_known,
+    program_rules.placeholders_are_used,
+    program_rules.chance_is_said,
+    program_rules.mirrored_runs_stand_once,
+    program_rules.run_files_differ,
+    program_rules.every_response_is_read,
+    program_rules.own_names_belong_to_programs,
+    program_rules.reduction_has_what_it_needs,
+    program_rules.command_names_deck,
+    program_rules.openradioss_hardens_isotropically,
 )
 
 

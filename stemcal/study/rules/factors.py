@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from stemcal.study import units
-from stemcal.study.model import EmbeddedSolver, Factor, Study
-from stemcal.study.outside import DeckSolver, LsDynaSolver
-from stemcal.study.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
-from stemcal.study.spec.draft import Draft, Finding
-from stemcal.study.spec.fields import MOST
-from stemcal.study.spec.strict_yaml import NodePath
+from stemcal.study.model import (
+    AROUND,
+    EMBEDDED,
+    PARAMETERS,
+    DeckSolver,
+    EmbeddedSolver,
+    Factor,
+    LsDynaSolver,
+    Parameter,
+    Study,
+)
+from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.types import units
+from stemcal.study.types.field_types import MOST
+from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean, nearest
 
 RATE = ("strain_rate_c", "strain_rate_p")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stemcal.study.spec.draft import Draft, Finding
+from stemcal.study.rules.draft import Draft, Finding
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
@@ -21,9 +21,9 @@ def blade_spans_stem(draft: Draft) -> Iterator[Finding]:
     """The edge is longer than every stem is wide."""
     if draft.blade is None:
         return
-    for path, diameter in draft.diameters.items():
-        if draft.blade.length < diameter:
-            message = f"the stem is {diameter:g} mm wide, the blade only {draft.blade.length:g} mm long"
+    for path, condition in draft.diameters.items():
+        if draft.blade.length < condition:
+            message = f"the stem is {condition:g} mm wide, the blade only {draft.blade.length:g} mm long"
             yield Finding(path, message, "check blade.length and the unit of the diameter")
 
 

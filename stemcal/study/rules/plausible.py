@@ -6,16 +6,12 @@ import math
 from collections.abc import Iterator
 from statistics import median
 
-from stemcal.naming import DIAMETER, FORCE
-from stemcal.study import units
-from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.outside import DeckSolver
-from stemcal.study.parameters import EMBEDDED, PARAMETERS
-from stemcal.study.spec.draft import Finding
-from stemcal.study.spec.lengths import Length
-from stemcal.study.spec.strict_yaml import NodePath
-
-__all__ = ["doubts"]
+from stemcal.naming import DIAMETER, FIRST, FORCE
+from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Study
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types import units
+from stemcal.study.types.lengths import Length
+from stemcal.study.types.strict_yaml import NodePath
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("specimen", "outer_diameter"): (1, 100, "mm"),
@@ -67,14 +63,14 @@ def _mesh(study: Study) -> Iterator[Finding]:
         ("blade", "edge_spread"): study.blade.edge_spread,
         ("material", "internal_length"): study.material.internal_length,
     }
-    diameters = sorted({study.targets.calibrate_at, *(target.diameter for target in study.targets.forces)})
+    conditions = sorted({study.targets.calibrate_at, *(target.condition for target in study.targets.means)})
     for path, length in lengths.items():
-        least = min(diameters, key=length.at)
+        least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
             message = "without this length the force belongs to the mesh: finer elements give another one"
             yield Finding(path, message, "write d/8 for blade.edge_spread, d/4.5 for material.internal_length")
             continue
-        coarse = [d for d in diameters if solver.element_size.at(d) > 0.5 * length.at(d) * (1.0 + 1e-9)]
+        coarse = [d for d in conditions if solver.element_size.at(d) > 0.5 * length.at(d) * (1.0 + 1e-9)]
         if coarse:
             whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
             message = f"elements of {solver.element_size} are more than half of {whole}"
@@ -83,12 +79,12 @@ def _mesh(study: Study) -> Iterator[Finding]:
 
 
 def _targets(study: Study) -> Iterator[Finding]:
-    for index, target in enumerate(study.targets.forces):
+    for index, target in enumerate(study.targets.means):
         path = ("targets", "forces", index)
         if study.naming.condition == DIAMETER:
-            yield from _doubt((*path, "diameter"), target.diameter, 1, 100, "mm")
+            yield from _doubt((*path, "diameter"), target.condition, 1, 100, "mm")
         if study.naming.response == FORCE:
-            yield from _doubt((*path, "force"), target.force, 1, 1e5, "N")
+            yield from _doubt((*path, "force"), target.response, 1, 1e5, "N")
         for name in ("sd", "travel_sd", "work_sd"):
             if getattr(target, name) == 0.0:
                 message = "a scatter of none gives this mean nearly all the weight of a joint fit"
@@ -104,9 +100,9 @@ def _scatters(study: Study) -> Iterator[Finding]:
     """Question a mean of the study's own responses whose scatter is not of its size: one of them has slipped."""
     if study.naming.is_cutting:
         return
-    for index, target in enumerate(study.targets.forces):
+    for index, target in enumerate(study.targets.means):
         for named in study.naming.responses:
-            mean, sd = target.mean_of("force" if named == study.naming.response else named.name)
+            mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
             if mean and sd and not _LEAST_SCATTER <= sd / mean <= 1.0:
                 message = f"a scatter of {named.text(sd)} is not of the size of the mean, {named.text(mean)}"
                 yield Finding(("targets", "forces", index, named.name), message, "check both numbers and their units")
@@ -114,19 +110,19 @@ def _scatters(study: Study) -> Iterator[Finding]:
 
 def _outliers(study: Study) -> Iterator[Finding]:
     """Question a cutting force that is far from what each other lets expect, whatever power of the diameter it has."""
-    targets = study.targets.forces
+    targets = study.targets.means
     if len(targets) < 3 or not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
     for index, target in enumerate(targets):
         expected = [
-            other.force * (target.diameter / other.diameter) ** power
+            other.response * (target.condition / other.condition) ** power
             for other in targets
             if other is not target
             for power in _POWERS
         ]
-        if target.force > _FAR * max(expected) or target.force < min(expected) / _FAR:
+        if target.response > _FAR * max(expected) or target.response < min(expected) / _FAR:
             message = (
-                f"{target.force:g} N at {target.diameter:g} mm, where each of the other diameters lets expect "
+                f"{target.response:g} N at {target.condition:g} mm, where each of the other diameters lets expect "
                 f"{median(expected):.0f} N or so"
             )
             yield Finding(("targets", "forces", index, "force"), message, "look for a slip of the point or the unit")

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from scipy.stats import f as f_distribution
 
-from stemcal.doe.calibration.joint import fit_jointly
+from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.misfit import Observation, misfit_of
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
+from stemcal.naming import FIRST
 
 REACH, STEP = 1.2, 0.002
-KINDS = ("force", "force", "travel", "work")
-SIZE = {"force": 1.0, "travel": 0.01, "work": 0.7}
+KINDS = (FIRST, FIRST, "travel", "work")
+SIZE = {FIRST: 1.0, "travel": 0.01, "work": 0.7}
 
 
 def quadratic(points):

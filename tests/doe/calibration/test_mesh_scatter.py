@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.doe.calibration.mesh import MeshScatter, scatter_of, size_factors
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, scatter_of, size_factors
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
+from stemcal.naming import FIRST
 
 NONE = np.zeros((1, 0))
 
@@ -89,7 +90,7 @@ def with_travel() -> Misfit:
     travels = [fit_surface(coded, u * (1.0 + 0.2 * coded[:, 1]), ["a", "b"]) for u in (1.0, 1.2)]
     observations = [
         Observation(f"{i}", surface, 1.03 * surface.beta[0], 0.03 * surface.beta[0], 6, kind)
-        for i, (surface, kind) in enumerate([(s, k) for k, of in (("force", forces), ("travel", travels)) for s in of])
+        for i, (surface, kind) in enumerate([(s, k) for k, of in ((FIRST, forces), ("travel", travels)) for s in of])
     ]
     return misfit_of(observations)
 

@@ -15,7 +15,7 @@ from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import critical_t, lenth, null_t
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 
 NAMES = [f"X{i}" for i in range(1, 10)]
 FIELDS = {"effect": "effect", "contribution_pct": "contribution_percent", "sum_of_squares": "sum_of_squares"}

@@ -17,8 +17,8 @@ def test_a_further_ratio_is_predicted_as_a_further_value() -> None:
     assert found is not None
     logs = np.log(ratios)
     reach = stats.t.ppf(0.975, 3) * logs.std(ddof=1) * (1 + 1 / 4) ** 0.5
-    assert found.force == pytest.approx(200.0 * stats.gmean(ratios))
-    assert np.log(found.interval) == pytest.approx(np.log(found.force) + np.array([-reach, reach]))
+    assert found.response == pytest.approx(200.0 * stats.gmean(ratios))
+    assert np.log(found.interval) == pytest.approx(np.log(found.response) + np.array([-reach, reach]))
 
 
 def test_fitted_level_and_growth_take_their_degrees_of_freedom() -> None:
@@ -45,7 +45,9 @@ def test_without_neighbours_the_process_is_the_scale(monkeypatch: pytest.MonkeyP
     ratios = dict(zip(SIX[:4], [1.02, 0.97, 1.08, 1.05], strict=True))
     scale, process = (corrected(200.0, 11.0, ratios, smooth=smooth) for smooth in (False, True))
     assert scale is not None and process is not None
-    assert process.force == pytest.approx(scale.force) and process.interval == pytest.approx(scale.interval, rel=1e-6)
+    assert process.response == pytest.approx(scale.response) and process.interval == pytest.approx(
+        scale.interval, rel=1e-6
+    )
 
 
 def test_a_process_of_known_length_is_ordinary_kriging(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -63,7 +65,7 @@ def test_a_process_of_known_length_is_ordinary_kriging(monkeypatch: pytest.Monke
     s2 = (logs - mean) @ inverse @ (logs - mean) / 4
     reach = stats.t.ppf(0.975, 4) * np.sqrt(s2 * (1.0 - solved @ np.append(k[5, :5], 1.0)))
     middle = solved[:5] @ logs
-    assert found is not None and np.log(found.force / 100.0) == pytest.approx(middle)
+    assert found is not None and np.log(found.response / 100.0) == pytest.approx(middle)
     assert np.log(np.array(found.interval) / 100.0) == pytest.approx([middle - reach, middle + reach], rel=1e-6)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.doe.validation.diameters import compare_diameters
+from stemcal.doe.validation.comparison import compare_conditions
 from stemcal.doe.validation.equivalence import Sample, compare_means, mean_interval
 
 
@@ -38,7 +38,7 @@ def test_without_scatter_nothing_is_tested() -> None:
 
 
 def test_rows_say_what_the_scatter_shows() -> None:
-    result = compare_diameters(
+    result = compare_conditions(
         [7.0, 8.0, 9.0, 10.0], [100.0] * 4, [101.0, 130.0, 104.0, 90.0], 8.0, [(2, 6), (2, 6), (20, 3), (None, 6)], 10.0
     )
     assert result.rows[0].p_equivalent is not None and result.rows[0].p_equivalent < 0.001

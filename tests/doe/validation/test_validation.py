@@ -6,16 +6,16 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from stemcal.doe.validation.diameters import compare_diameters
+from stemcal.doe.validation.comparison import compare_conditions
 from stemcal.errors import UsageError
-from stemcal.stages.audit.printed import compare_cells
+from stemcal.stages.printed_numbers import compare_cells
 
 
 @pytest.fixture(scope="module")
 def table13(printed_rows):
     rows = printed_rows("table13_validation.csv")
     columns = [[float(row[c]) for row in rows] for c in ("diameter_mm", "measured_N", "simulated_N")]
-    return compare_diameters(*columns, 8.0)
+    return compare_conditions(*columns, 8.0)
 
 
 def test_errors_of_table_13(table13):
@@ -28,7 +28,7 @@ def test_errors_of_table_13(table13):
 
 def test_the_printed_sign_at_11_mm_is_found(table13, printed_rows):
     cells = [
-        (f"{row.diameter:g} mm", printed["error_pct_printed"], row.error_percent)
+        (f"{row.condition:g} mm", printed["error_pct_printed"], row.error_percent)
         for row, printed in zip(table13.rows, printed_rows("table13_validation.csv"), strict=True)
     ]
     found = compare_cells(cells)
@@ -39,7 +39,7 @@ def test_growth_with_diameter(table13):
     lab, model = table13.measured_exponent, table13.simulated_exponent
     assert (lab.value, lab.low, lab.high) == pytest.approx((2.59, 2.25, 2.93), abs=5e-3)
     assert model.value == pytest.approx(2.20, abs=5e-3)
-    assert table13.error_slope_percent_per_mm == pytest.approx(4.307, abs=5e-4)
+    assert table13.error_slope_percent_per_unit == pytest.approx(4.307, abs=5e-4)
     assert any("a power law describes the measured force better" in note for note in table13.notes)
 
 
@@ -57,7 +57,7 @@ def test_notes_mark_the_calibration_diameter_and_the_trend(table13):
 
 
 def test_a_failed_run_has_no_error():
-    result = compare_diameters([7, 8, 9], [100.0, 150.0, 200.0], [110.0, None, float("nan")], 8)
+    result = compare_conditions([7, 8, 9], [100.0, 150.0, 200.0], [110.0, None, float("nan")], 8)
     assert [row.error_percent for row in result.rows] == [pytest.approx(-10.0), None, None]
     assert result.max_abs_error_percent == pytest.approx(10.0)
     assert result.simulated_exponent is None
@@ -66,13 +66,13 @@ def test_a_failed_run_has_no_error():
 
 
 def test_all_runs_failed():
-    out = compare_diameters([7, 8], [100.0, 150.0], [None, None], None)
+    out = compare_conditions([7, 8], [100.0, 150.0], [None, None], None)
     assert out.max_abs_error_percent is None
     assert out.mean_abs_error_percent is None
 
 
 def test_the_independent_maximum_leaves_the_calibration_diameter_out():
-    result = compare_diameters([7, 8], [100.0, 100.0], [101.0, 120.0], 8)
+    result = compare_conditions([7, 8], [100.0, 100.0], [101.0, 120.0], 8)
     assert result.max_abs_error_percent == pytest.approx(20.0)
     assert result.max_abs_error_percent_independent == pytest.approx(1.0)
 
@@ -80,19 +80,19 @@ def test_the_independent_maximum_leaves_the_calibration_diameter_out():
 def test_a_straight_line_wins_where_it_should():
     d = np.array([5.0, 6.0, 7.0, 8.0, 9.0, 10.0])
     wobble = np.array([0.1, -0.1, 0.05, -0.05, 0.1, -0.1])
-    result = compare_diameters(d, 50.0 * d - 200.0 + wobble, 50.0 * d - 200.0, None)
+    result = compare_conditions(d, 50.0 * d - 200.0 + wobble, 50.0 * d - 200.0, None)
     assert any("a straight line describes" in note for note in result.notes)
 
 
 def test_senseless_input_is_refused():
     with pytest.raises(UsageError, match="differ in number"):
-        compare_diameters([7], [1.0, 2.0], [1.0], 7)
+        compare_conditions([7], [1.0, 2.0], [1.0], 7)
     with pytest.raises(UsageError, match="must be positive"):
-        compare_diameters([7], [0.0], [1.0], 7)
+        compare_conditions([7], [0.0], [1.0], 7)
 
 
 def test_a_joint_fit_leaves_no_diameter_independent() -> None:
-    result = compare_diameters([7.0, 8.0], [100.0, 130.0], [101.0, 131.0], [7.0, 8.0])
+    result = compare_conditions([7.0, 8.0], [100.0, 130.0], [101.0, 131.0], [7.0, 8.0])
     assert [row.role for row in result.rows] == ["calibration", "calibration"]
     assert result.max_abs_error_percent_independent is None
     assert "fitted at 7, 8 mm" in result.notes[0]

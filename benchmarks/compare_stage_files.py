@@ -1,0 +1,107 @@
+"""Compare every number in the stage files of two study folders, old and new, to a part in 10¹².
+
+    python benchmarks/compare_stage_files.py OLD NEW [OLD NEW ...]
+
+The keys of schema version 1 are read as those of version 2. Texts, hashes and versions are not compared. Ends with 1
+if a number differs or stands in one folder only.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+STAGES = ("screen", "climb", "rsm", "invert", "refine", "mesh", "validate", "audit")
+TOLERANCE = 1e-12  # of the number
+SHOWN = 20
+NOT_COMPARED = {"schema_version", "naming", "inputs", "sha256", "notes"}
+NEW_KEYS = {
+    "force": "response",
+    "phase_forces": "phase_responses",
+    "diameter": "condition",
+    "diameters": "conditions",
+    "at_diameters": "at_conditions",
+    "error_slope_percent_per_mm": "error_slope_percent_per_unit",
+}
+
+Leaf = float | bool | None
+
+
+def new_keys(content: Mapping[str, Any]) -> dict[str, str]:
+    """Return today's key for each of an old file, which has response and condition under the names that it tells."""
+    if content["schema_version"] != 1:
+        return {}
+    naming = content.get("naming")
+    if naming is None:
+        return NEW_KEYS
+    response = naming["response"]["name"]
+    condition = {naming["condition"]["name"]: "condition"} if naming["condition"] else {}
+    return {**NEW_KEYS, response: "response", f"phase_{response}": "phase_responses", **condition}
+
+
+def leaves(content: Any, keys: Mapping[str, str], path: str = "") -> Iterator[tuple[str, Leaf]]:
+    """Yield every number, flag and null of a tree with the path to it in today's keys."""
+    if isinstance(content, dict):
+        for key, value in content.items():
+            if key not in NOT_COMPARED:
+                yield from leaves(value, keys, f"{path}.{keys.get(key, key)}")
+    elif isinstance(content, list):
+        for index, value in enumerate(content):
+            yield from leaves(value, keys, f"{path}[{index}]")
+    elif not isinstance(content, str):
+        yield path.lstrip("."), content
+
+
+def numbers_of(folder: Path) -> dict[str, Leaf]:
+    """Return the leaves of all stage files of a study folder."""
+    found: dict[str, Leaf] = {}
+    for stage in STAGES:
+        path = folder / f"{stage}.json"
+        if path.exists():
+            content = json.loads(path.read_text("utf-8"))
+            found.update((f"{stage}: {place}", value) for place, value in leaves(content, new_keys(content)))
+    return found
+
+
+def same(old: Leaf, new: Leaf) -> bool:
+    """Whether two leaves are equal, numbers within the tolerance."""
+    if old is None or new is None or isinstance(old, bool) or isinstance(new, bool):
+        return old is new
+    return math.isclose(old, new, rel_tol=TOLERANCE, abs_tol=TOLERANCE) or (math.isnan(old) and math.isnan(new))
+
+
+def differences(old: Mapping[str, Leaf], new: Mapping[str, Leaf]) -> list[str]:
+    """Return a line for each number that differs, or is in one folder only; a study without conditions has 0 now."""
+    lines = []
+    for place in dict.fromkeys([*old, *new]):
+        if place not in new:
+            lines.append(f"{place}: only old, {old[place]}")
+        elif place not in old:
+            if not (place.endswith((".condition", " condition")) and new[place] == 0.0):
+                lines.append(f"{place}: only new, {new[place]}")
+        elif not same(old[place], new[place]):
+            lines.append(f"{place}: {old[place]} is now {new[place]}")
+    return lines
+
+
+def main(folders: list[str]) -> int:
+    """Compare the folders two by two; print how many numbers agree and the first that do not."""
+    if not folders or len(folders) % 2:
+        print(__doc__)
+        return 2
+    worst = 0
+    for old, new in zip(folders[::2], folders[1::2], strict=True):
+        before, after = numbers_of(Path(old)), numbers_of(Path(new))
+        lines = differences(before, after)
+        print(f"{new}: {len(before)} numbers, {len(lines)} differ")
+        print("".join(f"  {line}\n" for line in lines[:SHOWN]), end="")
+        worst = max(worst, bool(lines) or not before)
+    return worst
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

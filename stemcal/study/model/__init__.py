@@ -1,0 +1,59 @@
+"""The study as data: frozen models, every value in internal units (mm, tonne, s, N, MPa, degrees).
+
+A key of a spec is a field, and what it means stands below it: the JSON schema, the reference page, the spec that
+`stemcal init` writes, `check` and `explain` all take it from there.
+"""
+
+from stemcal.study.model.design_options import (
+    CoarseOptions,
+    CodingEntry,
+    Constraint,
+    RsmOptions,
+    ScreenOptions,
+    factors_taken,
+    strongest_asked,
+)
+from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
+from stemcal.study.model.measured_targets import Mean, Published, Target, Targets
+from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
+from stemcal.study.model.program_options import (
+    Commanded,
+    CommandSolver,
+    DeckAt,
+    DeckHourglass,
+    DeckSolver,
+    LsDynaSolver,
+    OpenRadiossSolver,
+    ProgramOptions,
+)
+from stemcal.study.model.result_readers import (
+    CalculixResult,
+    CsvResult,
+    JsonResult,
+    RcforcResult,
+    RegexResult,
+    ResultReader,
+)
+from stemcal.study.model.shear_test import (
+    BladeSection,
+    ContactSection,
+    LoadingSection,
+    MaterialSection,
+    SpecimenSection,
+    SupportsSection,
+)
+from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection, TableSolver
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.whole_study import Study, StudyForm
+
+# fmt: off
+__all__ = [
+    "AROUND", "EMBEDDED", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult", "ClimbOptions",
+    "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
+    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "HourglassSection",
+    "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "MaterialSection", "Mean", "MeshOptions",
+    "OpenRadiossSolver", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions", "RegexResult",
+    "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
+    "SupportsSection", "TableSolver", "Target", "Targets", "factors_taken", "strongest_asked",
+]
+# fmt: on

@@ -1,0 +1,188 @@
+"""Programs outside stemcal as a spec describes them: any command, LS-DYNA and OpenRadioss."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, StringConstraints
+
+from stemcal.naming import FIRST
+from stemcal.study.model.frozen import Flag, Frozen, Share, Size
+from stemcal.study.model.result_readers import ResultReader, Text
+from stemcal.study.model.solver_options import (
+    BreakDrop,
+    FilterWindow,
+    HourglassCoefficient,
+    HourglassSection,
+    MassScaling,
+    Outputs,
+    ThroughWall,
+)
+from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole, complain
+
+MOST_FILES = 100
+
+
+def _argument(given: object) -> object:
+    if isinstance(given, str) and ("\0" in given or len(given) > 4000):
+        raise complain("is not usable as an argument", "shorten it")
+    return given
+
+
+Argument = Annotated[str, StringConstraints(strict=True, min_length=1), BeforeValidator(_argument)]
+Command = Annotated[tuple[Argument, ...], Field(min_length=1, max_length=200)]
+Variable = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)]
+Value = Annotated[str, StringConstraints(strict=True), BeforeValidator(_argument)]
+Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
+TimeLimit = Annotated[
+    float,
+    Quantity("time", above=0),
+    Field(description="How long a run may take before it is ended with all its processes."),
+]
+
+
+class Commanded(Frozen):
+    """A program that one command starts."""
+
+    command: Command
+    """The program and its arguments, as a list; it never passes through a shell."""
+
+
+class ProgramOptions(Frozen):
+    """What is said of every program that answers in place of the embedded solver."""
+
+    environment: Environment = {}
+    """Further variables of the environment, by name."""
+    time_limit: TimeLimit = 3600.0
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Files put beside each run under their own names."""
+    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
+    """Any text that tells versions of the program apart; another one computes all runs anew."""
+    keep: Literal["failed", "all"] = "failed"
+    """Which run folders stay: those of failed runs, or all."""
+
+
+class CommandSolver(ProgramOptions, Commanded):
+    """Any program that reads text files and leaves its result in one.
+
+    In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
+    the spec and ``{{diameter}}`` for the stem's outer diameter in mm, or the condition that the spec declares in its
+    place by its name; nothing else is replaced but, in a program with chance in it, ``{{seed}}`` and ``{{replicate}}``.
+    Each run has a folder of its own, in which templates and `files` lie under their own names. The number that `result`
+    reads is the response: the maximum force in N, or what the spec declares under ``responses``.
+    ``targets`` hold the values it is calibrated to.
+    """
+
+    kind: Literal["command"] = "command"
+    """Any program that reads text and leaves a number."""
+    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in mm; in a
+    program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`."""
+    result: ResultReader | None = None
+    """Where the program leaves its number; of several responses a mapping of such readers by their names."""
+    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
+    """The same by the names of the responses."""
+    deterministic: Flag | None = None
+    """Whether equal inputs give equal answers: if true, one run is repeated at the start to see it; if false, every
+    run is simulated anew, centre points too. Not said, it is taken for true and not tried."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
+    """How often every run of a design is simulated, each time with a seed of its own; more than one means that there
+    is chance in the program."""
+    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
+    """Draws other seeds for all runs."""
+
+    @property
+    def readers(self) -> dict[str, ResultReader]:
+        """How each response is read; the one of a single reader is called `FIRST`."""
+        return dict(self.results) if self.result is None else {FIRST: self.result}
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether equal inputs may give different answers."""
+        return self.replicates > 1 or self.deterministic is False
+
+
+class DeckHourglass(HourglassSection):
+    """Hourglass control of LS-DYNA: Flanagan and Belytschko's stiffness form (IHQ 4) or the viscous one (IHQ 1)."""
+
+    coefficient: HourglassCoefficient = 0.05
+
+
+class DeckAt(Frozen):
+    """The user's own deck of a stem of one diameter."""
+
+    diameter: Size
+    """Outer diameter of the stem in the deck."""
+    deck: SpecFile
+    """The deck."""
+
+
+class DeckSolver(ProgramOptions):
+    """What is said of every program that runs a keyword deck of the shear test.
+
+    The force is that of contact `interface`, times `scale` (4 for a quarter model), filtered, and its peak found like
+    that of the embedded solver.
+    """
+
+    time_limit: TimeLimit = 86400.0
+    interface: Annotated[Whole, Field(ge=1)] = 1
+    """Number of the contact whose force is read."""
+    scale: Number = 1.0
+    """The force is multiplied by it: 4 for a quarter model."""
+    filter_window: FilterWindow = 0.010
+    break_drop: BreakDrop = 0.5
+    element_size: Size = 1.0
+    """Length of the elements of the deck that stemcal writes."""
+    elements_through_wall: ThroughWall = None
+    hourglass: DeckHourglass = DeckHourglass()
+    """Hourglass control of the one-point elements."""
+    mass_scaling: MassScaling = 1e4
+    time_step_safety: Share = 0.8
+    """Share of the stable time step that is taken."""
+    outputs: Outputs = 500
+
+
+class LsDynaSolver(DeckSolver, Commanded):
+    """LS-DYNA, run on a deck that stemcal writes, or on the user's own `deck` with the stem's MAT_003 replaced.
+
+    A deck of the user's is of one stem: `deck` of that at the calibration diameter, `decks` of others.
+
+    In the arguments of `command`, ``{{deck}}`` stands for the file name of the deck. The force is the resultant of
+    contact `interface` along `component` in ``rcforc``. `files` (what the deck includes) are put beside it.
+    """
+
+    kind: Literal["lsdyna"] = "lsdyna"
+    """LS-DYNA."""
+    deck: SpecFile | None = None
+    """Your own deck of the stem at the calibration diameter; without it stemcal writes one."""
+    decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
+    """Your own decks of other diameters."""
+    material: Annotated[Whole, Field(ge=1)] | None = None
+    """Number of the material in your deck whose nine values are replaced; the only MAT_003 by default."""
+    component: Literal["x", "y", "z"] = "z"
+    """Direction of the force."""
+
+
+class OpenRadiossSolver(DeckSolver):
+    """OpenRadioss, run on a deck that stemcal writes: starter, engine, ``th_to_csv``.
+
+    The programs are those named here, else those of the installation in `home` or in the environment variable
+    ``OPENRADIOSS_PATH``, else those on PATH. `rate_law` is that of the embedded solver.
+    """
+
+    kind: Literal["openradioss"] = "openradioss"
+    """OpenRadioss."""
+    home: Text | None = None
+    """Folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment variable
+    `OPENRADIOSS_PATH` names."""
+    starter: Argument | None = None
+    """Name or path of the starter, where `home` has none of the usual name."""
+    engine: Argument | None = None
+    """The same of the engine."""
+    th_to_csv: Argument | None = None
+    """The same of the program that makes a table of the time histories."""
+    threads: Annotated[Whole, Field(ge=1, le=256)] = 1
+    """Threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
+    rate_law: Literal["paper", "cowper_symonds"] = "paper"
+    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P)."""

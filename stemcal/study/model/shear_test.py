@@ -1,0 +1,116 @@
+"""The virtual shear test: stem, blade, supports, and what they are made of."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from stemcal.study.model.frozen import Frozen, Size, SizeOrZero, Time
+from stemcal.study.model.parameters import PARAMETERS
+from stemcal.study.types.field_types import Number, Quantity
+from stemcal.study.types.lengths import Length, StemLengthOrZero
+
+Stress = Annotated[float, Quantity("stress")]
+
+
+class SpecimenSection(Frozen):
+    """The piece of stem, a hollow cylinder."""
+
+    outer_diameter: Size = 8.0
+    """Outer diameter where no other is asked for; targets have their own."""
+    diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
+    """Diameter of the bore over the outer diameter; 0 for a solid stem."""
+    length: Size = 50.0
+    """Length of the piece, the blade at its middle."""
+
+
+class BladeSection(Frozen):
+    """A wedge behind its edge, rigid."""
+
+    length: Size = 90.0
+    """Length along the edge; for the record, it is longer than any stem."""
+    width: Size = 28.0
+    """Height from edge to back."""
+    thickness: Size = 2.3
+    """Thickness behind the edge faces."""
+    edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
+    """Angle between the two faces of the edge."""
+    bevel: Literal["both", "one"] = "both"
+    """Ground on both sides, or on one only."""
+    edge_radius: SizeOrZero = 0.1
+    """Radius of the edge; 0 mm for a sharp one."""
+    edge_spread: StemLengthOrZero = Length(divisor=8.0)
+    """Length to either side of the edge over which its force is spread: a length, or a share of the stem's diameter
+    such as d/8. It belongs to the calibrated failure strain. 0 mm: the force belongs to the mesh."""
+
+
+class SupportsSection(Frozen):
+    """Two rigid blocks that the stem lies on."""
+
+    clearance: Size = 20.0
+    """The gap between the two supports; the blade comes down in its middle."""
+    fillet_radius: SizeOrZero = 1.0
+    """Radius of the supports' edges."""
+
+
+class LoadingSection(Frozen):
+    """The motion of the blade, at constant speed."""
+
+    speed: Annotated[float, Quantity("speed", above=0)] = 100 / 60
+    """Speed of the blade, constant."""
+    duration: Time = 0.5
+    """How long it moves; speed times duration is the stroke."""
+    gap: SizeOrZero = 0.001
+    """Distance of the edge from the stem at the start."""
+
+    @property
+    def stroke(self) -> float:
+        """How far the blade comes from touching the stem on, mm."""
+        return self.speed * self.duration - self.gap
+
+
+class ContactSection(Frozen):
+    """Friction and penalty between stem, blade and supports."""
+
+    static_friction: Annotated[Number, Field(ge=0, le=2)] = 0.15
+    """Coefficient of friction µs at rest."""
+    dynamic_friction: Annotated[Number, Field(ge=0, le=2)] = 0.10
+    """Coefficient of friction µd when sliding fast."""
+    decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
+    """How fast friction falls from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
+    penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
+    """Stiffness of the contact, as a share of m/Δt² of each node (mass m, stable time step Δt)."""
+    damping: Annotated[Number, Field(ge=0, le=1)] = 0.5
+    """Damping of the contact, as a share of the critical one."""
+
+
+class MaterialSection(Frozen):
+    """Fixed values of the material parameters that are no factors, in internal units."""
+
+    density: Annotated[float, Quantity("density")] | None = None
+    """Mass density."""
+    elastic_modulus: Stress | None = None
+    """Young's modulus E."""
+    poisson_ratio: Number | None = None
+    """Poisson's ratio."""
+    yield_stress: Stress | None = None
+    """Stress at which plastic flow begins, at rest."""
+    tangent_modulus: Stress | None = None
+    """Slope Et of the stress–strain curve beyond yield."""
+    hardening_parameter: Number | None = None
+    """0 for kinematic hardening, 1 for isotropic, between for a mixture."""
+    strain_rate_c: Annotated[float, Quantity("rate")] | None = None
+    """C of the strain-rate law; larger, the less speed strengthens. `solver.rate_law: none` switches rate dependence
+    off."""
+    strain_rate_p: Number | None = None
+    """P of the strain-rate law."""
+    failure_strain: Number | None = None
+    """Plastic strain, averaged over the internal length, at which an element is removed."""
+    internal_length: StemLengthOrZero = Length(divisor=4.5)
+    """Length over which the plastic strain that decides failure is averaged: a length, or a share of the diameter
+    such as d/4.5. 0 mm: element by element, and the force belongs to the mesh."""
+
+    def given(self) -> dict[str, float]:
+        """Return the parameters that have a value."""
+        return {name: value for name in PARAMETERS if (value := getattr(self, name, None)) is not None}

@@ -1,0 +1,115 @@
+"""The solvers that come with stemcal, as a spec describes them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from stemcal.study.model.frozen import Flag, Frozen, Share, Size, Time
+from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole
+from stemcal.study.types.lengths import Length, StemLength
+
+# Keys that the embedded solver and the decks of other programs have in common.
+HourglassCoefficient = Annotated[
+    Number, Field(ge=0, le=1, description="Strength; too small and elements fold, too large and the stem is too stiff.")
+]
+ThroughWall = Annotated[
+    Annotated[Whole, Field(ge=1, le=50)] | None,
+    Field(description="Elements through the wall; as many as make them no longer than `element_size` by default."),
+]
+MassScaling = Annotated[
+    Number,
+    Field(
+        ge=1,
+        description="Factor on all mass. Larger time steps, more kinetic energy: watch its share in the checks of the "
+        "runs.",
+    ),
+]
+Outputs = Annotated[Whole, Field(ge=10, le=100_000, description="Points of the force history.")]
+FilterWindow = Annotated[
+    float,
+    Quantity("time", at_least=0),
+    Field(description="Window of the low-pass filter of the force; 0 s for none."),
+]
+BreakDrop = Annotated[
+    Share,
+    Field(
+        description="The stem counts as broken, and the maximum as passed, once elements have failed and the force has "
+        "dropped by this share of it."
+    ),
+]
+
+
+class HourglassSection(Frozen):
+    """What holds elements with one point against their hourglass modes."""
+
+    form: Literal["stiffness", "viscous"] = "stiffness"
+    """Stiffness or viscous form."""
+    coefficient: HourglassCoefficient = 0.01
+
+
+class EmbeddedSolver(Frozen):
+    """The explicit finite element solver that comes with stemcal."""
+
+    kind: Literal["embedded"] = "embedded"
+    """The solver that comes with stemcal."""
+    rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
+    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all."""
+    symmetry: Literal["none", "half", "quarter"] = "quarter"
+    """Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`."""
+    element_size: StemLength = Length(divisor=16.0)
+    """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most half of
+    `edge_spread` and `internal_length`."""
+    elements_through_wall: ThroughWall = None
+    edge_over: Literal["elements", "nodes"] = "nodes"
+    """Whether the edge comes down on a row of nodes or over the middle of a row of elements."""
+    element: Literal["one_point", "full"] = "one_point"
+    """One-point elements, or the slow fully integrated reference."""
+    hourglass: HourglassSection = HourglassSection()
+    """Hourglass control of the one-point elements."""
+    mass_scaling: MassScaling = 1e4
+    time_step: Time | None = 4e-5
+    """Elements too small for this step are given mass until they can take it; without it none is given."""
+    time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
+    """Share of the stable time step that is taken."""
+    precision: Literal["mixed", "double"] = "mixed"
+    """`mixed`: strains, stresses and hourglass forces of the elements in single precision, all else in double;
+    `double`: everything."""
+    outputs: Outputs = 500
+    filter_window: FilterWindow = 0.010
+    coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
+    """Length of the elements at the ends of the stem over those under the edge."""
+    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
+    """Width of the elements at the bottom of the section over those under the edge."""
+    phases: Annotated[Whole, Field(ge=1, le=100)] = 1
+    """The force is the mean over so many places of the mesh under the edge."""
+    perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
+    """Seed of a random place of the mesh, for tests of how much that matters."""
+    break_drop: BreakDrop = 0.5
+    stop_after_peak: Flag = True
+    """End a simulation there; `false` computes the whole stroke."""
+    failure_length: Size | None = None
+    """Crack-band length: each element fails at the failure strain times this over its own length. It is another way
+    to what `internal_length` does."""
+    threads: Annotated[Whole, Field(ge=1, le=256)] = 1
+    """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))
+class TableSolver:
+    """Tables that answer in place of a solver: columns named by factor, the response last.
+
+    A dataclass, because a model of pydantic cannot have a field called `validate`.
+    """
+
+    kind: Literal["table"] = "table"
+    """Tables answer in place of a solver."""
+    screen: SpecFile | None = None
+    """CSV of the screening's runs: columns named by factor, the force last."""
+    rsm: SpecFile | None = None
+    """CSV of the surface's runs, likewise."""
+    validate: SpecFile | None = None
+    """CSV of diameters and simulated forces."""

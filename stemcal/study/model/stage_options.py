@@ -1,0 +1,106 @@
+"""Calibration and what follows it: options of the stages behind the surface, and of every run."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
+
+from stemcal.naming import FIRST
+from stemcal.study.model.frozen import Flag, Frozen, Share, Time
+from stemcal.study.model.measured_targets import AtSize
+from stemcal.study.types.field_types import Number, Whole
+from stemcal.study.types.lengths import StemLength
+from stemcal.study.types.named import responses_by_name
+
+Responses = Annotated[
+    tuple[str, ...],
+    BeforeValidator(responses_by_name),
+    WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}),
+]
+
+
+class InvertOptions(Frozen):
+    """Which of the points that give the target is called the solution; with `conditions`, the joint fit over them.
+
+    More `responses` than the force make a joint fit even of one diameter.
+    """
+
+    rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
+    """Which of the points that give the force is the solution: the nearest to the centre, the best predicted, or the
+    one with all factors but the strongest at their centre."""
+    conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
+        default=None, validation_alias=AliasChoices("diameters", "conditions")
+    )
+    """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
+    responses: Responses = (FIRST,)
+    """What is fitted: the force alone, or also travel and work to the maximum."""
+    posterior: Flag = False
+    """Sample what the forces leave possible (extra `bayes`)."""
+    ranges_chosen: Literal["before", "after"] = "before"
+    """Whether the factors' ranges were fixed before the measured forces were seen; after that no diameter that is
+    left out is an independent check."""
+    discrepancy: Literal["none", "scale", "process"] = "none"
+    """What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that changes
+    smoothly with the diameter. Gives prediction intervals of the measured forces."""
+    desirability: Flag | None = None
+    """Put the most desirable point (Derringer and Suich) beside the fit; by default where the study declares several
+    responses."""
+
+
+class ClimbOptions(Frozen):
+    """The walk towards the target between screening and surface.
+
+    Steps of one's own end where the ranges do; active factors without a size go along in proportion to their slopes.
+    """
+
+    steps: Annotated[Whole, Field(ge=1, le=50)] = 5
+    """Steps from the middle to the edge of the ranges."""
+    step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
+    """Steps of one's own, in the units of the factors by their names; `steps` is then the most of them."""
+    shrink: Share = 0.5
+    """Share of each range over which the surface's design reaches, around the best step."""
+
+
+class RefineOptions(Frozen):
+    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent."""
+
+    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
+    """Done once the simulated force is within this of the measured one."""
+    budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
+    """Most simulations it may take."""
+    model: Literal["quadratic", "process", "better"] = "quadratic"
+    """What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at predicting the
+    design's runs left out."""
+    batch: Annotated[Whole, Field(ge=1, le=64)] = 4
+    """How many points a Gaussian process proposes at a time; they are simulated together."""
+
+
+class MeshOptions(Frozen):
+    """Which other meshes the solution is simulated on.
+
+    Their scatter enters every interval; what a size does to all diameters alike is told beside the calibrated values.
+    """
+
+    phases: Annotated[Whole, Field(ge=2, le=50)] = 5
+    """Places of the mesh along the stem."""
+    sizes: Annotated[tuple[StemLength, ...], Field(max_length=10)] = ()
+    """Further element sizes, lengths or shares of the diameter such as `d/24`."""
+
+
+class RunsOptions(Frozen):
+    """What becomes of runs that fail, and how long one may take.
+
+    Only accidents are tried again: what fails for a physical reason would fail again.
+    """
+
+    tries: Annotated[Whole, Field(ge=1, le=20)] = 2
+    """How often a run is begun that ends by accident: its process died, the solver raised an exception."""
+    time_limit: Time | None = None
+    """How long one run may take, counted from its start; as long as it needs by default."""
+    quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
+    """Share of a stage's runs that must succeed."""
+    keep_going: Flag = True
+    """`false` stops a stage at its first failure."""
+    censored: Literal["warn", "fail"] = "warn"
+    """What a force counts as that still rises when the stroke ends: a bound that is warned of, or a failure."""

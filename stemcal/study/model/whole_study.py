@@ -1,0 +1,208 @@
+"""The study as data: frozen models, every value in internal units (mm, tonne, s, N, MPa, degrees).
+
+Only `Factor` keeps the unit its author chose: designs, tables and results show levels in that unit, and
+`Factor.internal` converts where a solver needs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, Field, PrivateAttr
+
+from stemcal.naming import Naming
+from stemcal.study.model.design_options import RsmOptions, ScreenOptions
+from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
+from stemcal.study.model.frozen import Frozen
+from stemcal.study.model.measured_targets import Published, Target, Targets
+from stemcal.study.model.parameters import PARAMETERS
+from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
+from stemcal.study.model.shear_test import (
+    BladeSection,
+    ContactSection,
+    LoadingSection,
+    MaterialSection,
+    SpecimenSection,
+    SupportsSection,
+)
+from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.types.field_types import StudyName, Title, Whole
+from stemcal.study.types.named import naming_of
+
+_NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
+
+
+class StudyForm(Frozen):
+    """What stands in a spec."""
+
+    schema_version: Annotated[Whole, Field(ge=1, le=1)] = 1
+    """Version of the form of the spec; 1."""
+    name: StudyName
+    """Name of the study, and of its folder below `runs`."""
+    title: Title = ""
+    """Title of the report and of its tables; the name by default."""
+    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
+    """What is calibrated, in the order of their symbols X1, X2 and so on."""
+    responses: Annotated[tuple[Response, ...], Field(max_length=20)] = ()
+    """What a run gives and the laboratory measures, where it is not the maximum force: a program may give several."""
+    conditions: Annotated[tuple[Condition, ...], Field(max_length=1)] | None = None
+    """At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without `conditions` a
+    study with `responses` has none."""
+    specimen: SpecimenSection = SpecimenSection()
+    """The piece of stem."""
+    blade: BladeSection = BladeSection()
+    """The rigid blade."""
+    supports: SupportsSection = SupportsSection()
+    """The two rigid supports."""
+    loading: LoadingSection = LoadingSection()
+    """How the blade moves."""
+    contact: ContactSection = ContactSection()
+    """Friction and contact between stem, blade and supports."""
+    material: MaterialSection = MaterialSection()
+    """Fixed values of the parameters that are no factors, and the length behind failure."""
+    solver: Annotated[
+        EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver, Field(discriminator="kind")
+    ] = EmbeddedSolver()
+    """What answers which force a set of levels gives."""
+    targets: Targets
+    """What the laboratory measured."""
+    screen: ScreenOptions = ScreenOptions()
+    """Stage 1: which factors matter."""
+    climb: ClimbOptions | None = None
+    """Between stages 1 and 2: a walk towards the target; without this section there is none."""
+    rsm: RsmOptions = RsmOptions()
+    """Stage 2: the response surface."""
+    invert: InvertOptions = InvertOptions()
+    """Stage 3: the parameters that give the measured force."""
+    refine: RefineOptions | None = None
+    """Stage 4: simulate at the solution and correct it; without this section it is left out."""
+    mesh: MeshOptions | None = None
+    """Simulate the solution on other meshes; their scatter then enters every interval."""
+    runs: RunsOptions = RunsOptions()
+    """What becomes of runs that fail."""
+    published: Published | None = None
+    """A paper's printed results, to compare with and to audit."""
+
+
+class Study(StudyForm):
+    """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
+
+    source: Path = Field(default=Path("study.yaml"), exclude=True)
+    warnings: tuple[str, ...] = Field(default=(), exclude=True)
+    _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
+
+    def with_(self, **changes: object) -> Study:
+        """Return the study that its spec gives with some changes, checked as a spec is.
+
+        Parameters
+        ----------
+        changes
+            By the name of a factor or of a section: a mapping is laid over what stands there, anything else takes its
+            place. Quantities are written as in a spec.
+
+        Raises
+        ------
+        SpecError
+            With every problem of the changed spec.
+
+        Examples
+        --------
+        ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
+        """
+        if self._reread is None:
+            raise TypeError("only a study that was read from a spec can be changed so")
+        return self._reread(changes)
+
+    def __repr__(self) -> str:
+        return (
+            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.means)} measured "
+            f"{self.naming.response.plural}, solver {self.solver.kind}"
+        )
+
+    __str__ = __repr__
+
+    @cached_property
+    def naming(self) -> Naming:
+        """What the responses and the condition are called."""
+        return naming_of(self.responses, self.conditions)
+
+    @property
+    def own_further(self) -> tuple[str, ...]:
+        """The names of the responses that the study declares beside its first."""
+        return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the factors, in the order of the spec."""
+        return tuple(factor.name for factor in self.factors)
+
+    def factor(self, name: str) -> Factor:
+        """Return the factor called `name`; raise `KeyError` if there is none."""
+        for factor in self.factors:
+            if factor.name == name:
+                return factor
+        raise KeyError(name)
+
+    def midlevels(self) -> dict[str, float]:
+        """Return the mid-level of every factor, in the units of the spec."""
+        return {factor.name: factor.centre for factor in self.factors}
+
+    def parameters(self, levels: Mapping[str, float]) -> dict[str, float]:
+        """Return the nine material parameters in internal units; factors without a level stay at mid-level."""
+        chosen = self._internal(levels)
+        varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
+        return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {})}
+
+    def at(self, levels: Mapping[str, float]) -> Study:
+        """Return the study whose specimen and contact are what the levels of such factors say.
+
+        `stem_friction` is the coefficient of friction at any speed; `wall_thickness` is that of the stem at the
+        calibration diameter, and stems of other diameters have the same ratio of inner to outer diameter.
+        """
+        chosen = self._internal(levels)
+        sections: dict[str, BaseModel] = {}
+        if (friction := chosen.get("stem_friction")) is not None:
+            given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
+            sections["contact"] = self.contact.model_copy(update=given)
+        if (wall := chosen.get("wall_thickness")) is not None:
+            ratio = 1.0 - 2.0 * wall / self.targets.calibrate_at
+            sections["specimen"] = self.specimen.model_copy(update={"diameter_ratio": ratio})
+        return self.model_copy(update=sections) if sections else self
+
+    def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
+        """Return the value of every factor in internal units; those without a level stay at mid-level."""
+        chosen = {**self.midlevels(), **levels}
+        return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
+
+    @property
+    def without_rate(self) -> bool:
+        """Whether the speed of straining is to leave the yield stress as it is."""
+        return isinstance(self.solver, EmbeddedSolver) and self.solver.rate_law == "none"
+
+    @property
+    def replicates(self) -> int:
+        """How often the solver is asked for the same levels; 0 where it answers the same every time."""
+        return self.solver.replicates if isinstance(self.solver, CommandSolver) and self.solver.by_chance else 0
+
+    @property
+    def calibration_target(self) -> Target:
+        """The target at the diameter the parameters are calibrated at."""
+        return min(self.targets.means, key=lambda target: abs(target.condition - self.targets.calibrate_at))
+
+    @property
+    def unvalidated(self) -> bool:
+        """Whether the tables that answer have none for the validation."""
+        return isinstance(self.solver, TableSolver) and self.solver.validate is None
+
+    @property
+    def joint_targets(self) -> tuple[Target, ...]:
+        """The targets that the parameters are fitted to together; empty if one force alone is."""
+        wanted = self.invert.conditions
+        if wanted is None:
+            return (self.calibration_target,) if len(self.invert.responses) > 1 else ()
+        means = self.targets.means
+        return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))

@@ -1,0 +1,141 @@
+"""From what pydantic says to what a person can act on: plain words and a remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, keys_of, meaning_of, section_with
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types.strict_yaml import NodePath
+from stemcal.words import listed, nearest
+
+_KINDS = {
+    "string_type": ("a text", "put it between quotes"),
+    "float_type": ("a number", "write a plain number, such as 0.3"),
+    "int_type": ("a whole number", "write it without a point or unit"),
+    "int_from_float": ("a whole number", "write it without a point or unit"),
+    "tuple_type": ("a list", "begin each entry with - on its own line"),
+    "list_type": ("a list", "begin each entry with - on its own line"),
+    "dict_type": ("a mapping", "write key: value lines below it"),
+    "model_type": ("a mapping", "write key: value lines below it"),
+    "model_attributes_type": ("a mapping", "write key: value lines below it"),
+    "dataclass_type": ("a mapping", "write key: value lines below it"),
+}
+_BOUNDS = {
+    "greater_than": ("must be above", "gt"),
+    "greater_than_equal": ("must not be below", "ge"),
+    "less_than": ("must be below", "lt"),
+    "less_than_equal": ("must not be above", "le"),
+}
+
+
+def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    """Return one pydantic error as a finding.
+
+    Parameters
+    ----------
+    error
+        One entry of `ValidationError.errors()`.
+    path
+        Where it is in the spec, without pydantic's own words.
+    shown_path
+        The same, with the kind of solver still in it, for looking up known keys.
+    """
+    kind = error["type"]
+    if kind == "stemcal":
+        return Finding(path, error["ctx"]["message"], error["ctx"]["remedy"])
+    special = _SPECIAL.get(kind)
+    if special is not None:
+        return special(error, path, shown_path)
+    if kind in _KINDS:
+        return Finding(path, *_wrong_kind(error["input"], *_KINDS[kind]))
+    if kind in _BOUNDS:
+        words, key = _BOUNDS[kind]
+        return Finding(path, f"{_show(error['input'])} {words} {error['ctx'][key]:g}", "correct the value")
+    return Finding(path, f"{_show(error['input'])}: {error['msg']}", "correct the value")
+
+
+def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
+    if given is None:
+        return "is empty", f"write {wanted} or remove the line"
+    return f"{_show(given)} is not {wanted}", remedy
+
+
+def _missing(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    key, meaning = str(path[-1]), meaning_of(shown_path)
+    return Finding(path[:-1], f"{key!r} is missing", f"add a line {key}: …{meaning and f'  # {meaning}'}")
+
+
+def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    key = str(path[-1])
+    known = keys_of(shown_path[:-1])
+    near = nearest(key, known)
+    section = section_with(key)
+    if near:
+        remedy = f"did you mean {near}?"
+    elif section:
+        remedy = f"it belongs under {section}"
+    else:
+        remedy = f"remove it, or use {listed(known)}"
+    return Finding(path, f"unknown key {key[:60]!r}", remedy, at_key=True)
+
+
+def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    given = error["input"]
+    choices = [part.strip().strip("'") for part in error["ctx"]["expected"].replace(" or ", ", ").split(", ")]
+    near = nearest(given, choices) if isinstance(given, str) else None
+    remedy = f"did you mean {near}?" if near else f"write {listed(choices)}"
+    return Finding(path, f"{_show(given)} is not one of the choices", remedy)
+
+
+def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    given = error["input"].get("kind") if isinstance(error["input"], dict) else None
+    kinds = _kinds_at(path)
+    near = nearest(given, kinds) if isinstance(given, str) else None
+    remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds)}"
+    return Finding((*path, "kind"), f"{_show(given)} is no kind of {path[-1]}", remedy)
+
+
+def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    return Finding(path, "'kind' is missing", f"add kind: {listed(_kinds_at(path))}")
+
+
+def _kinds_at(path: NodePath) -> tuple[str, ...]:
+    return SOLVER_KINDS if path == ("solver",) else RESULT_KINDS
+
+
+def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    if error["type"] in ("too_short", "string_too_short"):
+        return Finding(path, "is empty", "fill it in")
+    most = error["ctx"].get("max_length")
+    return Finding(path, f"is too long ({len(error['input'])})", f"keep at most {most}")
+
+
+_SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {
+    "missing": _missing,
+    "extra_forbidden": _unknown_key,
+    "unexpected_keyword_argument": _unknown_key,
+    "literal_error": _choice,
+    "union_tag_invalid": _solver_kind,
+    "union_tag_not_found": _no_solver_kind,
+    "too_short": _length,
+    "too_long": _length,
+    "string_too_short": _length,
+    "string_too_long": _length,
+}
+
+
+def _show(given: Any) -> str:
+    if isinstance(given, dict):
+        return "a mapping"
+    if isinstance(given, list | tuple):
+        return "a list"
+    if given is None:
+        return "an empty value"
+    if isinstance(given, bool):
+        return str(given).lower()
+    if isinstance(given, float):
+        return f"{given:g}"
+    text = repr(given)
+    return text if len(text) <= 62 else text[:59] + "..."

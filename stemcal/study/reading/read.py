@@ -1,0 +1,159 @@
+"""From a YAML file to a `Study`, or to every problem in it with its line and what to do.
+
+The way of a spec: bytes → strict tree with places → each section by itself → rules across them → `Study`.
+A section that is wrong does not hide what is wrong in another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stemcal.errors import SpecError, SpecProblem
+from stemcal.files.plain import open_plain
+from stemcal.naming import Naming
+from stemcal.study.model import Study
+from stemcal.study.reading.sections import Sections, read_sections
+from stemcal.study.rules import broken_rules
+from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.rules.plausible import doubts
+from stemcal.study.types.named import as_in_spec
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
+
+
+def load_study(path: str | Path) -> Study:
+    """Return the study in the YAML file `path`; raise `SpecError` with all that is wrong with it."""
+    path = Path(path)
+    return read_study(_content(path), path)
+
+
+@dataclass(frozen=True)
+class Reread:
+    """Reads a spec again with further changes laid over it."""
+
+    content: bytes
+    path: Path
+    changes: tuple[Mapping[str, object], ...] = ()
+
+    def __call__(self, changes: Mapping[str, object]) -> Study:
+        """Return the study with all changes so far and these."""
+        return read_study(self.content, self.path, (*self.changes, changes))
+
+
+def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], ...] = ()) -> Study:
+    """Return the study in `content`; `path` names it in messages, and tables are found beside it.
+
+    `changes` are laid over it one after the other, by the name of a section or a factor (see `Study.with_`).
+    """
+    document = read_yaml(content)
+    for change in changes:
+        document.data = _changed(document.data, change)
+    problems = [
+        _problem(path, document, place, Finding(node, message, remedy))
+        for place, node, message, remedy in document.problems
+    ]
+    if not document.complete:
+        raise SpecError(problems)
+    read = read_sections(document.data, path.absolute().parent)
+    findings = [*read.findings, *broken_rules(_draft(document.data, read))]
+    findings = [_as_spelled(finding, document.data, read.naming) for finding in findings]
+    problems += _without_echo(path, document, findings, {problem.line for problem in problems})
+    if problems:
+        raise SpecError(problems)
+    study = _study(path, document, read.good)
+    study._reread = Reread(content, path, changes)
+    return study
+
+
+def _changed(data: Any, changes: Mapping[str, object]) -> Any:
+    """Lay changes over the tree of a spec: mappings over mappings, by factor or by section."""
+    if not isinstance(data, dict):
+        return data
+    changed = dict(data)
+    for name, value in changes.items():
+        factors = changed.get("factors")
+        named = isinstance(factors, list) and any(isinstance(f, dict) and f.get("name") == name for f in factors)
+        if named and isinstance(factors, list):
+            changed["factors"] = [
+                _laid_over(f, value) if isinstance(f, dict) and f.get("name") == name else f for f in factors
+            ]
+        else:
+            changed[name] = _laid_over(changed.get(name), value)
+    return changed
+
+
+def _laid_over(below: object, above: object) -> object:
+    return {**below, **above} if isinstance(below, dict) and isinstance(above, Mapping) else above
+
+
+def _content(path: Path) -> bytes:
+    try:
+        with open_plain(path) as file:
+            return file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        problem = SpecProblem(str(path), 1, 1, "", f"cannot be read: {reason}", "check the name of the spec")
+        raise SpecError([problem]) from None
+
+
+def _draft(data: Any, sections: Sections) -> Draft:
+    entries = data.get("factors") if isinstance(data, dict) else None
+    entries = entries if isinstance(entries, list) else []
+    names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
+    known = {key: value for key, value in sections.good.items() if key in Draft.__dataclass_fields__}
+    return Draft(**{**known, "names": names, "naming": sections.naming})
+
+
+def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
+    """Return a finding with the path that the spec writes, under its own names."""
+    as_list = isinstance(data, dict) and isinstance(data.get("targets"), list)
+    path = as_in_spec(finding.path, naming, as_list)
+    invert = data.get("invert") if isinstance(data, dict) else None
+    if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
+        path = ("invert", "conditions", *path[2:])
+    return finding._replace(path=("solver", "result", *path[2:]) if path[:2] == ("solver", "results") else path)
+
+
+def _without_echo(path: Path, document: Document, findings: list[Finding], spoiled: set[int]) -> Iterator[SpecProblem]:
+    """Yield the findings as problems, but none that only follows from a line unreadable as YAML."""
+    seen = set()
+    for finding in findings:
+        problem = _problem(path, document, _place(document, finding), finding)
+        if problem.line not in spoiled and problem not in seen:
+            seen.add(problem)
+            yield problem
+
+
+def _place(document: Document, finding: Finding) -> Position:
+    if finding.at_key and finding.path in document.keys:
+        return document.keys[finding.path]
+    return document.place(finding.path)
+
+
+def _problem(path: Path, document: Document, place: Position, finding: Finding) -> SpecProblem:
+    shown = _shown(finding.path, document.data)
+    return SpecProblem(str(path), place.line, place.column, shown, finding.message, finding.remedy)
+
+
+def _shown(path: NodePath, data: Any) -> str:
+    """Return `path` as people write it: factors by name, other list entries counted from 1."""
+    words: list[str] = []
+    for step in path:
+        if isinstance(step, int):
+            data = data[step] if isinstance(data, list) and step < len(data) else None
+            name = data.get("name") if isinstance(data, dict) else None
+            words.append(f".{name[:40]}" if isinstance(name, str) and name else f"[{step + 1}]")
+        else:
+            data = data.get(step) if isinstance(data, dict) else None
+            words.append(f".{step[:60]}")
+    return "".join(words).removeprefix(".").replace("\n", " ")
+
+
+def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
+    values = {**sections, "factors": tuple(sections["factors"].values()), "source": path.absolute()}
+    values["title"] = values["title"] or values["name"]
+    study = Study.model_validate(values)
+    warnings = tuple(str(_problem(path, document, _place(document, doubt), doubt)) for doubt in doubts(study))
+    return study.model_copy(update={"warnings": warnings})

@@ -1,0 +1,101 @@
+"""A spec half read: the sections that are valid by themselves, for rules that look across them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from stemcal.naming import CUTTING, DIAMETER, Naming
+from stemcal.study.model import (
+    BladeSection,
+    ClimbOptions,
+    CommandSolver,
+    Condition,
+    ContactSection,
+    DeckSolver,
+    EmbeddedSolver,
+    Factor,
+    InvertOptions,
+    LsDynaSolver,
+    MaterialSection,
+    MeshOptions,
+    OpenRadiossSolver,
+    Published,
+    RefineOptions,
+    Response,
+    RsmOptions,
+    ScreenOptions,
+    SpecimenSection,
+    SupportsSection,
+    TableSolver,
+    Targets,
+)
+from stemcal.study.types.strict_yaml import NodePath
+from stemcal.words import did_you_mean
+
+
+class Finding(NamedTuple):
+    """Something wrong at `path`; `at_key` when the key itself is at fault."""
+
+    path: NodePath
+    message: str
+    remedy: str = ""
+    at_key: bool = False
+
+
+@dataclass(frozen=True)
+class Draft:
+    """Valid sections; None where a section is not valid, so that each rule checks what there is.
+
+    `factors` holds the valid ones by their index; `names` are the names of all, valid or not.
+    """
+
+    factors: dict[int, Factor] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    naming: Naming = CUTTING
+    responses: tuple[Response, ...] | None = None
+    conditions: tuple[Condition, ...] | None = None
+    specimen: SpecimenSection | None = None
+    blade: BladeSection | None = None
+    supports: SupportsSection | None = None
+    contact: ContactSection | None = None
+    material: MaterialSection | None = None
+    solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver | None = None
+    targets: Targets | None = None
+    screen: ScreenOptions | None = None
+    rsm: RsmOptions | None = None
+    invert: InvertOptions | None = None
+    published: Published | None = None
+    refine: RefineOptions | None = None
+    mesh: MeshOptions | None = None
+    climb: ClimbOptions | None = None
+
+    @property
+    def embedded(self) -> EmbeddedSolver | None:
+        """The embedded solver, if that is what answers."""
+        return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+
+    @property
+    def stem_solver(self) -> str:
+        """The name of the solver if its factors are parameters of the stem's material, else an empty text."""
+        if self.embedded is not None:
+            return "embedded"
+        if not isinstance(self.solver, DeckSolver):
+            return ""
+        return "LS-DYNA" if isinstance(self.solver, LsDynaSolver) else "OpenRadioss"
+
+    @property
+    def diameters(self) -> dict[NodePath, float]:
+        """Every stem diameter of the spec with its place, mm."""
+        found: dict[NodePath, float] = {}
+        if self.specimen is not None:
+            found["specimen", "outer_diameter"] = self.specimen.outer_diameter
+        if self.targets is not None and self.naming.condition == DIAMETER:
+            for index, target in enumerate(self.targets.means):
+                found["targets", "forces", index, "diameter"] = target.condition
+        return found
+
+    def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
+        """Return that no factor is called so."""
+        message = f"{name[:60]!r} is not a factor of this study"
+        return Finding(path, message, did_you_mean(name, self.names), at_key)

@@ -1,0 +1,144 @@
+"""Units by name: what people write ("100 mm/min") to the internal system and back.
+
+Inside stemcal everything is mm, tonne, s, N, MPa, and angles are degrees. The table is small on purpose:
+a unit that is not in it is an error with a suggestion, never an expression to be evaluated.
+
+>>> parse("100 mm/min", "speed")
+1.6666666666666667
+>>> convert(1100, "kg/m3")
+1.1e-09
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from typing import NamedTuple
+
+from stemcal.errors import UsageError
+
+
+class UnitError(UsageError):
+    """A text that is no quantity, with the remedy apart so that a report can show it."""
+
+    def __init__(self, message: str, remedy: str = "") -> None:
+        self.message, self.remedy = message, remedy
+        super().__init__(f"{message}; {remedy}" if remedy else message)
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.message, self.remedy)
+
+
+class Unit(NamedTuple):
+    """One unit: internal value = value · numerator / denominator."""
+
+    name: str
+    dimension: str
+    numerator: float
+    denominator: float
+
+
+# By dimension, the internal unit first: numerator and denominator of each.
+_TABLE: dict[str, dict[str, tuple[float, float]]] = {
+    "length": {"mm": (1, 1), "um": (1, 1000), "cm": (10, 1), "m": (1000, 1), "in": (25.4, 1)},
+    "mass": {"t": (1, 1), "kg": (1, 1000), "g": (1, 1e6)},
+    "time": {"s": (1, 1), "ms": (1, 1000), "us": (1, 1e6), "min": (60, 1), "h": (3600, 1)},
+    "force": {"N": (1, 1), "mN": (1, 1000), "kN": (1000, 1), "kgf": (9.80665, 1)},
+    "stress": {"MPa": (1, 1), "Pa": (1, 1e6), "kPa": (1, 1000), "GPa": (1000, 1), "N/mm2": (1, 1)},
+    "density": {"t/mm3": (1, 1), "kg/m3": (1, 1e12), "g/cm3": (1, 1e9)},
+    "speed": {"mm/s": (1, 1), "mm/min": (1, 60), "cm/s": (10, 1), "m/s": (1000, 1), "m/min": (1000, 60)},
+    "angle": {"deg": (1, 1), "rad": (180, math.pi)},
+    "energy": {"mJ": (1, 1), "J": (1000, 1)},
+    "rate": {"1/s": (1, 1), "1/ms": (1000, 1), "1/min": (1, 60)},
+    "decay": {"s/mm": (1, 1), "s/m": (1, 1000)},
+    "dimensionless": {"1": (1, 1), "%": (1, 100)},
+}
+INTERNAL = {dimension: next(iter(units)) for dimension, units in _TABLE.items()}
+_UNITS = [Unit(name, dimension, *factors) for dimension, units in _TABLE.items() for name, factors in units.items()]
+_BY_NAME = {unit.name: unit for unit in _UNITS}
+_ALIASES = {
+    "tonne": "t",
+    "tonne/mm3": "t/mm3",
+    "sec": "s",
+    "inch": "in",
+    "degree": "deg",
+    "degrees": "deg",
+    "s-1": "1/s",
+    "ms-1": "1/ms",
+    "min-1": "1/min",
+    "-": "1",
+}
+_SIGNS = str.maketrans(
+    {"²": "2", "³": "3", "¹": "1", "⁻": "-", "−": "-", "^": "", "µ": "u", "μ": "u", "°": "deg", " ": ""}
+)
+_NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})[ \t]*(\S.*)?", re.ASCII)
+_LONGEST = 60
+
+
+def units_of(dimension: str) -> tuple[str, ...]:
+    """Names of the units of one dimension, the internal one first."""
+    return tuple(unit.name for unit in _UNITS if unit.dimension == dimension)
+
+
+def parse_unit(text: str, dimension: str | None = None) -> Unit:
+    """Return the unit called `text`; raise `UnitError` if there is none or it measures something else."""
+    name = text.strip().translate(_SIGNS)
+    unit = _BY_NAME.get(_ALIASES.get(name, name))
+    if unit is None:
+        raise UnitError(f"unknown unit {_shown(text)}", _suggest(name, dimension))
+    if dimension is not None and unit.dimension != dimension:
+        raise UnitError(f"{unit.name} is a unit of {unit.dimension}, not of {dimension}", _use(dimension))
+    return unit
+
+
+def convert(value: float, unit: str, dimension: str | None = None) -> float:
+    """Convert `value` in `unit` to the internal unit of the same dimension."""
+    known = parse_unit(unit, dimension)
+    return value * known.numerator / known.denominator
+
+
+def from_internal(value: float, unit: str) -> float:
+    """Convert an internal value back to `unit`."""
+    known = parse_unit(unit)
+    return value * known.denominator / known.numerator
+
+
+def parse(text: str, dimension: str) -> float:
+    """Read a quantity such as ``"8 mm"`` and return it in the internal unit of `dimension`."""
+    match = _QUANTITY.fullmatch(text.strip().replace("−", "-")) if len(text) <= _LONGEST else None
+    if match is None:
+        raise UnitError(f"{_shown(text)} is not a number with a unit", _example(text, dimension))
+    number, unit = float(match[1]), match[2]
+    if unit is None:
+        raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {INTERNAL[dimension]}"')
+    if re.match(r",[0-9]", unit):
+        raise UnitError(f"{_shown(text)} has a decimal comma", "use a point, as in 37.5")
+    value = convert(number, unit, dimension)
+    if not math.isfinite(value):
+        raise UnitError(f"{_shown(text)} is too large for a computer number", "check the exponent")
+    return value
+
+
+def _example(text: str, dimension: str) -> str:
+    return f'write a number and a unit, such as "1 {INTERNAL[dimension]}"'
+
+
+def _use(dimension: str) -> str:
+    return "use " + ", ".join(units_of(dimension))
+
+
+def _suggest(name: str, dimension: str | None) -> str:
+    names = units_of(dimension) if dimension else tuple(_BY_NAME)
+    for known in names:
+        if known.lower() == name.lower():
+            return f"did you mean {known}?"
+    near = difflib.get_close_matches(name[:_LONGEST], names, n=1)
+    if near:
+        return f"did you mean {near[0]}?"
+    return _use(dimension) if dimension else "use one of " + ", ".join(names)
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "...")
