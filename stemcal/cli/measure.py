@@ -187,11 +187,13 @@ def replace_targets(spec: Path, section: str) -> None:
     from stemcal.errors import UsageError
     from stemcal.files.decoding import decode
     from stemcal.files.durable import write_durably
+    from stemcal.files.plain import read_plain
     from stemcal.measured.target_entries import with_targets
     from stemcal.study.reading import read_study
+    from stemcal.study.types.strict_yaml import MAX_BYTES
 
     try:
-        before = decode(spec.read_bytes())
+        before = decode(read_plain(spec, MAX_BYTES))
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:

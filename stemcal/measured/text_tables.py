@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
+from stemcal.files.plain import MIB, read_plain
 from stemcal.measured import workbook
 from stemcal.measured.encodings import decoded
 from stemcal.measured.lines import Line, broken_line, data_rows, data_run, heading_of, like_data, split
@@ -18,7 +19,7 @@ from stemcal.measured.numerals import as_number, shown
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
-MAX_BYTES = 64 * 2**20
+MAX_BYTES = 64 * MIB
 MAX_LINE = 50_000  # characters; no machine writes longer lines, however many specimens stand side by side
 _PROBED = 3000  # lines that decide on separator and decimal mark
 
@@ -116,13 +117,9 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
 
 def _content(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+        return read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}") from None
-    if len(content) > MAX_BYTES:
-        raise UsageError(f"{path} is larger than {MAX_BYTES // 2**20} MiB; is this the file of one specimen?")
-    return content
+        raise UsageError(f"{path}: {error.strerror}; name the file of one specimen") from None
 
 
 def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stemcal.files.durable import digest
+from stemcal.files.plain import read_plain
+from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.outputs import write_output
@@ -80,7 +82,7 @@ def _drawn(plot: Plot) -> tuple[str, bytes]:
 
 def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
     """Return a digest of all that page and figures are made from: spec, stage files, records, the code that draws."""
-    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
+    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, list(study.warnings)]
     told = [list(results.stale), to_json(verdict)]
     code = _state(Path(__file__).parent, "*.*")

@@ -21,6 +21,7 @@ from typing import Any
 from stemcal.errors import StemcalError, UsageError
 from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
+from stemcal.files.plain import MIB, open_plain, read_plain
 from stemcal.files.sealed import take_as_agreed
 from stemcal.folder.store import StudyFolder
 from stemcal.outputs import write_output
@@ -74,7 +75,7 @@ def _with_those_before(stage: str | None, study: Study) -> Iterator[str]:
 
 def _noted(folder: StudyFolder) -> dict[str, Any]:
     try:
-        noted = json.loads((folder.path / NOTE).read_text(encoding="utf-8"))
+        noted = json.loads(read_plain(folder.path / NOTE, MIB))
         return {stage: {"of": note["of"], "files": dict(note["files"])} for stage, note in noted.items()}
     except (OSError, ValueError, AttributeError, TypeError, KeyError):  # none, or none of ours
         return {}
@@ -106,6 +107,7 @@ def _paths(part: object) -> Iterator[Path]:
 
 def _sum(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        with open_plain(path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""

@@ -15,7 +15,7 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.files.decoding import decode
-from stemcal.files.plain import read_plain
+from stemcal.files.plain import MIB, read_plain
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.model import MOST_ELEMENTS
 from stemcal.solvers.deck_import.cards import CARDS, known_name, passed_over
@@ -38,7 +38,7 @@ _DIGITS, _CLOSE = 3, 2e-3
 # A rate law of LS-DYNA's that has no effect.
 _NO_RATE = {"strain_rate_c": 1e6, "strain_rate_p": 1.0}
 _NEVER = 1000.0  # a failure strain
-_MOST_BYTES = 100_000_000
+_MOST_BYTES = 100 * MIB
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.files.decoding import lenient
-from stemcal.files.plain import read_plain
+from stemcal.files.plain import MIB, read_plain
 from stemcal.solvers.fortran import number_of
 from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.helper_process import run_in_helper
@@ -20,7 +20,7 @@ from stemcal.study.model import ResultReader
 
 __all__ = ["READERS", "is_small", "read_number", "read_number_within", "read_text"]
 
-MAX_BYTES = 200_000_000
+MAX_BYTES = 200 * MIB
 LONGEST_LINE = 10_000
 _SMALL = 1_000_000  # bytes that take no time to speak of
 

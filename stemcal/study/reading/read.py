@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem
+from stemcal.files.plain import open_plain
 from stemcal.naming import Naming
 from stemcal.study.model import Study
 from stemcal.study.reading.sections import Sections, read_sections
@@ -89,9 +90,7 @@ def _laid_over(below: object, above: object) -> object:
 
 def _content(path: Path) -> bytes:
     try:
-        if path.is_dir():
-            raise IsADirectoryError(21, "is a folder, not a spec")
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
