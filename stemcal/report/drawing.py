@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
+from stemcal.files.plain import read_plain
+from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 
@@ -84,7 +86,7 @@ def _drawn(plot: Plot) -> tuple[str, bytes]:
 
 def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
     """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
-    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
+    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
     records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, list(study.warnings)]
     return digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])

@@ -9,8 +9,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from stemcal.doe.validation.conditions import Exponent, Validation, ValidationRow, compare_conditions, error_percent
-from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
+from stemcal.doe.validation.comparison import Exponent, Validation, ValidationRow, compare_conditions, error_percent
+from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows, Table
@@ -116,7 +116,7 @@ class ValidateRow:
     key: str = ""
     replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
-    corrected: Corrected | None = absent()
+    corrected: ScaledPrediction | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
     @property
@@ -313,7 +313,7 @@ def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
     return {row.condition: row.measured / (row.simulated or 1.0) for row in fitted}
 
 
-def _corrected(row: ValidationRow, missed: _Missed) -> Corrected | None:
+def _corrected(row: ValidationRow, missed: _Missed) -> ScaledPrediction | None:
     """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
     if not row.simulated or len(missed.ratios) < needed(missed.seen):
         return None

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError
-from stemcal.study.reading.schema import meanings
+from stemcal.study.reading.json_schema import meanings
 from stemcal.words import near
 
 

@@ -102,7 +102,8 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
 @inlined
 def smoothed(rate: float, increment: float, dt: float, time: float) -> Floats:
     """Return the plastic strain rate after a step, smoothed over a time: the filter of first order, τ ṙ = ε̇ₚ − r."""
-    return rate + (increment - dt * rate) / max(time + dt, TINY)
+    whole: Floats = max(time + dt, TINY)
+    return rate + (increment - dt * rate) / whole
 
 
 @inlined
