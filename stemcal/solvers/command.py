@@ -16,8 +16,6 @@ from stemcal.solvers.programs.readers import read_number_within
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.model import CommandSolver
 
-__all__ = ["Command"]
-
 
 @dataclass(frozen=True)
 class Command(OneCommand):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["NUMBER", "number_of"]
-
 # 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Not what Python reads beside:
 # 1_000, digits of other scripts.
 NUMBER = r"[-+]?(?:[0-9]{1,400}\.?[0-9]{0,400}|\.[0-9]{1,400})(?:[EeDd]?[-+][0-9]{1,9}|[EeDd][0-9]{1,9})?"

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["measures", "work_until"]
-
 
 def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
     """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.

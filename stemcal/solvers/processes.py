@@ -24,8 +24,6 @@ import psutil
 from stemcal.files.decoding import lenient
 from stemcal.interrupts import wait_until
 
-__all__ = ["KEEPER", "Ended", "run_program"]
-
 GRACE_S = 2.0  # between asking a group to end and killing it
 _POLL_S = 0.005
 KEPT_BYTES = 64 * 1024  # the last of what a program prints

@@ -11,13 +11,13 @@ from stemcal.errors import SpecError, UsageError
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.sheet import read_sheet
-from stemcal.solvers.table import TableSolver
+from stemcal.solvers.table import ReplaySolver
 from stemcal.study.reading import load_study
 
 KNOWN = {"a": "a", "X1": "a", "b": "b", "X2": "b"}
 
 
-def solver(folder: Path, rsm: str = "", validate: str = "") -> TableSolver:
+def solver(folder: Path, rsm: str = "", validate: str = "") -> ReplaySolver:
     parts = []
     for name, text in (("rsm", rsm), ("validate", validate)):
         if text:
@@ -25,7 +25,7 @@ def solver(folder: Path, rsm: str = "", validate: str = "") -> TableSolver:
             parts.append(f"{name}: {name}.csv")
     study = make_study(folder, f"solver: {{kind: table, {', '.join(parts)}}}\n")
     made = make_solver(study)
-    assert isinstance(made, TableSolver)
+    assert isinstance(made, ReplaySolver)
     return made
 
 
@@ -72,7 +72,7 @@ def test_a_screening_needs_every_factor(tmp_path: Path) -> None:
     (tmp_path / "s.csv").write_text("yield_stress,F\n10,1\n", encoding="utf-8")
     study = make_study(tmp_path, "solver: {kind: table, screen: s.csv}\n")
     with pytest.raises(SpecError) as error:
-        TableSolver(study)
+        ReplaySolver(study)
     assert len(error.value.problems) == 8
     assert "density: has no column" in str(error.value)
 
@@ -142,7 +142,7 @@ DENSITY = "  - {name: density, label: Bulk density, unit: kg/m3}\n"
 MOISTURE = 'conditions: [{name: moisture, unit: "%"}]\n'
 
 
-def own(folder: Path, head: str, target: str, **tables: str) -> TableSolver:
+def own(folder: Path, head: str, target: str, **tables: str) -> ReplaySolver:
     """Return the tables of a study of its own words."""
     for name, text in tables.items():
         (folder / f"{name}.csv").write_text(text, encoding="utf-8")
@@ -150,7 +150,7 @@ def own(folder: Path, head: str, target: str, **tables: str) -> TableSolver:
     path = folder / "heap.yaml"
     path.write_text(f"{head}targets: [{target}]\nsolver: {{kind: table, {given}}}\n", encoding="utf-8")
     made = make_solver(load_study(path))
-    assert isinstance(made, TableSolver)
+    assert isinstance(made, ReplaySolver)
     return made
 
 

@@ -25,6 +25,8 @@ def read_corners(nodal: Any, unit: Any, runs: Any, r: int, values: Any, place: i
 
 @overload(read_corners, jit_options=_INLINED)
 def _read_corners(nodal: Any, unit: Any, runs: Any, r: Any, values: Any, place: Any, stride: Any) -> Any:
+    difference = _of_counts if isinstance(nodal.dtype, types.Integer) else _of_numbers
+
     def read(nodal: Any, unit: Any, runs: Any, r: Any, values: Any, place: Any, stride: Any) -> Any:
         for i in range(3):
             for a in range(1, 8):
@@ -32,19 +34,20 @@ def _read_corners(nodal: Any, unit: Any, runs: Any, r: Any, values: Any, place: 
                     node, origin = runs[a, r + run], runs[0, r + run]
                     at = place + (8 * i + a) * stride + run * RUN
                     for k in range(RUN):
-                        values[at + k] = nodal[node + k, i] - nodal[origin + k, i]
+                        values[at + k] = difference(nodal[node + k, i], nodal[origin + k, i], unit)
 
-    def count(nodal: Any, unit: Any, runs: Any, r: Any, values: Any, place: Any, stride: Any) -> Any:
-        for i in range(3):
-            for a in range(1, 8):
-                for run in range(2):
-                    node, origin = runs[a, r + run], runs[0, r + run]
-                    at = place + (8 * i + a) * stride + run * RUN
-                    for k in range(RUN):
-                        apart = np.int32(nodal[node + k, i] - nodal[origin + k, i])  # its last 32 bits
-                        values[at + k] = np.float32(apart) * unit
+    return read
 
-    return count if isinstance(nodal.dtype, types.Integer) else read
+
+@inlined
+def _of_numbers(there: Any, origin: Any, _unit: Any) -> Any:
+    return there - origin
+
+
+@inlined
+def _of_counts(there: Any, origin: Any, unit: Any) -> Any:
+    """Return the last 32 bits of a difference, which may pass 2³¹, times the unit."""
+    return np.float32(np.int32(there - origin)) * unit
 
 
 @inlined

@@ -12,27 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 from stemcal.fem.kernels import llvm, plain
-from stemcal.fem.kernels.cache import PLAIN
-from stemcal.fem.kernels.numbers import RUN
-
-__all__ = [
-    "PLAIN",
-    "RUN",
-    "add_together",
-    "counting",
-    "give_way",
-    "maximum",
-    "prefetch",
-    "read_corners",
-    "read_scratch",
-    "read_state",
-    "read_together",
-    "see_place",
-    "see_velocity",
-    "subtract_run",
-    "write_scratch",
-    "write_state",
-]
+from stemcal.fem.kernels.cache import PLAIN as PLAIN
+from stemcal.fem.kernels.numbers import RUN as RUN
 
 _chosen: Any = plain if PLAIN else llvm
 prefetch, counting = _chosen.prefetch, _chosen.counting

@@ -16,14 +16,6 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.study.model import DeckSolver, EmbeddedSolver
 
-__all__ = [
-    "contact_scale",
-    "rate_constants",
-    "shortest",
-    "stiffest_share",
-    "wanted_step",
-]
-
 Array = NDArray[np.float64]
 
 # A rate law that raises the yield stress by less than this at the highest rate has no effect.

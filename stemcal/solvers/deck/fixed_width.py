@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from itertools import chain
 
-__all__ = ["LONG", "SETTINGS", "STANDARD", "Card", "fitted", "keyword", "text_of"]
-
 Card = Mapping[str, float | int | str]
 
 STANDARD, LONG = 10, 20

@@ -7,8 +7,6 @@ from typing import Literal
 
 from stemcal.study.model import LsDynaSolver, Study
 
-__all__ = ["DeckForm", "form_of"]
-
 
 @dataclass(frozen=True)
 class DeckForm:

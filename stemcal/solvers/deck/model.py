@@ -17,8 +17,6 @@ from stemcal.solvers.deck.form import DeckForm, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, OpenRadiossSolver, Study
 
-__all__ = ["MOST_ELEMENTS", "Deck", "Parts"]
-
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 # What the stem's card calls the parameters, in their order.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")

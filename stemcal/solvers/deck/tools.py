@@ -11,8 +11,6 @@ from stemcal.cutting.blade import Blade
 from stemcal.cutting.parts import Stem, Supports
 from stemcal.fem.mesh import Mesh
 
-__all__ = ["blade_mesh", "supports_mesh"]
-
 Array = NDArray[np.float64]
 
 # Elements across half the blade, across all of it, and around the supports' inner edge.

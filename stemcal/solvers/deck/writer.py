@@ -18,8 +18,6 @@ from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import Deck, Parts
 from stemcal.study.model import DeckSolver, EmbeddedSolver, Study
 
-__all__ = ["BLADE", "STEM", "SUPPORTS", "deck_lines", "deck_text"]
-
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³

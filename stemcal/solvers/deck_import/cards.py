@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 from stemcal.solvers.deck_import.keyword_blocks import Block
 
-__all__ = ["CARDS", "known_name", "passed_over"]
-
 _EPS = tuple(f"eps{i}" for i in range(1, 9))
 _ES = tuple(f"es{i}" for i in range(1, 9))
 _CONTACT = (

@@ -25,8 +25,6 @@ from stemcal.solvers.deck_import.source import UNITS, Source
 from stemcal.study.model import EmbeddedSolver
 from stemcal.study.types.lengths import Length
 
-__all__ = ["Imported", "imported", "read_deck"]
-
 Section = dict[str, Any]
 
 _NOT_READ = {"KEYWORD", "TITLE"}

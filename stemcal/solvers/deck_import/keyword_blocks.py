@@ -14,8 +14,6 @@ from stemcal.errors import UsageError
 from stemcal.solvers.deck.fixed_width import LONG, STANDARD
 from stemcal.solvers.fortran import number_of
 
-__all__ = ["Block", "blocks"]
-
 Array = NDArray[np.float64]
 
 # Options behind a keyword's name that put a card of text before the others.

@@ -11,8 +11,6 @@ from stemcal.solvers.deck.fixed_width import SETTINGS
 from stemcal.study.model.frozen import Size, SizeOrZero, Time
 from stemcal.study.types.field_types import Number
 
-__all__ = ["Settings", "settings_of"]
-
 
 class Settings(BaseModel):
     """Values in mm, t and s; None is not given."""

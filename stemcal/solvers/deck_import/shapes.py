@@ -14,8 +14,6 @@ from stemcal.cutting import Blade, Discretisation, Stem, Supports, stem_mesh
 from stemcal.cutting.build import around_half, mean_length, pairs_along
 from stemcal.errors import UsageError
 
-__all__ = ["blade_of", "discretisation_of", "stem_of", "supports_of"]
-
 Array = NDArray[np.float64]
 _DIGITS = 9  # of mm: what tells two places apart
 

@@ -13,8 +13,6 @@ from stemcal.solvers.deck_import.cards import CARDS, known_name
 from stemcal.solvers.deck_import.keyword_blocks import Block, blocks
 from stemcal.solvers.deck_import.settings import settings_of
 
-__all__ = ["UNITS", "Source"]
-
 Array = NDArray[np.float64]
 
 # How small and large a part may be, mm.

@@ -12,8 +12,6 @@ from stemcal.solvers.deck_import.importing import Imported, Section
 from stemcal.study.reading.emitting import yaml_text
 from stemcal.study.reading.read import read_study
 
-__all__ = ["spec_text"]
-
 # Units of the spec's quantities by their key; what is not here is a pure number or a word.
 _UNITS = {
     **dict.fromkeys(("outer_diameter", "length", "width", "thickness", "edge_radius", "edge_spread"), "mm"),

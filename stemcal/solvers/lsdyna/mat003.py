@@ -10,8 +10,6 @@ from itertools import islice
 from stemcal.errors import UsageError
 from stemcal.solvers.deck.fixed_width import LONG, STANDARD, fitted
 
-__all__ = ["FIELDS", "Material003", "find_material", "replaced"]
-
 # Parameter of stemcal → card (0, 1) and field of *MAT_003; field 0 of the first card is its number.
 FIELDS: dict[str, tuple[int, int]] = {
     "density": (0, 1),

@@ -28,8 +28,6 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import LsDynaSolver
 from stemcal.study.types.placeholders import template_bytes
 
-__all__ = ["LsDyna"]
-
 DECK = "run.k"
 # Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.
 _MESSAGES = ("messag", "mes0000", "d3hsp")

@@ -10,8 +10,6 @@ from stemcal.errors import UsageError
 from stemcal.solvers.programs.program_base import executable
 from stemcal.study.model import OpenRadiossSolver
 
-__all__ = ["HOME", "Installation", "installation"]
-
 HOME = "OPENRADIOSS_PATH"
 # Usual names begin so; what follows tells platform, precision and parallel library, the shortest is the plain one.
 _BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}

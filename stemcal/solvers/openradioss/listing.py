@@ -14,8 +14,6 @@ from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 
-__all__ = ["Problem", "contact_force", "deleted_elements", "differences", "is_normal_end", "problems"]
-
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
 _BLOCK = re.compile(
     r"^ERROR ID :[ \t]*(\d{1,9})[ \t]*\n\*\* (.*)\n(?:DESCRIPTION :.*\n((?:[ \t]+\S.*\n)*))?", re.MULTILINE

@@ -26,8 +26,6 @@ from stemcal.solvers.programs.run_folders import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import OpenRadiossSolver
 
-__all__ = ["OpenRadioss"]
-
 # Files of a run: all are named after the deck.
 DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
     *("run.k", "run_0000.out", "run_0001.rad", "run_0001.out"),

@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from stemcal.solvers.fortran import number_of
 from stemcal.solvers.programs.reductions import NoResult, Series
 
-__all__ = ["printed_series"]
-
 _SET = re.compile(r"(\S+) and time\s+(\S+)\s*")
 # Summed over a set: what the set as a whole carries.
 _SUMMED = "forces"

@@ -18,8 +18,6 @@ from stemcal.interrupts import wait_until
 from stemcal.solvers.processes import KEEPER
 from stemcal.solvers.programs.reductions import NoResult
 
-__all__ = ["LEAST_READING_S", "run_in_helper", "serve"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

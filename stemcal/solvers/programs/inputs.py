@@ -15,8 +15,6 @@ from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
 from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
 
-__all__ = ["Inputs", "file_hash", "seed_of", "values_of"]
-
 _MOST_SEED = 900_000_000  # the largest that LAMMPS takes
 
 

@@ -14,8 +14,6 @@ from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer
 from stemcal.study.model import DeckSolver, LoadingSection
 
-__all__ = ["peak_answer"]
-
 _CURVE_POINTS = 200
 
 

@@ -20,8 +20,6 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Commanded, ProgramOptions, Study
 from stemcal.study.types.placeholders import fill
 
-__all__ = ["OneCommand", "Program", "code_is_zero", "executable", "run_in"]
-
 # Characters of a program's last output that a record keeps.
 _KEPT_OUTPUT = 2000
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.programs.reductions import NoResult
 
-__all__ = ["FILE", "ContactForce", "contact_force"]
-
 Array = NDArray[np.float64]
 
 FILE = "rcforc"

@@ -18,8 +18,6 @@ from stemcal.solvers.programs.rcforc import contact_force
 from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
 from stemcal.study.model import ResultReader
 
-__all__ = ["READERS", "is_small", "read_number", "read_number_within", "read_text"]
-
 MAX_BYTES = 200 * MIB
 LONGEST_LINE = 10_000
 _SMALL = 1_000_000  # bytes that take no time to speak of

@@ -11,8 +11,6 @@ from typing import Any
 from stemcal.files.durable import digest
 from stemcal.outputs import make_folder
 
-__all__ = ["OUTPUT", "discard", "run_folder"]
-
 OUTPUT = "program-output.txt"
 _KEY_LENGTH = 32
 
