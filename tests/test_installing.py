@@ -17,13 +17,14 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = ("bayes", "dask", "docx", "excel")
 PYTHONS = ("3.11", "3.12", "3.13")
-SHIPPED = ("stemcal", "pyproject.toml", "README.md", "LICENSE")
+SHIPPED = ("stemcal", "pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "MANIFEST.in")
 # What the studies of the repository give, largest error of the validation in percent.
 LARGEST_ERROR = {"paper-replay": 7.83, "smoke": 5.34}
 
@@ -110,6 +111,13 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_bound_has_a_lowest_version() -> None:
     assert {lowest(requirement) for requirement in needed()} >= {"typer==0.19", "pydantic==2.8"}
+
+
+def test_citation_agrees_with_the_project() -> None:
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (cited["title"], cited["license"]) == (PROJECT["name"], PROJECT["license"])
+    assert [author["name"] for author in cited["authors"]] == [author["name"] for author in PROJECT["authors"]]
+    assert cited["keywords"] == PROJECT["keywords"]
 
 
 @pytest.mark.slow

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from fakes import ENVIRONMENT
 
@@ -121,7 +124,7 @@ def test_a_factor_changed_without_editing_the_spec() -> None:
     assert wider.with_(density={"low": 900}).factor("yield_stress").high == 22
     with pytest.raises(SpecError, match="low 10 MPa is above high 2 MPa"):
         study.with_(yield_stress={"high": 2})
-    with pytest.raises(SpecError, match="unknown key 'yeild_stress'"):
+    with pytest.raises(SpecError, match="no factor or section 'yeild_stress'; did you mean yield_stress"):
         study.with_(yeild_stress={"high": 2})
 
 
@@ -141,6 +144,44 @@ def test_one_simulation() -> None:
     assert found.curve.to_frame().columns.tolist() == ["travel", "force"]
     with pytest.raises(UsageError, match="did you mean yield_stress"):
         stemcal.simulate(study, yeild_stress=18)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"diameter": 0}, "diameter: 0 must be above 0 mm; write a larger value"),
+        ({"diameter": -3}, "diameter: -3 must be above 0 mm"),
+        ({"diameter": "8 kg"}, "diameter: kg is a unit of mass, not of length"),
+        ({"diameter": float("nan")}, "diameter: nan is beyond what can be computed with"),
+        ({"diameter": True}, "diameter: should be a number with a unit"),
+        ({"symmetry": "x"}, "symmetry: 'x' is not one of the choices; write none, half or quarter"),
+        ({"yield_stress": float("nan")}, "yield_stress: "),
+        ({"yield_stress": -5}, "yield_stress = -5 MPa must be above 0 MPa"),
+        ({"yield_stress": "18 mm"}, "yield_stress: mm is a unit of length, not of stress"),
+        ({"yield_stress": [18]}, "yield_stress: a list is not a number"),
+    ],
+)
+def test_values_from_python_are_checked_as_those_of_a_spec(given: dict[str, Any], said: str) -> None:
+    study = stemcal.load_study(ROOT / "configs" / "smoke.yaml")
+    with pytest.raises(UsageError, match=re.escape(said)):
+        stemcal.simulate(study, **given)
+
+
+def test_values_with_units_and_the_path_of_a_spec() -> None:
+    smoke = ROOT / "configs" / "smoke.yaml"
+    found = stemcal.simulate(smoke, diameter="0.7 cm", yield_stress="18000 kPa")
+    assert found.diameter == pytest.approx(7.0)
+    assert found.levels["yield_stress"] == pytest.approx(18.0)
+    assert found.peak_force == pytest.approx(stemcal.simulate(str(smoke), np.float32(7), yield_stress=18).peak_force)
+
+
+def test_calibrate_takes_the_path_of_a_spec_and_checks_what_it_is_given(tmp_path: Path) -> None:
+    assert stemcal.calibrate(str(REPLAY), out=tmp_path / "o", workers=1).study.name == "paper-replay"
+    for wrong, said in {"workers": (0, "workers: 0 must not be below 1"), "out": ("", "out: is empty")}.items():
+        with pytest.raises(UsageError, match=re.escape(said[1])):
+            stemcal.calibrate(REPLAY, **{wrong: said[0]})
+    with pytest.raises(UsageError, match="study: dict is no study"):
+        stemcal.calibrate({})  # type: ignore[arg-type]
 
 
 def test_what_takes_too_much_is_refused(tmp_path: Path) -> None:

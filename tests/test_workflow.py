@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from fakes import FakeSolver, lines, make_study
+from stemcal.stages.lineage import changes_since
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
@@ -18,7 +19,6 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress
-from stemcal.stages.lineage import changes_since
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parent.parent / "configs"

@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="The study, a YAML file.", show_default=False)]
+
+def _spec_meant(given: Path) -> Path:
+    """Return the file of a spec whose ending was left out."""
+    beside = [given.with_name(f"{given.name}{ending}") for ending in (".yaml", ".yml")]
+    return next((path for path in beside if path.is_file()), given) if given.name and not given.exists() else given
+
+
+Spec = Annotated[
+    Path,
+    typer.Argument(metavar="SPEC", help="The study, a YAML file.", show_default=False, callback=_spec_meant),
+]
 
 Out = Annotated[
     Path | None,

@@ -257,13 +257,13 @@ def _specimen(
     """Return one specimen with its diameter and grade."""
     entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
     listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
-    named = named_grade(Path(curve.label)) if curve.label else None
-    named = named if named is not None else named_grade(path)
-    diameter = next((value for value in (listed, curve.diameter, named) if value is not None), None)
+    above = millimetres_in(curve.label)
+    named = named_grade(path) if above is None else _grade_near(above)
+    diameter = next((value for value in (listed, curve.diameter, above, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
-            f"{path}: its diameter is unknown; put it into the name (7mm-1.csv), into a line above the data "
-            "(Diameter: 7.02 mm) or into an index file (--index)"
+            f"{path}: its diameter is unknown; put it into the name (7mm-1.csv), over its columns (7.1 mm), into a "
+            "line above the data (Diameter: 7.02 mm) or into an index file (--index)"
         )
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
@@ -277,11 +277,26 @@ def named_grade(path: Path) -> float | None:
     >>> named_grade(Path("shear/10mm-3.csv")), named_grade(Path("7.5 mm/a.txt")), named_grade(Path("a/b.csv"))
     (10.0, 7.5, None)
     """
-    for text in (path.stem, path.parent.name):
-        match = re.search(r"(?<!\d)(\d{1,9}(?:[.,]\d{1,9})?)[ _]?mm", text, re.IGNORECASE)
-        if match:
-            return float(match[1].replace(",", "."))
-    return None
+    return next((found for text in (path.stem, path.parent.name) if (found := millimetres_in(text)) is not None), None)
+
+
+def millimetres_in(text: str) -> float | None:
+    """Return the first length in mm that a text holds.
+
+    >>> millimetres_in("12.1 mm"), millimetres_in("A, d = 12,1mm"), millimetres_in("A")
+    (12.1, 12.1, None)
+    """
+    match = re.search(r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?mm", text, re.IGNORECASE | re.ASCII)
+    return float(match[1].replace(",", ".")) if match else None
+
+
+def _grade_near(diameter: float) -> float:
+    """Return the grade of a diameter: itself in halves of a millimetre, else the nearest whole one.
+
+    >>> _grade_near(7.5), _grade_near(12.1)
+    (7.5, 12.0)
+    """
+    return diameter if (2.0 * diameter).is_integer() else float(round(diameter))
 
 
 def _grade(diameter: float, specimens: Sequence[TestedSpecimen], alpha: float) -> GradeForces:

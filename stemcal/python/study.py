@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
 
 from stemcal import workflow
 from stemcal.cutting import CuttingResult, Symmetry
@@ -20,11 +23,18 @@ from stemcal.report.progress import notebook_watch
 from stemcal.report.records import Curve as DrawnCurve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import EmbeddedSolver, Factor, Study
+from stemcal.study.model.frozen import Size
 from stemcal.study.reading import load_study as read_spec
+from stemcal.study.reading.checked import checked
 from stemcal.study.rules.factors import wrong_levels
+from stemcal.study.types.field_types import Number, Quantity, Whole
+from stemcal.study.types.units import from_internal, parse_unit
 from stemcal.text.plan import sentences
 from stemcal.words import did_you_mean
+
+_Workers = Annotated[Whole, Field(ge=1)] | None
+_Symmetry = Symmetry | None
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,7 +49,7 @@ def load_study(path: str | Path) -> Study:
 
 
 def calibrate(
-    study: Study,
+    study: Study | str | Path,
     *,
     out: str | Path | None = None,
     workers: int | None = None,
@@ -50,6 +60,8 @@ def calibrate(
 
     Parameters
     ----------
+    study : Study or path
+        The study, or the YAML file that it is in.
     out : path, optional
         The study folder; by default ``runs/<study name>``.
     workers : int, optional
@@ -64,6 +76,9 @@ def calibrate(
     RunsFailed, TargetUnreachable, FolderLocked, UsageError
         As the command line tells them.
     """
+    study, workers = _study(study), checked(_Workers, workers, "workers")
+    if out is not None and not str(out).strip():
+        raise UsageError("out: is empty; name a folder, or leave it out")
     folder = StudyFolder(default_place(study.name) if out is None else out)
     with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
@@ -71,6 +86,15 @@ def calibrate(
         workflow.calibrate(study, folder, executor, watch)
     folder.remember_spec(study.source)
     return StudyResults.of(study, folder)
+
+
+def _study(given: Study | str | Path) -> Study:
+    """Return the study that is given, or that is in a file."""
+    if isinstance(given, Study):
+        return given
+    if isinstance(given, str | Path):
+        return read_spec(given)
+    raise UsageError(f"study: {type(given).__name__} is no study; give one that `stemcal.load_study` returns")
 
 
 def _require_sense(demand: Demand, workers: int, yes: bool) -> None:
@@ -152,36 +176,54 @@ class Simulated:
 
 
 def simulate(
-    study: Study, diameter: float | None = None, symmetry: Symmetry | None = None, *, yes: bool = False, **levels: float
+    study: Study | str | Path,
+    diameter: float | str | None = None,
+    symmetry: Symmetry | None = None,
+    *,
+    yes: bool = False,
+    **levels: float | str,
 ) -> Simulated:
     """Run one virtual shear test of a study.
 
     Parameters
     ----------
-    diameter : float, optional
-        Outer diameter of the stem in mm; that of the specimen by default.
+    study : Study or path
+        The study, or the YAML file that it is in.
+    diameter : float or str, optional
+        Outer diameter of the stem, in mm or with its unit; that of the specimen by default.
     symmetry : str, optional
         ``none``, ``half`` or ``quarter`` in place of the spec's.
     yes : bool, optional
         Begin also what takes more than this machine's memory, or days.
-    levels : float
-        Values of factors in the units of the spec; the others stand at mid-level.
+    levels : float or str
+        Values of factors in the units of the spec, or with a unit of their own; the others stand at mid-level.
 
     Raises
     ------
     UsageError
-        If the study's solver is not the embedded one, a factor is unknown, or it takes more than is sensible.
+        If the study's solver is not the embedded one, a factor is unknown, a value is none that a spec could have, or
+        it takes more than is sensible.
     SimulationFailed
         If the simulation cannot be trusted.
     """
+    study = _study(study)
     if not isinstance(study.solver, EmbeddedSolver):
         raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
     for name in levels:
         if name not in study.names:
             raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
-    chosen = study.specimen.outer_diameter if diameter is None else float(diameter)
-    whole = {**study.midlevels(), **levels}
+    chosen = study.specimen.outer_diameter if diameter is None else checked(Size, diameter, "diameter")
+    symmetry = checked(_Symmetry, symmetry, "symmetry")
+    whole = {**study.midlevels(), **{name: _level(study.factor(name), value) for name, value in levels.items()}}
     if wrong := list(wrong_levels(study, whole)):
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
     _require_sense(demand_of_one(study, [chosen], symmetry), 1, yes)
     return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))
+
+
+def _level(factor: Factor, given: float | str) -> float:
+    """Return a level in the unit of its factor."""
+    if not isinstance(given, str):
+        return float(checked(Number, float(given) if isinstance(given, Real) else given, factor.name))
+    inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], given, factor.name)
+    return from_internal(inside, factor.unit)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from typing import Any
 
 import pytest
 import typer
-from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command, process
+from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, SMOKE, command, process
 from typer.testing import CliRunner, Result
 
 from stemcal import __version__
@@ -220,3 +221,9 @@ def test_json_of_a_bad_spec() -> None:
     assert result.exit_code == 2
     assert found["ok"] is False
     assert [problem["line"] for problem in found["problems"]] == [7, 9, 13, 20, 22, 24]
+
+
+def test_ending_of_a_spec_may_be_left_out(tmp_path: Path) -> None:
+    shutil.copy(SMOKE, tmp_path / "pepper.yaml")
+    assert f"{tmp_path / 'pepper.yaml'}: right" in command("check", tmp_path / "pepper").stdout.replace("\n", "")
+    assert "cannot be read" in command("check", tmp_path / "salt").stderr

@@ -176,3 +176,17 @@ def test_targets_replace_only_their_section() -> None:
     assert with_targets("name: a\n", section).startswith("name: a\n\ntargets:")
     with pytest.raises(UsageError, match="--calibrate-at 12"):
         targets_section(measure_shear(find_files(DATA / "measured-shear")), 12.0)
+
+
+@pytest.mark.parametrize("head", ["12.1 mm,,13.2 mm,", "d = 12.1 mm,,d = 13.2 mm,", "A (d=12.1mm),,B (d=13.2mm),"])
+@pytest.mark.parametrize("name", ["a.csv", "9mm-1.csv"])
+def test_diameters_stand_over_the_columns_whatever_the_file_is_called(tmp_path: Path, name: str, head: str) -> None:
+    force = [0.0, 0.0, 2.0, 40.0, 80.0, 120.0, 160.0, 90.0, 20.0]
+    lines = [head, "travel (mm),force (N),travel (mm),force (N)"]
+    lines += [f"{0.1 * i:.1f},{f},{0.1 * i:.1f},{1.2 * f}" for i, f in enumerate(force)]
+    (tmp_path / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = measure_shear([tmp_path / name], CurveOptions())
+    assert [(s.diameter, s.grade, s.curve.max_force) for s in found.specimens] == [
+        (12.1, 12.0, pytest.approx(160.0)),
+        (13.2, 13.0, pytest.approx(192.0)),
+    ]

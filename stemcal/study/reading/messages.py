@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -59,6 +60,8 @@ def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -
 def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
     if given is None:
         return "is empty", f"write {wanted} or remove the line"
+    if isinstance(given, str) and re.match(r"\s*[-+]?[0-9]*,[0-9]", given):
+        return f"{_show(given)} has a decimal comma", f"use a point: {given.strip().replace(',', '.')[:40]}"
     return f"{_show(given)} is not {wanted}", remedy
 
 
@@ -72,7 +75,9 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     known = keys_of(shown_path[:-1])
     near = nearest(key, known)
     section = section_with(key)
-    if near:
+    if key.isdecimal():
+        remedy = "use a point where a decimal comma stands before it, as in 37.5"
+    elif near:
         remedy = f"did you mean {near}?"
     elif section:
         remedy = f"it belongs under {section}"

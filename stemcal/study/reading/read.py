@@ -14,13 +14,14 @@ from typing import Any
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.plain import open_plain
 from stemcal.naming import Naming
-from stemcal.study.model import Study
+from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import broken_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.named import as_in_spec
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
+from stemcal.words import did_you_mean
 
 
 def load_study(path: str | Path) -> Study:
@@ -49,6 +50,7 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
     """
     document = read_yaml(content)
     for change in changes:
+        _refuse_unknown(document.data, change, path)
         document.data = _changed(document.data, change)
     problems = [
         _problem(path, document, place, Finding(node, message, remedy))
@@ -65,6 +67,17 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
     study = _study(path, document, read.good)
     study._reread = Reread(content, path, changes)
     return study
+
+
+def _refuse_unknown(data: Any, changes: Mapping[str, object], path: Path) -> None:
+    """Raise `SpecError` for a change of what is neither a factor nor a section."""
+    entries = data.get("factors") if isinstance(data, dict) else None
+    factors = [entry.get("name") for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
+    known = [*(name for name in factors if isinstance(name, str)), *StudyForm.model_fields]
+    wrong = [name for name in changes if name not in known]
+    if wrong:
+        unknown = ((name, f"there is no factor or section {name[:60]!r}", did_you_mean(name, known)) for name in wrong)
+        raise SpecError([SpecProblem(str(path), 1, 1, *problem) for problem in unknown])
 
 
 def _changed(data: Any, changes: Mapping[str, object]) -> Any:

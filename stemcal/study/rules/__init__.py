@@ -13,6 +13,7 @@ from stemcal.study.rules.draft import Draft, Finding
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.names_differ,
     target_rules.names_are_free,
+    target_rules.forces_are_newtons,
     factors.ranges_rise,
     factors.factors_are_known,
     factors.factors_are_physical,

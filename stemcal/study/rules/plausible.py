@@ -36,12 +36,13 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 }
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
+_MACHINE, _MOWER = 50.0, 1000.0  # mm/s
 _LEAST_SCATTER = 1e-4  # of a mean
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    return [*_sizes(study), *_mesh(study), *_targets(study), *_scatters(study), *_outliers(study),
+    return [*_sizes(study), *_speed(study), *_mesh(study), *_targets(study), *_scatters(study), *_outliers(study),
             *_materials(study), *_factors(study), *_agreement(study)]  # fmt: skip
 
 
@@ -52,6 +53,14 @@ def _sizes(study: Study) -> Iterator[Finding]:
             value = value.at(study.specimen.outer_diameter)
         if value:  # none, or none of it, is no slip
             yield from _doubt(path, value, low, high, unit)
+
+
+def _speed(study: Study) -> Iterator[Finding]:
+    """Question a speed that a testing machine reaches in a minute, not in a second; a mower's is far above."""
+    speed = study.loading.speed
+    if _MACHINE < speed < _MOWER:
+        message = f"{speed:g} mm/s is faster than testing machines move (up to {_MACHINE:g} mm/s)"
+        yield Finding(("loading", "speed"), message, f"if it was {speed:g} mm/min, write that")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:

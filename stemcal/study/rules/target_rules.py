@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from stemcal.naming import FIRST, Naming
+from stemcal.naming import FIRST, FORCE, Naming
 from stemcal.study.model import Condition, Response, Target
+from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types.named import declared_once
+from stemcal.study.types.units import UnitError, convert
 from stemcal.words import did_you_mean
 
 _CLOSE = 1e-9
+_TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
 CLAIMS = (
     "r2",
     "adjusted_r2",
@@ -62,6 +65,39 @@ def calibration_has_target(draft: Draft) -> Iterator[Finding]:
         message = f"no {named.response.noun} is given for {named.place(at)}, only for {_listing(conditions, draft)}"
         remedy = f"add its {named.response.noun} or calibrate at another {named.condition_noun}"
         yield Finding(("targets", "calibrate_at"), message, remedy)
+
+
+def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
+    """Not all forces are a thousand times what the stem can bear, or a thousandth: N written as kN, or as mN."""
+    strengths = _yield_stresses(draft)
+    if draft.targets is None or draft.specimen is None or not strengths:
+        return
+    low, high = PARAMETERS["yield_stress"].plausible
+    if not draft.stem_solver or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
+        return  # a yield stress that no plant has is told of elsewhere
+    hollow = 1.0 - draft.specimen.diameter_ratio**2
+    areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.targets.means]
+    # two cross-sections in shear bear 2 A σy/√3
+    shares = [target.response / (1.155 * area) for target, area in zip(draft.targets.means, areas, strict=True)]
+    path = ("targets", "forces")
+    if min(shares) > _TOO_MUCH * max(strengths):
+        message = f"every force is more than {_TOO_MUCH:g} times what the stem's whole cross-section bears"
+        yield Finding(path, message, "was it measured in N and written in kN?")
+    elif max(shares) < min(strengths) / _TOO_LITTLE:
+        message = f"every force is less than 1/{_TOO_LITTLE:g} of what the stem's whole cross-section bears"
+        yield Finding(path, message, "was it measured in kN and written in N, or in N and written in mN?")
+
+
+def _yield_stresses(draft: Draft) -> list[float]:
+    """Return the yield stresses that the study can take, MPa."""
+    if draft.material and draft.material.yield_stress:
+        return [draft.material.yield_stress]
+    varied = [factor for factor in draft.factors.values() if factor.name == "yield_stress"]
+    levels = [(level, factor.unit) for factor in varied for level in (factor.low, factor.high)]
+    try:
+        return [convert(level, unit, "stress") for level, unit in levels]
+    except UnitError:  # told of elsewhere
+        return []
 
 
 def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:

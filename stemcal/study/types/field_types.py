@@ -75,11 +75,12 @@ class Quantity:
                 return units.parse(given, self.dimension)
             except units.UnitError as error:
                 raise complain(error.message, error.remedy) from None
+        given = given.item() if hasattr(given, "item") else given  # a number of numpy's
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise complain("should be a number with a unit", f'write it like "1 {unit}"')
         if from_yaml:
-            raise complain(f"{given:g} has no unit", f'write "{given:g} {unit}"')
-        return float(given) if abs(given) <= MOST else math.inf  # a whole number of 400 digits is no float
+            raise complain(f"{given:g} has no unit", f'write "{given:g} {units.usual_unit(self.dimension)}"')
+        return float(given) if -MOST <= given <= MOST else math.inf  # a whole number of 400 digits is no float
 
 
 def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:

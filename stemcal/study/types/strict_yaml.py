@@ -94,7 +94,7 @@ def read_yaml(content: bytes) -> Document:
     except yaml.reader.ReaderError as error:
         builder.note(_place_of(text, error.position), *_unreadable(error))
     except yaml.MarkedYAMLError as error:
-        builder.note(_place(error.problem_mark or error.context_mark), *_syntax(error))
+        builder.note(_place(_mark(error)), *_syntax(error))
     except (yaml.YAMLError, ValueError, OverflowError):
         builder.note(builder.here, "this is not readable as YAML", "check escapes and % lines from here on")
     except _Stopped:
@@ -294,10 +294,17 @@ def _unreadable(error: yaml.reader.ReaderError) -> tuple[str, str]:
     return f"character U+{code:04X} is not allowed", "remove it; save the file as plain text in UTF-8"
 
 
+def _mark(error: yaml.MarkedYAMLError) -> Any:
+    """Return where the error is: of a key without its colon the key, not what comes after it."""
+    first, second = error.problem_mark, error.context_mark
+    return second or first if _NO_COLON in (error.problem or "") else first or second
+
+
+_NO_COLON = "could not find expected ':'"
 _REMEDIES = {
     "cannot start any token": "put the text between quotes; indent with spaces, not tabs",
     "mapping values are not allowed": "put a text with a colon between quotes; check the indentation",
-    "could not find expected ':'": "write key: value",
+    _NO_COLON: "a colon and a blank are missing here: write key: value",
     "expected <block end>": "check the indentation of this line and the ones above",
     "expected ',' or": "close the bracket opened before",
     "sequence entries are not allowed": "put a lone - between quotes",

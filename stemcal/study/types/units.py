@@ -112,13 +112,18 @@ def parse(text: str, dimension: str) -> float:
         raise UnitError(f"{_shown(text)} is not a number with a unit", _example(text, dimension))
     number, unit = float(match[1]), match[2]
     if unit is None:
-        raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {INTERNAL[dimension]}"')
+        raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {usual_unit(dimension)}"')
     if re.match(r",[0-9]", unit):
         raise UnitError(f"{_shown(text)} has a decimal comma", "use a point, as in 37.5")
     value = convert(number, unit, dimension)
     if not math.isfinite(value):
         raise UnitError(f"{_shown(text)} is too large for a computer number", "check the exponent")
     return value
+
+
+def usual_unit(dimension: str) -> str:
+    """Return the unit that is meant where none is written: a testing machine's for a speed, else the internal one."""
+    return "mm/min" if dimension == "speed" else INTERNAL[dimension]
 
 
 def _example(text: str, dimension: str) -> str:
