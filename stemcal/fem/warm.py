@@ -18,7 +18,7 @@ import llvmlite.binding
 import numba
 from filelock import FileLock
 
-from stemcal.child import Child, ChildDied
+from stemcal.child import Child
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels import march
 from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
@@ -155,9 +155,11 @@ def _compiled_elsewhere(precision: Precision) -> bool:
     """Compile in a process of its own; tell whether that came to its end."""
     try:
         with _calling(compile_all, precision):
-            return True
-    except (ChildDied, OSError):
+            pass
+    except Exception as error:
+        logger.debug("compiling in another process failed", exc_info=error)
         return False
+    return True
 
 
 @contextmanager
@@ -170,6 +172,7 @@ def _calling(function: Callable[[Precision], None], precision: Precision) -> Ite
         _, error = child.answer()
         if error is not None:
             raise error
+        child.dismiss()
     finally:
         child.kill()
 
