@@ -38,7 +38,6 @@ from stemcal.report.drawing import draw_by_workers
 from stemcal.report.figures.gallery import write_figures
 from stemcal.report.page.render import shown, write_page
 from stemcal.solvers import make_solver
-from stemcal.stages.kept import NOTE
 from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
@@ -80,7 +79,7 @@ def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
     with LocalExecutor() as executor:
         starting = seconds_of(lambda: by_each_worker(executor, make_solver(asked).get_ready))
         first = seconds_of(lambda: calibrate(asked, folder, executor))
-        (out / NOTE).unlink()
+        (out / "screen.json").unlink()  # the stages are made again, from the records
         statistic = seconds_of(lambda: calibrate(asked, folder, executor))
         what = shown(asked, folder)
         plots = [plot for plot in what.plots if plot.on_page]
@@ -225,7 +224,7 @@ def contact(
     """Meet the tools."""
     for _ in range(n):
         march.meet_tools(False, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-        leave_pushes(body)
+        leave_pushes(body, 0.0, tools.speed, ledger.held)
         clock.steps[0] += 1
 
 

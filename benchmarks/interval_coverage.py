@@ -26,8 +26,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stemcal.doe.calibration.joint import chance_of
-from stemcal.doe.calibration.mesh import scatter_of
+from stemcal.doe.calibration.joint_fit import chance_of
+from stemcal.doe.calibration.mesh_scatter import scatter_of
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises, holds

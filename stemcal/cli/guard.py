@@ -1,7 +1,7 @@
 """Errors become exit codes here, and nowhere else.
 
 0 ok, 1 internal, 2 usage or spec, 3 some runs failed, 4 target unreachable, 5 folder locked,
-130 Ctrl-C, 143 SIGTERM. A closed pipe (`stemcal plan … | head`) is no error.
+130 Ctrl-C, 143 SIGTERM. What becomes of output that cannot be written is the matter of `cli.streams`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import NoReturn
 
 import typer
@@ -34,9 +34,6 @@ def exit_codes() -> Iterator[None]:
             check()
         except KeyboardInterrupt as interrupt:
             _leave_interrupted(interrupt)
-        except BrokenPipeError:
-            _forget_stdout()
-            raise typer.Exit(0) from None
         except StemcalError as error:
             _leave(_headed(error), error.exit_code)
         except Exception as error:
@@ -94,9 +91,3 @@ def _file_traceback(error: Exception) -> str:
     except OSError:
         return "set STEMCAL_DEBUG=1 to see the traceback"
     return f"traceback in {file.name}"
-
-
-def _forget_stdout() -> None:
-    """Point stdout at nothing, so that the interpreter's last flush does not complain."""
-    with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

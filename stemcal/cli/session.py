@@ -35,7 +35,7 @@ class Session:
 
         The progress bar learns how many runs there will be.
         """
-        from stemcal.stages.making import finished
+        from stemcal.stages.fresh import finished
 
         if finished(self.study, self.folder, stage):
             return
@@ -110,11 +110,12 @@ def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) ->
     """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
     from stemcal.executors.machine import machine_memory
     from stemcal.overview.foresight import excess
+    from stemcal.text.plan import sentences
 
-    for sentence in excess(demand, workers, machine_memory() if here else None):
+    for said in sentences(excess(demand, workers, machine_memory() if here else None)):
         if not yes:
-            raise UsageError(f"{sentence}; --yes begins it all the same")
-        warn(sentence)
+            raise UsageError(f"{said} --yes begins it all the same.")
+        warn(said)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

@@ -57,7 +57,7 @@ def _run(
     from stemcal.cli.console import warn
     from stemcal.cli.session import opened
     from stemcal.cli.show import show_stage
-    from stemcal.stages.making import make
+    from stemcal.stages.fresh import make
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.verdict.rules import verdict_of
     from stemcal.text.refinement import shortfall

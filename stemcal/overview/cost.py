@@ -12,13 +12,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heapreplace
 from itertools import islice
+from typing import Literal
 
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
 from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Timed
-from stemcal.words import counted
-
-__all__ = ["Costs", "beside", "costs_of", "elapsed"]
 
 _MOST_RECORDS = 50  # that are looked at
 # Of two cores at 2.1 GHz, s: starting and statistics; what workers add; compiling, as long as it was never timed.
@@ -26,13 +24,17 @@ _STARTING, _WORKERS, _COMPILING = 2.5, 1.5, 30.0
 # So too: the page, and loading what draws; figures, which workers share.
 _PAGE, _FIGURES = 0.5, 4.0
 
+Source = Literal["none", "guess", "tried", "recorded"]
+"""How costs are known: by the solver's guess, by half a second of a run here, by runs recorded here."""
+
 
 @dataclass(frozen=True)
 class Costs:
-    """The seconds of a run on one core, None where nobody can tell, and how they are known."""
+    """The seconds of a run on one core, None where nothing tells, how they are known, from how many recorded runs."""
 
     of: Callable[[Request], float] | None
-    source: str = ""
+    source: Source = "none"
+    recorded: int = 0
 
 
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs:
@@ -41,13 +43,13 @@ def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs
     recorded = [] if folder is None else list(islice(_recorded(solver, folder, guess), _MOST_RECORDS))
     if taken := sum(seconds for seconds, _ in recorded):
         pace = taken / sum(guessed for _, guessed in recorded)
-        return Costs(lambda request: pace * guess(request), f"{counted(len(recorded), 'run')} recorded on this machine")
+        return Costs(lambda request: pace * guess(request), "recorded", len(recorded))
     if not isinstance(solver, Estimating):
         return Costs(None)
     tried = solver.pace(like) if isinstance(solver, Timed) else None
     if tried is None:
-        return Costs(guess, "a guess" if isinstance(solver, Timed) else "")
-    return Costs(lambda request: tried * guess(request), "half a second of a run on this machine")
+        return Costs(guess, "guess" if isinstance(solver, Timed) else "none")
+    return Costs(lambda request: tried * guess(request), "tried")
 
 
 def _alike(_request: Request) -> float:

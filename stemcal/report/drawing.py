@@ -1,19 +1,20 @@
-"""Page and figures of a study, drawn where something they are made from has changed."""
+"""Page and figures of a study, drawn where something they are made of has changed."""
 
 from __future__ import annotations
 
-import hashlib
+import os
 import pickle
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
+from stemcal.files.plain import read_plain
+from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
-from stemcal.outputs import write_output
-from stemcal.version import __version__
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
 
-MARK = "drawn-for.txt"
+_MOST = 200  # bytes of the last line
 
 
 def draw(
@@ -34,30 +35,35 @@ def draw(
     again: bool = False,
     executor: RunExecutor | None = None,
 ) -> Path:
-    """Write page and figures unless they are there for the same inputs; returns the page.
+    """Write page and figures unless both are there, made of the same by the same code; returns the page.
 
-    With `again` the page is written anyway. Workers of this machine that the `executor` has share the figures out.
+    The page tells in its last line what it was made of. With `again` it is written anyway. Workers of this machine
+    that the `executor` has share the figures out.
     """
-    page, mark = folder.path / "report.html", folder.path / "figures" / MARK
-    made_for = inputs_of(study, folder, results, verdict)
-    drawn = mark.read_text("utf-8").split() if mark.is_file() else []
-    old_page, old_figures = again or drawn != [made_for, _sum(page)], figures and drawn[:1] != [made_for]
-    if not (old_page or old_figures):
+    page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
+    if figures:
+        made_of += ", with figures"
+    if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.figures.gallery import write_figures
     from stemcal.report.page.render import shown, write_page
 
     what = shown(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
-    if old_figures and executor is not None:
+    if executor is not None:
         draw_by_workers(plots, executor)
-    if old_page:
-        write_page(study, folder, what)
-    if old_figures:
-        write_figures(plots, mark.parent)
     if figures:
-        write_output(mark, f"{made_for}\n{_sum(page)}\n")
-    return page
+        write_figures(plots, folder.path / "figures")
+    return write_page(study, folder, what, f"{made_of} -->\n")
+
+
+def _last_line(page: Path) -> str:
+    try:
+        with page.open("rb") as file:
+            file.seek(-min(page.stat().st_size, _MOST), os.SEEK_END)
+            return file.read().decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
+    except OSError:
+        return ""
 
 
 def draw_by_workers(plots: Sequence[Plot], executor: RunExecutor) -> None:
@@ -79,19 +85,8 @@ def _drawn(plot: Plot) -> tuple[str, bytes]:
 
 
 def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
-    """Return a digest of all that page and figures are made from: spec, stage files, records, the code that draws."""
-    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
+    """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
+    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
+    records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, list(study.warnings)]
-    told = [list(results.stale), to_json(verdict)]
-    code = _state(Path(__file__).parent, "*.*")
-    return digest([__version__, code, spec, told, stages, _state(folder.path / "runs", "*.json")])
-
-
-def _state(folder: Path, pattern: str) -> list[list[object]]:
-    """Return name, size and time of the files below a folder."""
-    found = [(path, path.stat()) for path in sorted(folder.rglob(pattern)) if path.suffix != ".pyc"]
-    return [[path.name, state.st_size, state.st_mtime_ns] for path, state in found]
-
-
-def _sum(page: Path) -> str:
-    return hashlib.sha256(page.read_bytes()).hexdigest() if page.is_file() else "none"
+    return digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])

@@ -19,9 +19,9 @@ def _embedded(study: Study) -> Solver:
 
 
 def _table(study: Study) -> Solver:
-    from stemcal.solvers.table import TableSolver
+    from stemcal.solvers.table import ReplaySolver
 
-    return TableSolver(study)
+    return ReplaySolver(study)
 
 
 def _command(study: Study) -> Solver:

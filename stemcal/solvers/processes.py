@@ -72,7 +72,7 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
 
 
 def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
-    """Wait for the program; return whether it ran past its limit. Time in which it had itself stopped counts."""
+    """Wait for the program; return whether it ran past its limit, counting the time in which it had itself stopped."""
     return not wait_until(time_limit, lambda seconds: _has_ended(process, seconds))
 
 

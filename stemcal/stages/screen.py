@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Literal
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.curvature import Curvature
-from stemcal.doe.screening.definitive import TwoStages
-from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.doe.screening.two_stage_analysis import TwoStages
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST

@@ -9,8 +9,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from stemcal.doe.validation.conditions import Exponent, Validation, ValidationRow, compare_conditions, error_percent
-from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
+from stemcal.doe.validation.comparison import Exponent, Validation, ValidationRow, compare_conditions, error_percent
+from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows, Table
@@ -22,13 +22,14 @@ from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import lower_bounds
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
+from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, Interval, StageResult, read_fresh
+from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
@@ -115,7 +116,7 @@ class ValidateRow:
     key: str = ""
     replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
-    corrected: Corrected | None = absent()
+    corrected: ScaledPrediction | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
     @property
@@ -312,7 +313,7 @@ def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
     return {row.condition: row.measured / (row.simulated or 1.0) for row in fitted}
 
 
-def _corrected(row: ValidationRow, missed: _Missed) -> Corrected | None:
+def _corrected(row: ValidationRow, missed: _Missed) -> ScaledPrediction | None:
     """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
     if not row.simulated or len(missed.ratios) < needed(missed.seen):
         return None

@@ -15,8 +15,9 @@ from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.stepwise import SimulateAt, simulating
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.fresh import head_of, read_fresh
 from stemcal.stages.repeating import require_same, second_time
-from stemcal.stages.result import Head, R, StageResult, head_of, leave, read_fresh
+from stemcal.stages.result import Head, R, StageResult, leave
 from stemcal.study.model import Study
 
 R_co = TypeVar("R_co", bound=StageResult, covariant=True)

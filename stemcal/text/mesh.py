@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stemcal.doe.calibration.mesh import MeshScatter
+from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.notes import Weight
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.mesh.stage import ScatterUntold

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.doe.validation.conditions import BetterCurve, ErrorTrend
+from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
 from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from commanding import REPLAY, command
-from fakes import SPEC, FakeSolver
+from fakes import SPEC, SpecSolver
 
 import stemcal
 from stemcal.solvers import SOLVERS
@@ -18,7 +18,7 @@ from stemcal.solvers.protocol import Answer, Request
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 
-class Doubted(FakeSolver):
+class Doubted(SpecSolver):
     """The known force, from runs of which none is to be trusted."""
 
     def solve(self, request: Request) -> Answer:
@@ -37,7 +37,7 @@ def spec(tmp_path: Path) -> Path:
 def test_the_last_screen_holds_verdict_table_and_path(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 0
     lines = said.stdout.splitlines()
@@ -86,7 +86,7 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Before the validation a sound study is only not finished: its intervals are shown, and that is said."""
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
     assert "95 % range" in said.stdout and "What the measurements fix" in said.stdout
@@ -104,7 +104,7 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
 
 @pytest.mark.usefixtures("blank_figures")
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
     spec.write_text(spec.read_text("utf-8").replace("force: 110 N", "force: 200 N"), encoding="utf-8")
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 4

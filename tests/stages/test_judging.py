@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from fakes import TWO_FACTORS, FakeSolver, make_study
+from fakes import TWO_FACTORS, SpecSolver, make_study
 
 from stemcal import workflow
 from stemcal.cutting import result as cutting_result
@@ -55,7 +55,7 @@ ORDER = ("not_calibrated", "with_reservations", "calibrated")
 
 
 @dataclass(frozen=True)
-class Doubtful(FakeSolver):
+class Doubtful(SpecSolver):
     """The known force with the checks of a solver."""
 
     hourglass: float = 1.0

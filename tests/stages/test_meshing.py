@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fakes import TWO_FACTORS, FakeSolver
+from fakes import TWO_FACTORS, SpecSolver
 from scipy import stats
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.overview.plan import asked, plan
+from stemcal.overview.plan import OtherMeshes, asked, plan
 from stemcal.overview.status import ledger, retry, status
 from stemcal.report.page.render import render
 from stemcal.report.tables.stages import sheets_of
@@ -46,7 +46,7 @@ PLACES = (1.02, 0.98, 1.01, 0.97)
 
 
 @dataclass(frozen=True)
-class FakeForce(FakeSolver):
+class FakeForce(SpecSolver):
     """The known force of two factors."""
 
     def solve(self, request: Request) -> Answer:
@@ -171,7 +171,7 @@ def test_it_is_shown_and_comes_back_from_its_file(made: Made) -> None:
     assert any("element_size d/16 (0.5 mm): cite" in line for line in sheets_of(results.inversion)[0].foot)
     page = render(study, folder)
     assert "What the error of the force is made of" in page and "standard deviation of" in page
-    assert any(note.startswith("mesh simulates the solution at 4 places") for note in plan(study, folder).notes)
+    assert OtherMeshes(4, 1, 1) in plan(study, folder).notes
     assert all(stage.file == "fresh" for stage in status(study, folder).stages)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from stemcal.doe.validation.conditions import BetterCurve
+from stemcal.doe.validation.comparison import BetterCurve
 from stemcal.doe.validation.discrepancy import Corrected, Discrepancy
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.levelset import extremes, level_points
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.calibration.rules import RULES, Problem
+from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
 from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
@@ -100,7 +100,7 @@ def solve_target(
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
-    problem = Problem(surface, target, region, level_points(surface, target, region, ends))
+    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends))
     solutions = RULES[rule](problem)
     point = assess_point(surface, solutions[0], low, high, radius)
     ranges = tuple(problem.range_of(j) for j in range(region.k))
@@ -147,7 +147,7 @@ def _interval(ends: Array) -> Interval | None:
     return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
 
 
-def _share(problem: Problem) -> float | None:
+def _share(problem: SolutionProblem) -> float | None:
     """Part of the region where |ŷ − target| is within the half-width of the 95 % prediction interval."""
     surface = problem.surface
     if surface.mean_square is None:
@@ -157,7 +157,7 @@ def _share(problem: Problem) -> float | None:
     return float(np.mean(np.abs(surface.predict(points) - problem.target) <= half_width))
 
 
-def _free_factors(problem: Problem, ranges: Sequence[Interval]) -> list[Note]:
+def _free_factors(problem: SolutionProblem, ranges: Sequence[Interval]) -> list[Note]:
     ends = zip(problem.surface.names, ranges, *problem.region.bounds(), strict=True)
     free = tuple(name for name, (lo, hi), low, high in ends if lo <= low + 1e-6 and hi >= high - 1e-6)
     return [FreeFactors(free)] if free else []

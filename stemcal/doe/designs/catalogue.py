@@ -11,10 +11,10 @@ from itertools import product
 
 import numpy as np
 
-from stemcal.doe.designs.augment import d_optimal_runs, fold_over, rows_missing
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import Core, axes, axial_distance, blocked_composite, central_composite
-from stemcal.doe.designs.definitive import definitive_screening
+from stemcal.doe.designs.d_optimal import d_optimal_runs, fold_over, rows_missing
+from stemcal.doe.designs.definitive_screening import definitive_screening
 from stemcal.doe.designs.factorial import fraction, full_factorial
 from stemcal.doe.designs.i_optimal import HalfSpace, i_optimal, inside
 from stemcal.doe.designs.plackett_burman import cyclic_design, pydoe_design

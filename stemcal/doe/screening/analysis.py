@@ -21,12 +21,12 @@ from stemcal.doe.regression.least_squares import (
     t_quantile,
 )
 from stemcal.doe.screening.curvature import Curvature, centre_runs, curvature_of, with_centre
-from stemcal.doe.screening.definitive import TwoStages, two_stages
-from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
+from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
 from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import Lenth, lenth
 from stemcal.doe.screening.notes import conclusion, screening_notes, stands_out
+from stemcal.doe.screening.two_stage_analysis import TwoStages, two_stages
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.notes import Note
 

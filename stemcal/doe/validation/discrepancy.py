@@ -43,7 +43,7 @@ class Discrepancy:
 
 
 @dataclass(frozen=True)
-class Corrected:
+class ScaledPrediction:
     """A force, or other response, predicted with the scale, and where a measured one lies with 95 %."""
 
     response: float
@@ -78,13 +78,13 @@ def corrected(
     seen: int = 1,
     smooth: bool = False,
     level: float = 0.95,
-) -> Corrected | None:
+) -> ScaledPrediction | None:
     """Return the prediction of a measured force by the ratios at other diameters; None of too few."""
     if len(ratios) < needed(seen) - 1:
         return None
     d, logs = np.array(list(ratios)), np.log(list(ratios.values()))
     low, middle, high = (_by_process if smooth else _by_scale)(d, logs, condition, seen, level)
-    return Corrected(simulated * exp(middle), (simulated * exp(low), simulated * exp(high)))
+    return ScaledPrediction(simulated * exp(middle), (simulated * exp(low), simulated * exp(high)))
 
 
 def _fitted(d: Array | float, seen: int) -> Array:

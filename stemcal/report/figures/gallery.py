@@ -291,7 +291,7 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
                 detail=True,
             )
         )
-    if film and "von_mises" in film:
+    if film:
         told = (
             f"Stress and displacement in the stem of {label} where the force is largest, in section; travel of the "
             "blade and force above. Each has its own scale."

@@ -96,10 +96,10 @@ def shown(study: Study, folder: StudyFolder, results: Results | None = None, ver
     return Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
 
 
-def write_page(study: Study, folder: StudyFolder, what: Shown | None = None) -> Path:
+def write_page(study: Study, folder: StudyFolder, what: Shown | None = None, last_line: str = "") -> Path:
     """Write ``report.html`` from the stages that are done; returns its path."""
     path = folder.path / "report.html"
-    write_durably(path, render(study, folder, what))
+    write_durably(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
     return path
 
 

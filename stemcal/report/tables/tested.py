@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stemcal.doe.validation.conditions import ValidationRow
+from stemcal.doe.validation.comparison import ValidationRow
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head
 from stemcal.stages.validate import FurtherRow, ValidateResult
 from stemcal.text.numbers import interval, probability, short, significant

@@ -17,10 +17,10 @@ from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
 from stemcal.solvers.processes import Ended
-from stemcal.solvers.programs.aside import LEAST_READING_S, aside
-from stemcal.solvers.programs.frame import OneCommand
+from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
+from stemcal.solvers.programs.program_base import OneCommand
 from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
@@ -99,7 +99,7 @@ class LsDyna(OneCommand):
         options = self.options
         asked = folder, options.interface, options.component
         left = max(options.time_limit - ended.seconds, LEAST_READING_S)
-        contact = _contact(*asked) if is_small(folder / FILE) else aside(left, _contact, *asked)
+        contact = _contact(*asked) if is_small(folder / FILE) else run_in_helper(left, _contact, *asked)
         return peak_answer(contact, options, self.study.loading, _failed_elements(folder, ended))
 
 

@@ -15,14 +15,14 @@ from stemcal.solvers.deck.writer import STEM
 from stemcal.solvers.openradioss.installation import Installation, installation
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, is_normal_end, problems
 from stemcal.solvers.processes import Ended
-from stemcal.solvers.programs.aside import LEAST_READING_S, aside
-from stemcal.solvers.programs.frame import Program, code_is_zero, run_in
+from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
+from stemcal.solvers.programs.program_base import Program, code_is_zero, run_in
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.solvers.programs.rooms import OUTPUT
+from stemcal.solvers.programs.run_folders import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import OpenRadiossSolver
 
@@ -125,7 +125,7 @@ class OpenRadioss(Program):
     def _read(self, folder: Path, written: Mapping[str, float], ended: Ended) -> Answer:
         asked = folder, self.options.interface
         left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
-        contact = _contact(*asked) if is_small(folder / TABLE) else aside(left, _contact, *asked)
+        contact = _contact(*asked) if is_small(folder / TABLE) else run_in_helper(left, _contact, *asked)
         _, fails = differences(read_text(folder, STARTER_LISTING), STEM, written)
         gone = deleted_elements(read_text(folder, ENGINE_LISTING), _said(folder, OUTPUT))
         return peak_answer(contact, self.options, self.study.loading, gone, [] if fails else [_UNDELETED])

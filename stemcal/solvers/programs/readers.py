@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.files.decoding import lenient
-from stemcal.files.plain import read_plain
+from stemcal.files.plain import MIB, read_plain
 from stemcal.solvers.fortran import number_of
-from stemcal.solvers.programs.aside import aside
 from stemcal.solvers.programs.calculix import printed_series
+from stemcal.solvers.programs.helper_process import run_in_helper
 from stemcal.solvers.programs.rcforc import contact_force
 from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
 from stemcal.study.model import ResultReader
 
 __all__ = ["READERS", "is_small", "read_number", "read_number_within", "read_text"]
 
-MAX_BYTES = 200_000_000
+MAX_BYTES = 200 * MIB
 LONGEST_LINE = 10_000
 _SMALL = 1_000_000  # bytes that take no time to speak of
 
@@ -44,7 +44,7 @@ def read_number_within(seconds: float, result: ResultReader, folder: Path) -> fl
     """
     if is_small(folder / result.file) and result.kind != "regex":
         return read_number(result, folder)
-    return aside(seconds, read_number, result, folder)
+    return run_in_helper(seconds, read_number, result, folder)
 
 
 def is_small(file: Path) -> bool:

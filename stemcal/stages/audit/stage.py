@@ -13,8 +13,8 @@ from stemcal.stages.audit.found import Calibrated, Check, Found, ranked
 from stemcal.stages.audit.paper import cells_differ, claims_differ, design_differs, levels_differ
 from stemcal.stages.audit.suspicions import SUSPICIONS, solution_is_one_of_many
 from stemcal.stages.base import stage_called, stages_of
+from stemcal.stages.fresh import make
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.making import make
 from stemcal.stages.printed_tables import Agreement
 from stemcal.stages.result import Head, StageResult, read_result
 from stemcal.stages.screen import ScreenResult

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stemcal.doe.calibration.desirability import Aim, most_desirable
-from stemcal.doe.calibration.joint import JointFit, best_worst_error, fit_jointly, leave_one_out
+from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding

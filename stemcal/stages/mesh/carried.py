@@ -8,8 +8,8 @@ from math import isfinite
 
 import numpy as np
 
-from stemcal.doe.calibration.joint import fit_jointly
-from stemcal.doe.calibration.mesh import MeshScatter
+from stemcal.doe.calibration.joint_fit import fit_jointly
+from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.region import Region

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, SizeFactor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.calibration.mesh import MeshScatter, scatter_of, size_factors
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, scatter_of, size_factors
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows

@@ -18,7 +18,7 @@ from stemcal.doe.calibration.joint_approach import FIRST_REACH, SHRINK, JointTri
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.doe.validation.conditions import error_percent
+from stemcal.doe.validation.comparison import error_percent
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome

@@ -17,7 +17,7 @@ from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.gaussian_process import SecondOpinion
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.reduction import Step
+from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -57,7 +57,7 @@ class ReductionSteps:
     """How terms were taken out or in."""
 
     method: str
-    steps: tuple[Step, ...]
+    steps: tuple[ReductionStep, ...]
     dropped: tuple[str, ...]
 
 

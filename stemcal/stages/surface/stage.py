@@ -19,8 +19,9 @@ from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
+from stemcal.stages.fresh import read_fresh
 from stemcal.stages.printed_tables import audit_surface
-from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, read_fresh, reasons_given
+from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, reasons_given
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.conditions import fine_runs, run_conditions
 from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, told_by

@@ -9,7 +9,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from stemcal.naming import CUTTING, FIRST
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero
-from stemcal.study.types.fields import Number, Quantity, Readable, SpecFile, Whole, complain
+from stemcal.study.types.field_types import Number, Quantity, Readable, SpecFile, Whole, complain
 from stemcal.study.types.named import OwnCondition, OwnResponse
 
 AtSize = Annotated[float, OwnCondition("length", above=0)]

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem
+from stemcal.files.plain import open_plain
 from stemcal.naming import Naming
 from stemcal.study.model import Study
 from stemcal.study.reading.sections import Sections, read_sections
@@ -19,7 +20,7 @@ from stemcal.study.rules import broken_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.named import as_in_spec
-from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
 
 
 def load_study(path: str | Path) -> Study:
@@ -89,9 +90,7 @@ def _laid_over(below: object, above: object) -> object:
 
 def _content(path: Path) -> bytes:
     try:
-        if path.is_dir():
-            raise IsADirectoryError(21, "is a folder, not a spec")
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -127,13 +126,13 @@ def _without_echo(path: Path, document: Document, findings: list[Finding], spoil
             yield problem
 
 
-def _place(document: Document, finding: Finding) -> Place:
+def _place(document: Document, finding: Finding) -> Position:
     if finding.at_key and finding.path in document.keys:
         return document.keys[finding.path]
     return document.place(finding.path)
 
 
-def _problem(path: Path, document: Document, place: Place, finding: Finding) -> SpecProblem:
+def _problem(path: Path, document: Document, place: Position, finding: Finding) -> SpecProblem:
     shown = _shown(finding.path, document.data)
     return SpecProblem(str(path), place.line, place.column, shown, finding.message, finding.remedy)
 

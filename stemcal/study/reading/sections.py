@@ -12,9 +12,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, StudyForm
+from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.partly import partly
-from stemcal.study.reading.schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.named import naming_of, own_targets
 from stemcal.study.types.strict_yaml import NodePath

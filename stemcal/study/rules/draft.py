@@ -7,17 +7,17 @@ from typing import NamedTuple
 
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study.model import (
-    Blade,
+    BladeSection,
     ClimbOptions,
     CommandSolver,
     Condition,
-    Contact,
+    ContactSection,
     DeckSolver,
     EmbeddedSolver,
     Factor,
     InvertOptions,
     LsDynaSolver,
-    Material,
+    MaterialSection,
     MeshOptions,
     OpenRadiossSolver,
     Published,
@@ -25,8 +25,8 @@ from stemcal.study.model import (
     Response,
     RsmOptions,
     ScreenOptions,
-    Specimen,
-    Supports,
+    SpecimenSection,
+    SupportsSection,
     TableSolver,
     Targets,
 )
@@ -55,11 +55,11 @@ class Draft:
     naming: Naming = CUTTING
     responses: tuple[Response, ...] | None = None
     conditions: tuple[Condition, ...] | None = None
-    specimen: Specimen | None = None
-    blade: Blade | None = None
-    supports: Supports | None = None
-    contact: Contact | None = None
-    material: Material | None = None
+    specimen: SpecimenSection | None = None
+    blade: BladeSection | None = None
+    supports: SupportsSection | None = None
+    contact: ContactSection | None = None
+    material: MaterialSection | None = None
     solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None

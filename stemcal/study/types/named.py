@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
 from stemcal.study.types import units
-from stemcal.study.types.fields import MOST, Quantity, complain
+from stemcal.study.types.field_types import MOST, Quantity, complain
 from stemcal.study.types.placeholders import CHANCE
 
 Wrong = tuple[tuple[str | int, ...], str, str]

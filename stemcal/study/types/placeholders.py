@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from stemcal.files.plain import read_plain
+from stemcal.files.plain import MIB, read_plain
 
 DIAMETER = "diameter"
 SEED, REPLICATE = CHANCE = ("seed", "replicate")
-MAX_BYTES = 50_000_000
+MAX_BYTES = 50 * MIB
 
 _PLACEHOLDER = re.compile(rb"\{\{([^{}\r\n]{0,200})\}\}")
 

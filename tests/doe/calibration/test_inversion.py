@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution, assess_point, solve_target
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.calibration.rules import RULES
+from stemcal.doe.calibration.solution_rules import RULES
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names

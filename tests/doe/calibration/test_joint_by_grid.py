@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import f as f_distribution
 
-from stemcal.doe.calibration.joint import fit_jointly
+from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.misfit import Observation, misfit_of
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.region import Region

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.doe.calibration.mesh import MeshScatter, scatter_of, size_factors
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, scatter_of, size_factors
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.joint import fit_jointly
+from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.misfit import Observation, misfit_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.doe.validation.conditions import compare_conditions
+from stemcal.doe.validation.comparison import compare_conditions
 from stemcal.doe.validation.equivalence import Sample, compare_means, mean_interval
 
 

@@ -6,7 +6,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from stemcal.doe.validation.conditions import BetterCurve, ErrorTrend, compare_conditions
+from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend, compare_conditions
 from stemcal.errors import UsageError
 from stemcal.stages.printed_numbers import compare_cells
 

@@ -9,7 +9,7 @@ import pytest
 
 import stemcal.study.model
 from stemcal.study.model import StudyForm
-from stemcal.study.reading.schema import json_schema, keys_of, section_places, section_with
+from stemcal.study.reading.json_schema import json_schema, keys_of, section_places, section_with
 from stemcal.study.types.strict_yaml import read_yaml
 
 ROOT = Path(__file__).parents[3]
@@ -21,7 +21,7 @@ def test_schema_describes_the_yaml_form() -> None:
     assert json.loads(json.dumps(schema)) == schema
     assert list(schema["properties"]) == list(StudyForm.model_fields)
     assert sorted(schema["required"]) == ["factors", "name", "targets"]
-    length = schema["$defs"]["Blade"]["properties"]["length"]
+    length = schema["$defs"]["BladeSection"]["properties"]["length"]
     assert length["type"] == "string"
     assert re.match(length["pattern"], "90 mm") and not re.match(length["pattern"], "90 N")
 
@@ -48,7 +48,7 @@ def test_sections_have_places() -> None:
     assert places["Target"] == "targets.forces[]"
     assert places["CodingEntry"] == "rsm.coding.*"
     assert places["RegexResult"] == "solver.result, kind: regex"
-    assert places["Hourglass"] == "solver.hourglass, kind: embedded"
+    assert places["HourglassSection"] == "solver.hourglass, kind: embedded"
     assert places["DeckHourglass"] == "solver.hourglass, kind: lsdyna, openradioss"
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.reading import Form, read_table
+from stemcal.measured.text_tables import Form, read_table
 
 ROWS = [(0.0, 0.25), (0.5, 12.5), (1.0, -3.75), (1.5, 1200.0)]
 

@@ -18,7 +18,7 @@ from stemcal.interrupts import wait_until
 from stemcal.solvers.processes import KEEPER
 from stemcal.solvers.programs.reductions import NoResult
 
-__all__ = ["LEAST_READING_S", "aside", "serve"]
+__all__ = ["LEAST_READING_S", "run_in_helper", "serve"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -26,10 +26,10 @@ T = TypeVar("T")
 STARTING_S = 60.0
 LEAST_READING_S = 2.0  # also after a program that took all of its time
 _LENGTH = struct.Struct("<Q")
-_SERVING = "from stemcal.solvers.programs.aside import serve; serve()"
+_SERVING = "from stemcal.solvers.programs.helper_process import serve; serve()"
 
 
-def aside(seconds: float, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
+def run_in_helper(seconds: float, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
     """Return what a function of a module gives, called in the process beside this one.
 
     Raises

@@ -10,12 +10,14 @@ from pathlib import Path
 import pytest
 
 from stemcal import workflow
+from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress, Watch, ignore
-from stemcal.stages.base import stage_called
-from stemcal.stages.kept import NOTE
-from stemcal.stages.making import finished, make
+from stemcal.solvers import make_solver
+from stemcal.stages.base import STAGES, stage_called
+from stemcal.stages.fresh import _TEST, changes_since, finished, inputs_of, kind_of, make, require_fresh
+from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -58,10 +60,6 @@ def replaced(name: str, old: str, new: str) -> Callable[[Path], object]:
     return change
 
 
-def note_is(content: str) -> Callable[[Path], object]:
-    return lambda place: (place / "out" / NOTE).write_text(content, encoding="utf-8")
-
-
 def record_damaged(place: Path) -> None:
     path = next((place / "out" / "runs").glob("*.json"))
     path.write_bytes(path.read_bytes().replace(b"ok", b"OK", 1))
@@ -76,10 +74,9 @@ def record_damaged(place: Path) -> None:
         replaced("out/screen.json", "1", "2"),
         lambda place: (place / "out" / "screen.json").unlink(),
         record_damaged,
-        lambda place: (place / "out" / NOTE).unlink(),
-        note_is("{"),
-        note_is('{"screen": 1}'),
-        note_is('{"screen": {"of": 1, "files": 2}}'),
+        lambda place: (place / "out" / "screen.csv").unlink(),
+        lambda place: next((place / "out" / "runs").glob("*.json")).unlink(),
+        replaced("paper-replay.yaml", "title: ", "title: Another "),
     ],
 )
 def test_whatever_changes_is_seen(place: Path, change: Callable[[Path], object]) -> None:
@@ -87,6 +84,52 @@ def test_whatever_changes_is_seen(place: Path, change: Callable[[Path], object])
     change(place)
     assert made(place) == ["screen"]
     assert made(place) == []
+
+
+def test_what_other_code_has_made_is_stale_and_told(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study, folder = load_study(place / "paper-replay.yaml"), StudyFolder(place / "out")
+    monkeypatch.setattr("stemcal.stages.fresh.code_version", lambda: "0.0.1+other")
+    assert changes_since(study, None, folder, "screen") == ["stemcal"]
+    with pytest.raises(UsageError, match=r"another version of stemcal; run `stemcal screen SPEC` again"):
+        require_fresh(study, None, folder, "screen")
+    assert made(place) == ["screen"] and made(place) == []
+
+
+def test_a_run_that_came_out_otherwise_since_is_taken_in(place: Path) -> None:
+    """As `stemcal retry` leaves it: the same key, another answer."""
+    study, folder = load_study(place / "paper-replay.yaml"), StudyFolder(place / "out")
+    result = kind_of(stage_called("screen")).from_json(folder.read_stage("screen"))
+    key = next(result.runs())[1].key
+    record = folder.peek(key)
+    assert record is not None
+    folder.save({**record, "status": "failed", "force": None, "reason": "inverted"})
+    assert not finished(study, folder, "screen") and made(place) == ["screen"]
+    assert [event["stage"] for event in events(folder) if event["event"] == "stage_done"] == ["screen"] * 2
+
+
+def test_every_section_of_the_spec_is_an_input_of_some_stage() -> None:
+    """What is no input of any stage is named here: a new section must be one, or be written here with its reason."""
+    options = {name for stage in STAGES for name in stage.options}
+    no_inputs = {
+        "schema_version",  # of the spec: its values are read alike
+        "name", "title",  # stand in the file, and are compared
+        "responses", "conditions",  # under `named`, where they are not the shear test's
+        "runs",  # policy; `censored` alone changes a result
+        "source", "warnings",  # no part of a dump
+    }  # fmt: skip
+    assert set(Study.model_fields) == options | set(_TEST) | {"factors", "published"} | no_inputs
+
+
+def test_the_embedded_solver_tells_nothing_that_the_spec_does_not(tmp_path: Path) -> None:
+    """So its stages are known to be fresh without loading it."""
+    study, folder = load_study(CONFIGS / "smoke.yaml"), StudyFolder(tmp_path)
+    by_spec = inputs_of(study, None, folder, "screen")
+    assert by_spec == inputs_of(study, make_solver(study), folder, "screen") and "blade.edge_radius" in by_spec
+    threads = study.model_copy(update={"solver": study.solver.model_copy(update={"threads": 2})})
+    assert inputs_of(threads, None, folder, "screen") == by_spec
+    blunt = study.model_copy(update={"blade": study.blade.model_copy(update={"edge_radius": 0.2})})
+    other = inputs_of(blunt, None, folder, "screen")
+    assert [name for name in other if other[name] != by_spec[name]] == ["blade.edge_radius"]
 
 
 def test_a_whole_study_is_kept_and_a_stage_that_comes_out_alike_keeps_those_after_it(place: Path) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
+from stemcal.files.plain import MIB, read_plain
 from stemcal.measured import workbook
 from stemcal.measured.encodings import decoded
 from stemcal.measured.lines import Line, broken_line, data_rows, data_run, heading_of, like_data, split
@@ -18,7 +19,7 @@ from stemcal.measured.numerals import as_number, shown
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
-MAX_BYTES = 64 * 2**20
+MAX_BYTES = 64 * MIB
 MAX_LINE = 50_000  # characters; no machine writes longer lines, however many specimens stand side by side
 _PROBED = 3000  # lines that decide on separator and decimal mark
 
@@ -34,7 +35,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """The cells of a file as texts, with the form it was found to have.
 
     Attributes
@@ -91,7 +92,7 @@ class Table:
         return any("synthetic" in line.lower() for line in self.preamble)
 
 
-def read_table(path: Path, form: Form = Form()) -> Table:
+def read_table(path: Path, form: Form = Form()) -> TextTable:
     """Return the one table in a file; raise `UsageError` if it holds none, or a workbook several."""
     tables = read_tables(path, form)
     if len(tables) > 1:
@@ -100,7 +101,7 @@ def read_table(path: Path, form: Form = Form()) -> Table:
     return tables[0]
 
 
-def read_tables(path: Path, form: Form = Form()) -> list[Table]:
+def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     """Return the tables in a file: one of a text, one for each sheet of a workbook that holds numbers."""
     content = _content(path)
     if workbook.is_workbook(content):
@@ -116,16 +117,12 @@ def read_tables(path: Path, form: Form = Form()) -> list[Table]:
 
 def _content(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+        return read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}") from None
-    if len(content) > MAX_BYTES:
-        raise UsageError(f"{path} is larger than {MAX_BYTES // 2**20} MiB; is this the file of one specimen?")
-    return content
+        raise UsageError(f"{path}: {error.strerror}; name the file of one specimen") from None
 
 
-def _of_workbook(content: bytes, path: Path, form: Form) -> list[Table]:
+def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     """Return the tables of the sheets; numbers in cells have no decimal mark, numbers in texts may have a comma."""
     found = workbook.sheets(content, str(path))
     if form.sheet is not None:
@@ -145,7 +142,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[Table]:
     return tables
 
 
-def _of_text(content: bytes, path: Path, form: Form) -> Table:
+def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     text, encoding = decoded(content, form.encoding, path)
     texts = text.splitlines()
     _refuse_long(texts, path)
@@ -167,7 +164,7 @@ def _refuse_long(texts: Sequence[str], path: Path) -> None:
             )
 
 
-def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Table:
+def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> TextTable:
     decimal = form.decimal or "."
     run = data_run(lines, decimal, ragged)
     broken = broken_line(lines, run, decimal)
@@ -177,7 +174,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Tabl
             f"{source}: line {broken + 1} has {cells} cells, those around it {run.width}; mend or delete it"
         )
     heading = heading_of(lines, run, decimal)
-    return Table(
+    return TextTable(
         source=source,
         form=form,
         preamble=tuple(line.text.strip() for line in lines[: heading.top] if line.cells),

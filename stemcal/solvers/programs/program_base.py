@@ -15,7 +15,7 @@ from stemcal.outputs import write_output
 from stemcal.solvers.processes import Ended, run_program
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.solvers.programs.rooms import OUTPUT, discard, run_folder
+from stemcal.solvers.programs.run_folders import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Commanded, ProgramOptions, Study
 from stemcal.study.types.placeholders import fill

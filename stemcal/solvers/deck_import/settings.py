@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from stemcal.errors import UsageError
 from stemcal.solvers.deck.fixed_width import SETTINGS
 from stemcal.study.model.frozen import Size, SizeOrZero, Time
-from stemcal.study.types.fields import Number
+from stemcal.study.types.field_types import Number
 
 __all__ = ["Settings", "settings_of"]
 

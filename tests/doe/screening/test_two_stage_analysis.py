@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from stemcal.doe.designs.definitive import definitive_screening
+from stemcal.doe.designs.definitive_screening import definitive_screening
 from stemcal.doe.screening.analysis import analyse_screening
-from stemcal.doe.screening.definitive import Mirrored, two_stages
+from stemcal.doe.screening.two_stage_analysis import Mirrored, two_stages
 from stemcal.errors import UsageError
 
 FIVE = list("ABCDE")

@@ -8,9 +8,9 @@ from typing import Any
 
 from stemcal.errors import SpecError, UsageError
 from stemcal.files.showing import in_a_line
-from stemcal.solvers.deck.importing import Imported, Section
+from stemcal.solvers.deck_import.importing import Imported, Section
+from stemcal.study.reading.emitting import yaml_text
 from stemcal.study.reading.read import read_study
-from stemcal.study.types.emitting import yaml_text
 
 __all__ = ["spec_text"]
 

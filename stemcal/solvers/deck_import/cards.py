@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stemcal.solvers.deck.reading import Block
+from stemcal.solvers.deck_import.keyword_blocks import Block
 
 __all__ = ["CARDS", "known_name", "passed_over"]
 

@@ -9,8 +9,6 @@ import yaml
 from stemcal.files.showing import unprintable
 from stemcal.study.types.strict_yaml import resolve
 
-__all__ = ["yaml_text"]
-
 
 class _Emitter(yaml.SafeDumper):
     """Block style, keys in their order; texts that could be read as something else, or not be read, in quotes."""

@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class SolutionProblem:
     """What every rule is given: the surface, the target, the region, and points of the solution set."""
 
     surface: Surface
@@ -34,12 +34,12 @@ class Problem:
         return float(least), float(greatest)
 
 
-def least_coded_distance(problem: Problem) -> list[Array]:
+def least_coded_distance(problem: SolutionProblem) -> list[Array]:
     """Stay as near the centre of the design as the target allows."""
     return problem.best(squared_distance())
 
 
-def least_prediction_variance(problem: Problem) -> list[Array]:
+def least_prediction_variance(problem: SolutionProblem) -> list[Array]:
     """Go where the surface is known best: make φᵀ(XᵀX)⁻¹φ small; its gradient is 2·φᵀ(XᵀX)⁻¹·∂φ/∂x."""
     surface = problem.surface
     covariance = surface.unscaled_covariance
@@ -51,7 +51,7 @@ def least_prediction_variance(problem: Problem) -> list[Array]:
     return problem.best(objective)
 
 
-def others_at_centre(problem: Problem) -> list[Array]:
+def others_at_centre(problem: SolutionProblem) -> list[Array]:
     """Hold every factor but the leading one at 0 and solve the quadratic that is left.
 
     The result stays in the box but may leave the sphere.
@@ -85,7 +85,7 @@ def _real_roots(q2: float, q1: float, q0: float) -> list[float]:
     return [w / q2, q0 / w] if w else [0.0]
 
 
-RULES: dict[str, Callable[[Problem], list[Array]]] = {
+RULES: dict[str, Callable[[SolutionProblem], list[Array]]] = {
     "least_coded_distance": least_coded_distance,
     "others_at_centre": others_at_centre,
     "least_prediction_variance": least_prediction_variance,

@@ -14,7 +14,7 @@ from stemcal.measured.channels import Channels, Choice, channels_of
 from stemcal.measured.columns import scale_of
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
 from stemcal.measured.numerals import as_number, is_missing, shown
-from stemcal.measured.reading import Form, Table, read_tables
+from stemcal.measured.text_tables import Form, TextTable, read_tables
 
 Array = NDArray[np.float64]
 PRELOAD = 5.0  # N
@@ -81,7 +81,7 @@ def speed_of(text: str) -> float:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ShearCurve:
     """A specimen's force (N) over the blade's travel (mm) from where the preload was passed."""
 
     source: str
@@ -112,7 +112,7 @@ class Curve:
         return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(travel)))
 
 
-def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[Curve]:
+def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
     """Return the curves of all specimens in a file, be it side by side or on sheets of their own."""
     how.check()
     tables, skipped = _tables_of_curves(path, how)
@@ -120,7 +120,7 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[Curve]:
     return [replace(curves[0], of_file=(*curves[0].of_file, *skipped)), *curves[1:]]
 
 
-def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[Table], list[str]]:
+def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[str]]:
     """Return the sheets with curves, and a remark on each other one; of a text its only table."""
     tables = read_tables(path, how.form)
     if len(tables) == 1:
@@ -138,7 +138,7 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[Table], list[
     return found, skipped
 
 
-def _curves_of(table: Table, how: CurveOptions, several: bool) -> list[Curve]:
+def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
     """Return the curves of one table; `several` tells that others stand in the same file."""
     channels, said = channels_of(table, how.choice())
     if len(channels) > 1:
@@ -152,7 +152,7 @@ def _curves_of(table: Table, how: CurveOptions, several: bool) -> list[Curve]:
     return [replace(curves[0], of_file=tuple(said)), *curves[1:]]
 
 
-def _curve(table: Table, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> Curve:
+def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> ShearCurve:
     """Return the curve of one specimen."""
     for column in (channels.across, channels.up):
         _refuse_words(table, column)
@@ -167,7 +167,7 @@ def _curve(table: Table, channels: Channels, how: CurveOptions, diameter: float 
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
         remarks.append("the force is largest at the last point: the test may have ended before the maximum")
-    return Curve(
+    return ShearCurve(
         source=table.source,
         travel=np.abs(travel[begin:] - travel[begin]),
         force=force[begin:],
@@ -179,13 +179,13 @@ def _curve(table: Table, channels: Channels, how: CurveOptions, diameter: float 
     )
 
 
-def _refuse_words(table: Table, column: int) -> None:
+def _refuse_words(table: TextTable, column: int) -> None:
     if all(table.number(row, column) is None for row in range(len(table.rows))):
         held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
         raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
 
 
-def _travel(table: Table, channels: Channels, how: CurveOptions, remarks: list[str]) -> Array:
+def _travel(table: TextTable, channels: Channels, how: CurveOptions, remarks: list[str]) -> Array:
     """Return the displacement, mm; from time where that is all there is."""
     column = channels.across
     if not channels.timed or how.speed is None:
@@ -195,7 +195,7 @@ def _travel(table: Table, channels: Channels, how: CurveOptions, remarks: list[s
     return _scaled(table, column, how.speed * scale_of(table, column, SECONDS, "s", how.time_unit), "time", LONGEST)
 
 
-def _scaled(table: Table, column: int, scale: float, what: str, most: float) -> Array:
+def _scaled(table: TextTable, column: int, scale: float, what: str, most: float) -> Array:
     """Return a column times `scale`; raise `UsageError` if it then exceeds what any machine has."""
     values = np.array(table.numbers(column))
     largest = float(np.abs(values).max())
@@ -207,7 +207,7 @@ def _scaled(table: Table, column: int, scale: float, what: str, most: float) -> 
     return values * scale
 
 
-def usable(table: Table, *columns: int) -> tuple[Table, list[str]]:
+def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[str]]:
     """Return the table without rows that say nothing in the columns, and what was left out.
 
     Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
@@ -245,7 +245,7 @@ _MEASURE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE)
 _AFTER = 20  # characters between the word and the number
 
 
-def stated_diameters(table: Table, count: int) -> list[float | None]:
+def stated_diameters(table: TextTable, count: int) -> list[float | None]:
     """Return the diameters in mm of `count` specimens that a line above the data states, None where it does not.
 
     Of several specimens a line states either each, in their order, or one for all.

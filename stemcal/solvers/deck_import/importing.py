@@ -15,13 +15,13 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.files.decoding import decode
-from stemcal.files.plain import read_plain
-from stemcal.solvers.deck.cards import CARDS, known_name, passed_over
+from stemcal.files.plain import MIB, read_plain
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.model import MOST_ELEMENTS
-from stemcal.solvers.deck.reading import Block
-from stemcal.solvers.deck.shapes import blade_of, discretisation_of, stem_of, supports_of
-from stemcal.solvers.deck.source import UNITS, Source
+from stemcal.solvers.deck_import.cards import CARDS, known_name, passed_over
+from stemcal.solvers.deck_import.keyword_blocks import Block
+from stemcal.solvers.deck_import.shapes import blade_of, discretisation_of, stem_of, supports_of
+from stemcal.solvers.deck_import.source import UNITS, Source
 from stemcal.study.model import EmbeddedSolver
 from stemcal.study.types.lengths import Length
 
@@ -38,7 +38,7 @@ _DIGITS, _CLOSE = 3, 2e-3
 # A rate law of LS-DYNA's that has no effect.
 _NO_RATE = {"strain_rate_c": 1e6, "strain_rate_p": 1.0}
 _NEVER = 1000.0  # a failure strain
-_MOST_BYTES = 100_000_000
+_MOST_BYTES = 100 * MIB
 
 
 @dataclass(frozen=True)

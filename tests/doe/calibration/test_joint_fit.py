@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic import DIAMETERS, exact, misfit, region, surfaces
 
-from stemcal.doe.calibration.joint import best_worst_error, fit_jointly, leave_one_out
+from stemcal.doe.calibration.joint_fit import best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.profile import allowed_rise
 from stemcal.doe.calibration.region import Region
