@@ -24,7 +24,7 @@ def is_requested(name: str) -> bool:
 
 def requestable(study: Study, folder: StudyFolder) -> dict[str, Details]:
     """Return the details of the runs that can be shown so, by the name of the picture."""
-    from stemcal.report.records import at_solution, read_records
+    from stemcal.report.records import read_records
     from stemcal.stages.results import fresh_results
 
     records = read_records(fresh_results(study, folder), folder)
@@ -32,7 +32,7 @@ def requestable(study: Study, folder: StudyFolder) -> dict[str, Details]:
         f"{kind}-{label.replace(' ', '')}": record.details
         for kind, needed in NEEDS.items()
         for label, record in records.items()
-        if getattr(record.details, needed) and at_solution(label)
+        if getattr(record.details, needed) and record.at_solution
     }
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from stemcal.files.typed import from_json
 from stemcal.folder.store import StudyFolder
+from stemcal.naming import DIAMETER
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.text.numbers import duration
@@ -69,38 +70,34 @@ class Provenance:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """The record of a run."""
+    """The record of a run; those of stems cut at the solution are `at_solution`."""
 
     key: str
     details: Details
     checks: Checks | None
     provenance: Provenance
+    at_solution: bool = False
 
 
 Records = Mapping[str, RunRecord]
 """Records by the label of the run."""
 
 
-def at_solution(label: str) -> bool:
-    """Tell whether a label is that of a validation run, which alone is named by its diameter.
-
-    >>> at_solution("8 mm"), at_solution("rsm 3 at 8 mm"), at_solution("refine 1")
-    (True, False, False)
-    """
-    return label.endswith(" mm") and label.count(" ") == 1
-
-
 def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, RunRecord]:
     """Return the intact records of the results' runs, by the label of the run."""
     found = {}
-    for label, outcome in results.runs():
-        content = folder.peek(outcome.key) if outcome.key else None
-        if content is not None:
-            details = content["details"]
-            told = _checks(details)
-            provenance = from_json(Provenance, content.get("provenance", {}))
-            found[label] = RunRecord(content["key"], from_json(Details, details), told, provenance)
+    for result in results.done() if isinstance(results, Results) else [results]:
+        pictured = result.name == "validate" and result.naming.condition == DIAMETER
+        for label, outcome in result.runs():
+            content = folder.peek(outcome.key) if outcome.key else None
+            if content is not None:
+                found[label] = _record(content, pictured)
     return found
+
+
+def _record(content: Mapping[str, Any], at_solution: bool) -> RunRecord:
+    details, provenance = content["details"], from_json(Provenance, content.get("provenance", {}))
+    return RunRecord(content["key"], from_json(Details, details), _checks(details), provenance, at_solution)
 
 
 def _checks(details: Mapping[str, Any]) -> Checks | None:

@@ -22,7 +22,7 @@ from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
 from stemcal.report.figures.style import png, resize, save, svg, write_both
 from stemcal.report.figures.validation import growth, validation
-from stemcal.report.records import Details, Records, at_solution, curves_of
+from stemcal.report.records import Details, Records, curves_of
 from stemcal.solvers.film import frames_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
@@ -231,7 +231,7 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
     """Return the figures of the runs themselves."""
     curves, plots = curves_of(records), []
     if curves:
-        chosen = [label for label in curves if at_solution(label)]
+        chosen = [label for label in curves if records[label].at_solution]
         dotted = (
             " Dotted: after the stem has broken, not cutting any more." if any(c.broke for c in curves.values()) else ""
         )
@@ -239,9 +239,8 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
         plots.append(Plot("force-travel", "runs", caption, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for label, record in records.items():
-        if not at_solution(label):
-            continue
-        plots += _run(label, record.details, label == calibrated)
+        if record.at_solution:
+            plots += _run(label, record.details, label == calibrated)
     return plots
 
 
