@@ -8,7 +8,6 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
-from stemcal.stages.invert.joint import RangesChosenAfter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete
 from stemcal.stages.invert.stage import ConstraintBroken
@@ -220,8 +219,8 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Remark]:
     if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
         work = "The work follows from force and travel: fitted with both, it makes the intervals somewhat too narrow."
         yield Remark(say(work), Weight.TRUST, "dependent_work")
-    for left_out in _left_out(joint, names):
-        yield Remark(left_out, Weight.USE, "left_out")
+    if left_out := _left_out(joint, names):
+        yield Remark(" ".join(left_out), Weight.USE, "left_out")
     if joint.null is not None:
         better = _beats(joint.null, joint)
         weight = Weight.TRUST if better is None else Weight.ASIDE if better else Weight.USE
@@ -256,7 +255,9 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     each = "With each {condition} left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
     response = "With each response left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
-    return [names.say(each if several else response, condition=condition.long if condition else "", error=error)]
+    said = names.say(each if several else response, condition=condition.long if condition else "", error=error)
+    after = "The ranges were chosen after the measured values were known: that is no independent check."
+    return [said, say(after)] if joint.ranges_chosen == "after" else [said]
 
 
 def _beats(null: NullModel, joint: JointFitted) -> bool | None:
@@ -326,10 +327,6 @@ states(
     "A second solution lies equally far from the centre; the one given has the higher levels.",
 )
 states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
-states(
-    RangesChosenAfter,
-    "The ranges were chosen after the measured values were known: what is left out in turn is no independent check.",
-)
 states(
     ConstraintBroken,
     "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
