@@ -2,7 +2,7 @@
 
 One loop serves one force and many measured means. They differ in the step: to one force along the slope of the
 surface or between two points that bracket it (`doe.calibration.approach`), to many by the least misfit of the
-surfaces moved through the best point (`doe.calibration.joint_approach`).
+surfaces moved through the best point.
 """
 
 from __future__ import annotations
@@ -13,8 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step
-from stemcal.doe.calibration.joint_approach import FIRST_REACH, SHRINK, JointTrial, missed, next_joint_point, through
+from stemcal.doe.calibration.approach import (
+    FIRST_RADIUS,
+    SHRINK,
+    JointTrial,
+    Trial,
+    best_of,
+    missed,
+    next_joint_point,
+    next_step,
+    through,
+)
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -89,7 +98,7 @@ class Loop:
         self.misfit = misfit_over(self.means, self.surfaces)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
-        self.reach = FIRST_RADIUS if self.alone else FIRST_REACH
+        self.reach = FIRST_RADIUS
         self.stopped: Stopped = "budget"
 
     def run(self) -> None:
