@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
@@ -14,3 +17,53 @@ def test_every_script_finds_what_it_imports() -> None:
     code = f"import sys; sys.path.insert(0, {str(BENCHMARKS)!r}); import {', '.join(names)}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, encoding="utf-8", check=False)
     assert done.returncode == 0, done.stderr
+
+
+OLD = {
+    "schema_version": 1,
+    "rows": [{"diameter": 8.0, "force": 120.1, "reason": ""}],
+    "error_slope_percent_per_mm": None,
+}
+NEW = {"schema_version": 2, "rows": [{"condition": 8.0, "response": 120.1}], "error_slope_percent_per_unit": None}
+HEAP = {"schema_version": 1, "naming": {"response": {"name": "angle"}, "condition": {"name": "moisture"}}}
+
+
+def compared(folder: Path, old: dict[str, object], new: dict[str, object]) -> subprocess.CompletedProcess[str]:
+    """Compare two folders with one stage file each."""
+    for name, content in (("old", old), ("new", new)):
+        (folder / name).mkdir()
+        (folder / name / "validate.json").write_text(json.dumps(content), encoding="utf-8")
+    command = [sys.executable, str(BENCHMARKS / "compare_stage_files.py"), str(folder / "old"), str(folder / "new")]
+    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
+
+
+def test_numbers_under_old_and_new_keys_are_equal(tmp_path: Path) -> None:
+    done = compared(tmp_path, OLD, NEW)
+    assert done.returncode == 0 and "3 numbers, 0 differ" in done.stdout
+
+
+def test_own_names_of_old_files_are_known(tmp_path: Path) -> None:
+    done = compared(tmp_path, {**HEAP, "rows": [{"moisture": 8.0, "angle": 120.1}]}, {**NEW, "rows": NEW["rows"]})
+    assert done.returncode == 1 and "1 differ" in done.stdout and "slope_percent_per_unit: only new" in done.stdout
+
+
+def test_without_conditions_there_is_a_zero_now(tmp_path: Path) -> None:
+    naming = {"response": {"name": "angle"}, "condition": None}
+    old = {"schema_version": 1, "naming": naming, "rows": [{"angle": 30.5}]}
+    new = {"schema_version": 2, "condition": 0.0, "rows": [{"condition": 0.0, "response": 30.5}]}
+    done = compared(tmp_path, old, new)
+    assert done.returncode == 0 and "1 numbers, 0 differ" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ({"condition": 8.0, "response": 120.1 * (1 + 3e-12)}, "rows[0].response: 120.1 is now 120.1"),
+        ({"condition": 8.0, "response": None}, "is now None"),
+        ({"condition": 8.0}, "rows[0].response: only old, 120.1"),
+        ({"condition": 8.0, "response": 120.1, "sd": 1.0}, "rows[0].sd: only new, 1.0"),
+    ],
+)
+def test_a_number_that_differs_is_named(tmp_path: Path, row: dict[str, object], said: str) -> None:
+    done = compared(tmp_path, OLD, {**NEW, "rows": [row]})
+    assert done.returncode == 1 and "1 differ" in done.stdout and said in done.stdout

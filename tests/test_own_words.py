@@ -121,14 +121,52 @@ def keys_in(content: object) -> set[str]:
     return set().union(*map(keys_in, content)) if isinstance(content, list) else set()
 
 
-def test_files_have_its_own_words(two: tuple[Study, StudyFolder, Results], tmp_path: Path) -> None:
+def test_files_have_neutral_keys_and_tables_its_own_words(
+    two: tuple[Study, StudyFolder, Results], tmp_path: Path
+) -> None:
     for store in (two[1], studied(tmp_path, "angle.yaml")[1]):
         for path in sorted(store.path.glob("*.json")):
-            foreign = [key for key in keys_in(json.loads(path.read_text("utf-8"))) if NOT_ITS_OWN.search(key)]
-            assert not foreign, path.name
+            content = json.loads(path.read_text("utf-8"))
+            foreign = [key for key in keys_in(content) if NOT_ITS_OWN.search(key)]
+            assert not foreign and "angle" not in keys_in(content), path.name
+            assert content["naming"]["condition"] is None
+            assert content["naming"]["responses"][0] == {
+                "name": "angle", "label": "Angle of repose", "symbol": "θ", "unit": "deg"
+            }  # fmt: skip
         headings = {path.name: next(csv.reader(path.open(encoding="utf-8"))) for path in store.path.glob("*.csv")}
-        assert "angle" in headings["screen_runs.csv"]
+        assert "angle" in headings["screen_runs.csv"] and "condition" not in headings["validate.csv"]
         assert not [cell for row in headings.values() for cell in row if NOT_ITS_OWN.search(cell)]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "condition"), [("values", "sha256", "inputs"), ("status", "naming", "run")]
+)
+def test_names_that_files_use_themselves_may_be_taken(
+    two: tuple[Study, StudyFolder, Results], tmp_path: Path, first: str, second: str, condition: str
+) -> None:
+    """The numbers are those of the same study with other names, and no heading stands twice."""
+    text = (CASES / "two.yaml").read_text("utf-8")
+    for old, new in (
+        ("name: angle", f"name: {first}"), ("    angle: {kind", f"    {first}: {{kind"),
+        ("name: bulk", f"name: {second}"),
+        ("    bulk: {kind", f"    {second}: {{kind"), ("- {angle: 32.6", f"- {{{condition}: 3, {first}: 32.6"),
+        ("bulk: 0.741", f"{second}: 0.741"), ("bulk_sd", f"{second}_sd"),
+    ):  # fmt: skip
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    (tmp_path / "named.yaml").write_text(text, "utf-8")
+    more = f"conditions: [{{name: {condition}, symbol: c, unit: '1'}}]\nscreen: {{alpha: 0.01}}\n"
+    study, store = studied(tmp_path, "named.yaml", more)
+    results = fresh_results(study, store)
+    assert results.parameters == two[2].parameters and not results.stale
+    validation, same = results.validation, two[2].validation
+    assert validation is not None and same is not None
+    ((row,), (known,)) = validation.rows, same.rows
+    assert (row.compared.condition, row.compared.simulated) == (3.0, known.compared.simulated)
+    assert [one.simulated for one in row.further] == [one.simulated for one in known.further]
+    for path in store.path.glob("*.csv"):
+        headings = next(csv.reader(path.open(encoding="utf-8")))
+        assert len(set(headings)) == len(headings), path.name
 
 
 def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:

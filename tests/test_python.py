@@ -58,8 +58,9 @@ def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
     assert effects.loc["yield_stress", "effect"] == pytest.approx(79.42, abs=0.01)
     runs = results.runs.to_frame()
     assert len(runs) == 12 + 20 + 5 and runs["levels.yield_stress"].notna().all()
-    validated = results.validation.rows.to_frame()
+    validated, rows = results.validation.to_frame(), results.validation.rows.to_frame()
     assert list(validated["diameter"]) == [7, 8, 9, 10, 11] and "error_percent" in validated
+    assert list(rows["condition"]) == [7, 8, 9, 10, 11]
 
 
 def test_predictions(results: stemcal.StudyResults) -> None:

@@ -18,6 +18,7 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress
+from stemcal.stages.lineage import changes_since
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -68,7 +69,7 @@ def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) 
     assert values["yield_stress"] == pytest.approx(20.0 / alpha, abs=1e-9)
     assert values["failure_strain^2"] == pytest.approx(3.0 / 2.0, abs=1e-9)
     assert values["yield_stress:failure_strain"] == pytest.approx(0.5 / 2.0, abs=1e-9)
-    assert stage["lack_of_fit_testable"] is False and "deterministic" in stage["pure_error_note"]
+    assert stage["lack_of_fit_testable"] is False and stage["pure_error"]["kind"] == "equal_repeats"
     axial = [run["levels"]["yield_stress"] for run in stage["design"]["runs"]]
     assert min(axial) == 10.0 and max(axial) == 20.0  # exactly, not 19.999999999999996
 
@@ -95,7 +96,7 @@ def test_fewer_than_two_significant_takes_the_two_largest(tmp_path: Path, folder
     workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
     stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert stage["names"] == ["yield_stress", "failure_strain"]
-    assert any("two factors of largest contribution" in note for note in stage["notes"])
+    assert stage["notes"][0]["kind"] == "few_significant"
     assert stage["fixed"]["strain_rate_c"] == 90.0
 
 
@@ -134,8 +135,9 @@ def test_paper_replay(folder: StudyFolder) -> None:
     values = {row["term"]: row["value"] for row in rsm["coefficients"]}
     assert values["strain_rate_c^2"] == pytest.approx(2.883, abs=5e-4)
     assert rsm["published"]["tables"]["coefficients"] == {"agree": 9, "of": 10}
-    assert any("strain_rate_c^2" in note and "sign" in note for note in rsm["notes"])
-    assert any("112 to 124 N" in note for note in rsm["notes"])
+    (wrong,) = (cell for cell in rsm["published"]["differences"] if cell["table"] == "coefficients")
+    assert wrong["kind"] == "sign" and wrong["label"].startswith("strain_rate_c^2")
+    assert (rsm["pure_error"]["runs"], rsm["pure_error"]["low"], rsm["pure_error"]["high"]) == (6, 112.0, 124.0)
     assert invert["published"]["predicted"] == pytest.approx(159.26, abs=0.01)
     assert invert["published"]["mean_interval"] == pytest.approx([152.8, 165.7], abs=0.05)
     assert list(invert["solution"].values()) == pytest.approx([18.369, 0.03184, 90.05], rel=5e-4)
@@ -151,7 +153,7 @@ def test_a_runs_table_replays_its_study(tmp_path: Path, folder: StudyFolder) -> 
     (tmp_path / "data").mkdir()
     for name in ("screen_runs", "rsm_runs"):
         (tmp_path / "data" / f"{name}.csv").write_bytes((folder.path / f"{name}.csv").read_bytes())
-    rows = "".join(f"{r['diameter']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
+    rows = "".join(f"{r['condition']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
     (tmp_path / "data" / "v.csv").write_text("diameter,force\n" + rows, encoding="utf-8")
     table = "solver: {kind: table, screen: data/screen_runs.csv, rsm: data/rsm_runs.csv, validate: data/v.csv}\n"
     again = StudyFolder(tmp_path / "again")
@@ -172,6 +174,21 @@ def test_second_run_computes_nothing(tmp_path: Path, folder: StudyFolder, witnes
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     assert len(lines(witness)) == first
     assert stage_bytes(folder) == files
+
+
+def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
+    tmp_path: Path, folder: StudyFolder, witness: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    study, solver = make_study(tmp_path), FakeSolver(witness)
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    first, files = len(lines(witness)), stage_bytes(folder)
+    for stage in ("screen", "rsm", "invert", "validate"):
+        folder.write_stage(stage, {**folder.read_stage(stage), "schema_version": 1})
+    for stage in ("screen", "validate"):
+        assert changes_since(study, solver, folder, stage) == ["schema_version"]
+    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
+    assert "screen is made anew: schema_version changed" in caplog.messages
+    assert len(lines(witness)) == first and stage_bytes(folder) == files
 
 
 def test_equal_centre_points_are_computed_once(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
@@ -259,7 +276,7 @@ def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble:
     run = stage["design"]["runs"][3]
     assert (run["status"], run["reason"], run["response"]) == ("failed", reason, None)
     assert stage["residual"]["df"] == 1
-    assert any("1 of 12 runs failed" in note for note in stage["notes"])
+    assert stage["notes"][0] == {"kind": "screening_runs_failed", "weight": "numbers", "failed": 1, "runs": 12, "df": 1}
     with (folder.path / "screen_runs.csv").open(encoding="utf-8", newline="") as file:
         assert [row["force"] == "" for row in csv.DictReader(file)].index(True) == 3
 

@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import tempfile
 import traceback
@@ -19,7 +18,7 @@ import typer
 
 from stemcal.cli.console import fail
 from stemcal.errors import SpecError, StemcalError
-from stemcal.interrupts import Terminated, heard
+from stemcal.interrupts import Terminated, check, heard
 
 GO_ON = "finished runs are kept; the same command goes on from there"
 
@@ -27,12 +26,14 @@ GO_ON = "finished runs are kept; the same command goes on from there"
 @contextmanager
 def exit_codes() -> Iterator[None]:
     """Run a command; whatever it raises becomes one message on stderr and an exit code."""
-    with heard(signal.SIGINT, signal.SIGTERM) as came:
+    with heard():
         try:
+            check()
             yield
             sys.stdout.flush()
+            check()
         except KeyboardInterrupt as interrupt:
-            _leave_interrupted(isinstance(interrupt, Terminated))
+            _leave_interrupted(interrupt)
         except BrokenPipeError:
             _forget_stdout()
             raise typer.Exit(0) from None
@@ -41,13 +42,15 @@ def exit_codes() -> Iterator[None]:
         except Exception as error:
             if _is_typers_own(error):
                 raise
-            if came:  # a library has made another error of it
-                _leave_interrupted(came[-1] == signal.SIGTERM)
+            try:
+                check()
+            except KeyboardInterrupt as interrupt:  # a library has made another error of it
+                _leave_interrupted(interrupt)
             _leave(_unexpected(error), 1)
 
 
-def _leave_interrupted(by_sigterm: bool) -> NoReturn:
-    if by_sigterm:
+def _leave_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
+    if isinstance(interrupt, Terminated):
         _leave(f"terminated; {GO_ON}", 143)
     _leave(f"interrupted; {GO_ON}", 130)
 

@@ -14,6 +14,7 @@ from stemcal.cutting.parts import ShearTest
 from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
+from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
 
 Array = NDArray[np.float64]
 
@@ -22,7 +23,8 @@ Array = NDArray[np.float64]
 class ForceHistory:
     """The whole test over time (a quarter model's sums already times four).
 
-    Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm.
+    Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm. `contact` is the sum of what the
+    blade's edge, its flanks, the supports and friction hold back of the blade's work.
     """
 
     time: Array
@@ -34,6 +36,10 @@ class ForceHistory:
     hourglass: Array
     eroded: Array
     contact: Array
+    contact_edge: Array
+    contact_flanks: Array
+    contact_supports: Array
+    contact_friction: Array
     external: Array
     balance: Array
     deleted: NDArray[np.int64]
@@ -107,6 +113,10 @@ def force_history(test: ShearTest, history: History, scale: float) -> ForceHisto
         hourglass=scale * history.hourglass,
         eroded=scale * history.eroded,
         contact=scale * history.contact,
+        contact_edge=scale * history.held[:, EDGE].sum(axis=1),
+        contact_flanks=scale * history.held[:, SURFACE, 0],
+        contact_supports=scale * history.held[:, SURFACE, 1:].sum(axis=1),
+        contact_friction=scale * history.held[:, FRICTION].sum(axis=1),
         external=scale * history.external,
         balance=scale * history.balance,
         deleted=history.deleted,

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +16,8 @@ from stemcal.outputs import write_output
 from stemcal.version import __version__
 
 if TYPE_CHECKING:
-    from stemcal.report.figures.beside import Drawers
+    from stemcal.executors.base import RunExecutor
+    from stemcal.report.figures.gallery import Plot
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
@@ -28,11 +32,11 @@ def draw(
     verdict: Verdict,
     figures: bool = True,
     again: bool = False,
-    drawers: Drawers | None = None,
+    executor: RunExecutor | None = None,
 ) -> Path:
     """Write page and figures unless they are there for the same inputs; returns the page.
 
-    With `again` the page is written anyway. `drawers` may have begun some of the figures, see `begin_early`.
+    With `again` the page is written anyway. Workers of this machine that the `executor` has share the figures out.
     """
     page, mark = folder.path / "report.html", folder.path / "figures" / MARK
     made_for = inputs_of(study, folder, results, verdict)
@@ -45,8 +49,8 @@ def draw(
 
     what = shown(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
-    if old_figures and drawers is not None:
-        drawers.draw(plots)
+    if old_figures and executor is not None:
+        draw_by_workers(plots, executor)
     if old_page:
         write_page(study, folder, what)
     if old_figures:
@@ -56,18 +60,22 @@ def draw(
     return page
 
 
-def begin_early(study: Study, folder: StudyFolder, stage: str, drawers: Drawers) -> None:
-    """Have drawn, while nothing is to be simulated, the figures of which all is known now that a stage is done."""
-    if not drawers.at_work:
-        return
-    from stemcal.report.figures.gallery import gallery
-    from stemcal.stages.base import stages_of
-    from stemcal.stages.results import fresh_results
+def draw_by_workers(plots: Sequence[Plot], executor: RunExecutor) -> None:
+    """Have figures drawn by workers that run already; one whose worker dies over it is left to be drawn here."""
+    from stemcal.executors.failures import WorkerDied
+    from stemcal.executors.local import LocalExecutor
 
-    # the scatter over meshes widens the intervals of the inversion
-    known_with = {"invert": "mesh"} if any(one.name == "mesh" for one in stages_of(study)) else {}
-    plots = [plot for plot in gallery(study, fresh_results(study, folder), {}) if plot.on_page]
-    drawers.begin([plot for plot in plots if known_with.get(plot.known_with, plot.known_with) == stage])
+    if not isinstance(executor, LocalExecutor) or executor.started < 2:
+        return
+    drawn = [executor.submit_pickled(pickle.dumps((_drawn, (plot,), {})), time_limit=None) for plot in plots]
+    for plot, future in zip(plots, drawn, strict=True):
+        with suppress(WorkerDied):
+            plot.take(*future.result())
+
+
+def _drawn(plot: Plot) -> tuple[str, bytes]:
+    """Return a figure as SVG and PNG. Runs in a worker."""
+    return plot.document, plot.pixels
 
 
 def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:

@@ -51,15 +51,6 @@ SOLVERS: dict[str, Callable[[Study], Solver]] = {
 }
 
 
-def get_ready(study: Study) -> None:
-    """Do in this process what runs of a study need done first, unless the solver has to prepare that once for all."""
-    from stemcal.solvers.protocol import Keeping, Readied
-
-    solver = make_solver(study)
-    if isinstance(solver, Readied) and not (isinstance(solver, Keeping) and solver.wait_before()):
-        solver.get_ready()
-
-
 def make_solver(study: Study) -> Solver:
     """Return the solver that the spec names."""
     kind = study.solver.kind

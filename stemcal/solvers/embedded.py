@@ -117,12 +117,12 @@ class Embedded:
     def pace(self, request: Request) -> float | None:
         """Return what a request takes on this machine over the estimate, by half a second of a run like it.
 
-        None as long as the kernels are not compiled.
+        None as long as the kernels are not compiled, or if no such run is small enough to be tried.
         """
-        if not is_compiled(_precision(self.study)):
+        test = _small_enough(self._tests(request)[0])
+        if test is None or not is_compiled(_precision(self.study)):
             return None
         warm(_precision(self.study))
-        test = _small_enough(self._tests(request)[0])
         seconds, step = stepper.pace(cutting.build(test), _TRIED_S)
         return test.loading.duration / step * seconds * _share(test) / _seconds(test)
 
@@ -323,13 +323,15 @@ def _share(test: ShearTest) -> float:
     return _UNTIL_BROKEN if test.discretisation.stop_after_peak else 1.0
 
 
-def _small_enough(test: ShearTest) -> ShearTest:
-    """Return the test with elements so large that it is built in a moment."""
+def _small_enough(test: ShearTest) -> ShearTest | None:
+    """Return the test with elements so large that it is built in a moment; None if no size makes it so."""
     how = test.discretisation
     excess = cutting.mesh_size(test.stem, how).elements / _TRIED_ELEMENTS
     if excess <= 1.0:
         return test
-    return replace(test, discretisation=replace(how, element_size=how.element_size * excess ** (1.0 / 3.0)))
+    coarse = replace(how, element_size=how.element_size * excess ** (1.0 / 3.0))
+    is_small = cutting.mesh_size(test.stem, coarse).elements < 3 * _TRIED_ELEMENTS
+    return replace(test, discretisation=coarse) if is_small else None
 
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:

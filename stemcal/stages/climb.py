@@ -14,6 +14,7 @@ from stemcal.doe.validation.conditions import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
@@ -52,7 +53,7 @@ class ClimbResult(StageResult):
     coding: dict[str, CodedScale]
     effects: Rows[Effect]
     significant: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def shares(self) -> dict[str, float]:
@@ -88,7 +89,7 @@ def climb(work: Work) -> ClimbResult:
 
 
 def _climbed(
-    study: Study, head: Head, names: list[str], chosen: list[str], screening: ScreenResult, simulate: SimulateAt
+    study: Study, head: Head, names: list[str], chosen: list[Note], screening: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
     options, target = study.climb or ClimbOptions(), study.calibration_target.response
     rows = _walk(study, names, [screening.effect(name).effect for name in names], options, simulate)

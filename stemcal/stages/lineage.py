@@ -84,19 +84,15 @@ def require_fresh(study: Study, solver: Solver, folder: StudyFolder, stage: str)
 
 
 def changes_since(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> list[str]:
-    """Name what has changed since a stage file was written."""
+    """Name what has changed since a stage file was written; of a file of another version only that it is one."""
+    content, _ = folder.examine_stage(stage)
+    if content.get("schema_version") != SCHEMA_VERSION:
+        return [VERSION]
     try:
         now = inputs_of(study, solver, folder, stage)
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    return _differences(folder.examine_stage(stage)[0], now)
-
-
-def _differences(content: Mapping[str, object], inputs: Mapping[str, str]) -> list[str]:
-    """Name what differs between what a stage file was made from and these inputs; of another version only that."""
-    if content.get("schema_version") != SCHEMA_VERSION:
-        return [VERSION]
-    return differences(content.get("inputs"), inputs)
+    return differences(content.get("inputs"), now)
 
 
 def differences(old: object, new: Mapping[str, str]) -> list[str]:
@@ -118,6 +114,7 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
         content, _ = folder.examine_stage(stage)
     except UsageError:
         return
-    if changed := _differences(content, inputs):
+    old_version = content.get("schema_version") != SCHEMA_VERSION
+    if changed := [VERSION] if old_version else differences(content.get("inputs"), inputs):
         logger.warning("%s is made anew: %s changed", stage, ", ".join(changed))
         folder.log("inputs_changed", stage=stage, changed=changed)

@@ -22,11 +22,11 @@ from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.policy import censored_remarks
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
-from stemcal.stages.audit.cells import Audited, audit_validation, sentences
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.printed_tables import Audited, audit_validation, sentences
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval, StageResult, read_fresh
 from stemcal.stages.surface.result import SurfaceResult

@@ -11,19 +11,21 @@ from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import calibration, climb, refinement, runs, screening
+from stemcal.text import calibration, climb, mesh, published, refinement, runs, screening, surface
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence
 
 __all__ = ["MOST", "read_first", "remarks_of", "said_by_all", "sentence", "shown_remarks", "warned", "withheld"]
 
-TOPICS = (calibration, climb, refinement, runs, screening)
+TOPICS = (calibration, climb, mesh, refinement, runs, screening, surface)
 """The modules that give notes their sentences."""
 MOST = 5
 """So many remarks are read."""
@@ -32,8 +34,13 @@ MOST = 5
 def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> list[Remark]:
     """Return what a stage's result says beside its tables."""
     names = Names(result.naming, labels or {})
-    if isinstance(result, ScreenResult):
-        return screening.remarks(result, names)
+    match result:
+        case ScreenResult():
+            return [*screening.remarks(result, names), *published.remarks(result.published)]
+        case SurfaceResult():
+            return surface.remarks(result, names)
+        case MeshResult():
+            return mesh.remarks(result, names)
     return [*_of_numbers(result, names), *(_remark(note, result, names) for note in result.notes)]
 
 

@@ -93,7 +93,7 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
 
     result = validate.ValidateResult.from_json(
         {
-            "schema_version": 1,
+            "schema_version": 2,
             "stage": "validate",
             "study": "known",
             "parameters": {},

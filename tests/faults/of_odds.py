@@ -198,7 +198,7 @@ def not_a_file(folder: Path, number: int, rng: random.Random) -> None:
             path.mkdir()
             (path / "mine").write_text("kept", encoding="utf-8")
         case 1:
-            path.write_text(sealed({**(content or {}), "record_version": 2}), encoding="utf-8")
+            path.write_text(sealed({**(content or {}), "record_version": 99}), encoding="utf-8")
         case 2:
             path.write_bytes(b"")
         case _:

@@ -153,6 +153,30 @@ def test_a_sealed_record_of_another_shape_is_set_aside(folder: StudyFolder, name
         assert folder.load(KEY) is None and not folder.record_path(KEY).exists()
 
 
+HEAP = {"response": {"name": "angle"}, "condition": {"name": "moisture"}, "further": []}
+
+
+@pytest.mark.parametrize(
+    ("named", "response", "asked"),
+    [
+        ({}, "force", {"diameter": 8.0}),
+        ({"naming": HEAP}, "angle", {"moisture": 8.0}),
+        ({"naming": {**HEAP, "condition": None}}, "angle", {}),
+    ],
+)
+def test_a_record_of_version_1_is_read(
+    folder: StudyFolder, named: dict[str, Any], response: str, asked: dict[str, float]
+) -> None:
+    """It had response and condition under the names of the study, which it told where they were its own."""
+    today = record()
+    old = {key: value for key, value in today.items() if key != "response"}
+    request = {key: value for key, value in today["request"].items() if key != "condition"}
+    old |= {"record_version": 1, response: 120.1, "request": {**request, **asked}, **named}
+    folder.record_path(KEY).write_bytes(sealed(old).encode())
+    wanted = {**today, "request": {**request, "condition": 8.0 if asked else 0.0}}
+    assert folder.load(KEY) == {"record_version": 2, **wanted}
+
+
 def test_a_folder_in_the_place_of_a_record_is_set_aside(folder: StudyFolder) -> None:
     folder.record_path(KEY).mkdir()
     assert folder.examine(KEY) == (None, "is a folder")
@@ -220,6 +244,12 @@ def test_stage_files(folder: StudyFolder) -> None:
         folder.read_stage("rsm")
     (folder.path / "screen.json").write_bytes(b'{"stage": "scr')
     with pytest.raises(UsageError, match="damaged"):
+        folder.read_stage("screen")
+
+
+def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
+    folder.write_stage("screen", {"schema_version": 1, "stage": "screen"})
+    with pytest.raises(UsageError, match=r"screen.json has schema version 1, this stemcal reads 2; run .* again"):
         folder.read_stage("screen")
 
 

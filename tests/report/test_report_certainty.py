@@ -23,7 +23,7 @@ POSTERIOR = PosteriorSummary(
     (),
 )
 CLIMB: dict[str, Any] = {
-    "schema_version": 1,
+    "schema_version": 2,
     "stage": "climb",
     "study": "known",
     "names": ["a"],

@@ -282,4 +282,4 @@ def test_runs_at_a_solution_keep_their_pictures_whatever_stage_came_first() -> N
         "refine": pictures,
         "validate": pictures,
     }
-    assert len({answer.force for answer in answers.values()}) == 1
+    assert len({answer.response for answer in answers.values()}) == 1

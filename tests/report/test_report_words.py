@@ -27,11 +27,11 @@ from stemcal.report.page.sentences import certainty, outcome_of
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
 from stemcal.report.tables.appendix import shape_sheets
+from stemcal.report.tables.equation import equation
 from stemcal.report.tables.final import final_sheets
 from stemcal.report.tables.setting import setting_sheets
 from stemcal.report.tables.sheet import Sheet
 from stemcal.report.tables.stages import coefficient_sheet, fit_sheet, screening_sheet, sheets_of, validation_sheet
-from stemcal.report.terms import equation
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

@@ -38,7 +38,7 @@ def test_rows_and_forces(tmp_path: Path) -> None:
     assert rows[0] == {"yield_stress": 15.0, "failure_strain": 0.03}
     answers = [table.solve(Request("rsm", i, {**row, "density": 1.0}, 8.0)) for i, row in enumerate(rows)]
     assert [a.response for a in answers] == [122.0, 112.0, None]
-    assert answers[2].reason == "no_force" and "rsm.csv:4" in answers[2].message
+    assert answers[2].reason == "no_response" and "rsm.csv:4" in answers[2].message
 
 
 def test_replicates_have_their_own_identity_and_a_changed_table_another(tmp_path: Path) -> None:
@@ -158,7 +158,7 @@ def test_a_table_has_its_condition_under_its_own_name(tmp_path: Path) -> None:
     table = own(tmp_path, OWN + MOISTURE, "{moisture: 12, angle: 30}", validate="moisture,angle\n12,30.5\n16,33\n")
     assert table.solve(Request("validate", 0, {}, 16.0)).response == 33.0
     assert table.solve(Request("validate", 0, {}, 20.0)).message == "validate.csv has no moisture 20 %"
-    assert table.identity(Request("validate", 0, {}, 16.0))["moisture"] == 16.0
+    assert table.identity(Request("validate", 0, {}, 16.0))["condition"] == 16.0
     with pytest.raises(SpecError, match="moisture: has no column"):
         own(tmp_path, OWN + MOISTURE, "{moisture: 12, angle: 30}", validate="static,angle\n0.5,30\n")
 
@@ -176,7 +176,7 @@ def test_responses_stand_under_their_names(tmp_path: Path) -> None:
     assert rows[0] == {"static": 0.2, "rolling": 0.02}
     first, second = (table.solve(Request("rsm", i, row, 0.0)) for i, row in enumerate(rows))
     assert (first.response, first.details["responses"]) == (30.0, {"density": 650.0})
-    assert (second.reason, second.message) == ("no_angle", "rsm.csv:3: no angle of repose is given")
+    assert (second.reason, second.message) == ("no_response", "rsm.csv:3: no angle of repose is given")
     with pytest.raises(SpecError, match="density: has no column; add it"):
         own(tmp_path, OWN + DENSITY, "{angle: 30}", rsm="static,rolling,angle\n0.2,0.02,30\n")
 

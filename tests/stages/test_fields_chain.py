@@ -12,9 +12,10 @@ from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
+from stemcal.notes import Note
 from stemcal.overview.beforehand import beforehand
 from stemcal.solvers import make_solver
-from stemcal.stages.design import surface_factors
+from stemcal.stages.design import StrongestAsked, surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -52,17 +53,16 @@ class Screened:
         return dict(zip("abcde", (40.0, 30.0, 20.0, 7.0, 3.0), strict=True))
 
 
-def chosen(study: Study, *significant: str) -> tuple[list[str], str]:
-    names, notes = surface_factors(study, make_solver(study), Screened(significant))
-    return names, " ".join(notes)
+def chosen(study: Study, *significant: str) -> tuple[list[str], list[Note]]:
+    return surface_factors(study, make_solver(study), Screened(significant))
 
 
 def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     study = study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")
     names, said = chosen(study, "a")
     assert names == ["a", "b", "c"]
-    assert "b and c are not significant" in said
-    assert "d would be significant too" in chosen(study, "a", "b", "c", "d")[1]
+    assert said == [StrongestAsked(("a", "b", "c"), ("b", "c"), ())]
+    assert chosen(study, "a", "b", "c", "d")[1] == [StrongestAsked(("a", "b", "c"), (), ("d",))]
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from stemcal.solvers import SOLVERS
 from stemcal.solvers.embedded import Embedded, meshed_as
 from stemcal.solvers.protocol import Answer, Belonging, Meshed, Request
 from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.mesh.stage import ScatterUntold
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.reading import load_study
@@ -136,7 +137,6 @@ def test_the_budget_tells_each_source(made: Made) -> None:
     assert budget["mesh"].sd == pytest.approx(110.0 * mesh.scatter.variance**0.5)
     assert budget["mesh"].df == 3.0
     assert mesh.sizes[0].factor == pytest.approx(0.95)
-    assert "Elements of d/24 give a force 5.0 % below the study's own" in mesh.notes[1]
 
 
 def test_jointly_the_common_part_stands_apart(made: Made) -> None:
@@ -222,8 +222,7 @@ def test_the_scatter_of_the_travel_is_in_what_the_travel_tells(made: Made, monke
     reach = stats.t.ppf(0.975, df) * (laboratory + mesh) ** 0.5 / 0.2 * 0.02
     assert wide == pytest.approx((0.035 - reach, 0.035 + reach), abs=0.02 * reach)
     assert wide[1] - wide[0] > 2.0 * (narrow[1] - narrow[0])
-    told = "The travel at the solution has a standard deviation of 1.9 % over the places of the mesh."
-    assert told in meshed.mesh.notes
+    assert (meshed.mesh.further or {})["travel"].sd_percent == pytest.approx(1.9, abs=0.05)
     assert MeshResult.from_json(meshed.mesh.to_json()) == meshed.mesh
 
 
@@ -244,7 +243,7 @@ def test_a_travel_that_no_place_tells_is_told_to_be_in_no_interval(made: Made, m
     results = of_travel(made, MESH, FakeTravels(silent=True), monkeypatch)
     assert results.mesh is not None and results.validation is not None
     assert results.mesh.further is None and results.validation.rows[0].further[0].mesh_interval is None
-    assert "The travel at each place of the mesh is not told: its scatter is in no interval." in results.mesh.notes
+    assert results.mesh.notes == (ScatterUntold("travel"),)
 
 
 def test_a_failed_place_stops_it_and_a_failed_size_is_left_out(made: Made) -> None:
@@ -317,7 +316,8 @@ def test_coarse_runs_corrected_by_few_fine_ones_are_the_fine_surface(
     surface = next(part for part in asked(study, FakeMeshes(), folder) if part.stage == "rsm")
     sizes = [request.element_size for request in surface.requests]
     assert (sizes.count("d/10"), sizes.count(None)) == (10, 5)
-    assert any("The design was run with elements of d/10, 5 of its runs" in note for note in coarse.surface.notes)
+    assert coarse.surface.coarse is not None
+    assert (coarse.surface.coarse.element_size, len(coarse.surface.coarse.fine_runs)) == ("d/10", 5)
     assert all(stage.file == "fresh" for stage in status(study, folder).stages)
     assert "The design was run with elements of d/10" in render(study, folder)
 

@@ -22,21 +22,6 @@ from stemcal.doe.designs.space_filling import latin_hypercube, sobol
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 
-__all__ = [
-    "SCREENING",
-    "SCREENING_DESIGNS",
-    "SURFACES",
-    "SurfaceOptions",
-    "axial_distance",
-    "central_composite",
-    "plackett_burman",
-    "screening_runs",
-    "surface_blocks",
-    "surface_radius",
-    "surface_reach",
-    "surface_runs",
-]
-
 SCREENING_DESIGNS = ("plackett-burman", "plackett-burman-pydoe")
 _MOST_FOR_FIVE_LEVELS = 5
 _RUNS_PER_TERM = 2  # how many runs a space-filling design takes if it is not told

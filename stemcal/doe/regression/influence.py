@@ -1,4 +1,8 @@
-"""How much each run, and each term's neighbours, sway a fit."""
+"""How strongly each run influences a fit, and how much the other terms inflate a term's variance.
+
+In closed form: statsmodels' `OLSInfluence`, which the tests hold it against, fits again without each run for its
+studentised residuals, a hundred times as long for 20 runs and two thousand times for 148.
+"""
 
 from __future__ import annotations
 

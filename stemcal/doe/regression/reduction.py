@@ -43,15 +43,6 @@ class Reduction:
     steps: tuple[Step, ...]
     dropped: tuple[str, ...]
 
-    def describe(self) -> str:
-        """Say in a sentence what is left."""
-        if not self.dropped:
-            return f"Reduction ({self.method}): every term stays."
-        return (
-            f"Reduction ({self.method}) leaves out {', '.join(self.dropped)}. The terms were chosen by the same "
-            "runs, so p-values and intervals are somewhat too favourable."
-        )
-
 
 def reduce_surface(
     coded: ArrayLike,

@@ -90,8 +90,7 @@ class Ledger(NamedTuple):
     """Sums that one output interval adds to."""
 
     impulse: Array  # (T, 3) of the stem on each tool
-    contact_work: Array  # (1,) of the contact forces on the nodes
-    tool_work: Array  # (1,) of the moving tools
+    held: Array  # (S,) what contact holds back of the tools' work, by what pushes (`nodes.Pushes`)
     external_work: Array  # (1,) of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) carried away by nodes without elements
     kinetic: Array  # (1,) of the last step
@@ -245,9 +244,7 @@ def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
     for t in range(tools.speed.shape[0]):
         for i in range(3):
             ledger.impulse[t, i] += kick * tools.force[t, i]
-        work = -kick * tools.force[t, 2] * tools.speed[t]
-        ledger.tool_work[0] += work
-        ledger.external_work[0] += work
+        ledger.external_work[0] -= kick * tools.force[t, 2] * tools.speed[t]
         tools.height[t] += dt * tools.speed[t]
         fastest = max(fastest, abs(tools.speed[t]))
     return fastest
@@ -282,7 +279,7 @@ def meet_tools(
 
 
 @kernel
-def kick_by_contact(until: float, body: Floats, clock: Floats, ledger: Floats) -> None:
+def kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> None:
     """Kick what the tools push; before, if the step reaches the time `until`, book its kinetic energy.
 
     That is the moment for it: all forces are there and nothing has moved.
@@ -290,7 +287,7 @@ def kick_by_contact(until: float, body: Floats, clock: Floats, ledger: Floats) -
     kick = mean_step(clock)
     if clock.time[0] + clock.step[0] >= until:
         ledger.kinetic[0] = kinetic_energy_within(body, kick)
-    ledger.contact_work[0] += 0.5 * kick * take_pushes(body, kick)
+    take_pushes(body, kick, tools.speed, ledger.held)
 
 
 @kernel
@@ -299,7 +296,7 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
     dt, kick = clock.step[0], mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
     mirror_ghosts(body)
-    ledger.contact_work[0] += 0.5 * kick * leave_pushes(body)
+    leave_pushes(body, kick, tools.speed, ledger.held)
     ledger.external_work[0] += work
     clock.reach[0] += dt * (fastest + move_tools(tools, ledger, kick, dt))
     clock.time[0] += dt
@@ -346,7 +343,7 @@ def march(
         if leads:
             failed = team.failed.sum() > 0 or apart
             meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-            kick_by_contact(until, body, clock, ledger)
+            kick_by_contact(until, body, tools, clock, ledger)
         meet(team)
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])
         meet(team)

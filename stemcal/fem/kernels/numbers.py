@@ -17,6 +17,8 @@ EIGHT, SIXTY_FOUR = (np.float32(number) for number in (8.0, 64.0))
 EIGHTH, QUARTER, HALF, THREE_HALVES = (np.float32(number) for number in (0.125, 0.25, 0.5, 1.5))
 TINY = np.float32(2.0**-100)
 
+RUN = 8  # elements in a row whose corners are nodes in a row
+
 
 def like(_value: Any, number: Any) -> Any:
     """Return a number in the precision of a value."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stemcal.naming import FORCE, Named, Naming
+from stemcal.report.tables.equation import equation, written
 from stemcal.report.tables.sheet import place_cell, response_decimals, response_or_reason
-from stemcal.report.terms import equation, written
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult

@@ -13,11 +13,11 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import calibration, climb, refinement, screening
+from stemcal.text import calibration, climb, mesh, refinement, screening, surface
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, probability, significant
+from stemcal.text.numbers import fixed
 from stemcal.text.results import withheld
-from stemcal.words import counted, joined
+from stemcal.words import joined
 
 AGREES = 10  # percent
 _AGREEING = (RefineResult, ValidateResult)
@@ -45,11 +45,13 @@ def _outcome(result: StageResult, names: Names) -> list[str]:
         case ClimbResult():
             return climb.outcome(result, names)
         case SurfaceResult():
-            return [_surface_outcome(result)]
+            return surface.outcome(result, names)
         case InvertResult():
             return calibration.outcome(result, names)
         case RefineResult():
             return refinement.outcome(result, names)
+        case MeshResult():
+            return mesh.certainty(result, names)
         case ValidateResult():
             return [_validation_outcome(result)]
     return [result.summary()]
@@ -60,22 +62,14 @@ def _certainty(result: StageResult, names: Names) -> list[str]:
         case ScreenResult():
             return screening.certainty(result, names)
         case SurfaceResult():
-            return _surface_certainty(result)
+            return surface.certainty(result, names)
         case InvertResult():
             return calibration.certainty(result, names)
         case MeshResult():
-            return list(result.notes[: 1 + len(result.sizes)])
+            return mesh.certainty(result, names)
         case ValidateResult():
             return _validation_certainty(result)
     return []
-
-
-def _surface_outcome(stage: SurfaceResult) -> str:
-    runs = [run.response for run in stage.design.runs if run.response is not None]
-    return (
-        f"A quadratic surface over {joined(stage.names)} was fitted to {counted(len(runs), 'run')} "
-        f"between {significant(min(runs))} and {significant(max(runs))}{stage.naming.response.beside}."
-    )
 
 
 def _validation_outcome(stage: ValidateResult) -> str:
@@ -99,22 +93,6 @@ def _apart(stage: ValidateResult) -> Iterator[str]:
 
 def _size(error_percent: float | None) -> str:
     return f"{fixed(None if error_percent is None else abs(error_percent), 1)} %"
-
-
-def _surface_certainty(stage: SurfaceResult) -> list[str]:
-    if stage.r2 is None:
-        return [
-            f"All runs gave the same {stage.naming.response.noun}: there is nothing that the surface could explain."
-        ]
-    text = (
-        f"The surface explains {fixed(100 * stage.r2, 1)} % of the variation between its runs"
-        f" (R² {fixed(stage.r2, 3)}, predicted R² {fixed(stage.predicted_r2, 3)})"
-    )
-    lack = stage.anova_row("Lack of fit")
-    if not stage.lack_of_fit_testable or lack is None or lack.p is None:
-        return [f"{text}; its lack of fit cannot be tested."]
-    verdict = "misses something (lack of fit is significant" if lack.p < 0.05 else "shows no lack of fit ("
-    return [f"{text} and {verdict}{', ' if verdict.endswith('t') else ''}p = {probability(lack.p)})."]
 
 
 def _how_many(errors: Sequence[float]) -> str:

@@ -14,6 +14,7 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.shape import Shape
 from stemcal.text.numbers import fixed, short, significant
 from stemcal.text.screening import standing
+from stemcal.text.surface import shape_name
 
 WIDE = 3  # factors from which a table on the terminal does
 MANY = 4  # factors from which a table's columns bear symbols in place of names
@@ -71,8 +72,9 @@ def _stationary_point(canonical: Shape, names: Sequence[str], response: Named) -
         return "No single stationary point: the surface is a plane, or level along some direction."
     place = ", ".join(f"{name} {significant(natural[name])}" for name in names)
     where = "inside" if canonical.inside else "outside"
+    value = f"{significant(canonical.predicted)}{response.beside}"
     return (
-        f"Stationary point: a {canonical.kind} of {significant(canonical.predicted)}{response.beside} at {place}; "
+        f"Stationary point: a {shape_name(canonical)} of {value} at {place}; "
         f"coded radius {fixed(canonical.coded_radius)}, {where} the region of the runs."
     )
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.report.tables.closing import audit_sheet, climb_sheet, further_sheets, refine_sheet, share_of
+from stemcal.report.tables.equation import equation, written
 from stemcal.report.tables.mesh import budget_sheet, mesh_sheet
 from stemcal.report.tables.sheet import Sheet, place_cell, place_head, response_decimals, response_or_reason, starred
-from stemcal.report.terms import equation, written
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult

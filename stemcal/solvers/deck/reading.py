@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.solvers.deck.fixed_width import LONG, STANDARD
+from stemcal.solvers.fortran import number_of
 
 __all__ = ["Block", "blocks"]
 
@@ -22,13 +23,10 @@ _HEADED = re.compile(r"_(TITLE|ID)$")
 # Keywords whose cards are as many parts or sections, each with its title if they have titles.
 _SEVERAL = {"PART", "SECTION_SOLID"}
 _KEYWORD = re.compile(r"\*([A-Z0-9_./-]{1,80}[+%]?)")
-# A Fortran number may have a D for its E, or none: 1.5D-3, 1.5-3.
-_NUMBER = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[ED]?([-+][0-9]+)|[ED]([0-9]+))?", re.ASCII)
 _NUMBERING = {"pid", "secid", "mid", "lcid"}
 MOST = 1e30  # numbers whose powers are still numbers
 _MOST_NUMBER = 1e9  # of nodes, elements, parts
 _MOST_KEYWORDS = 100_000
-_LONGEST = 60  # a number
 
 
 @dataclass(frozen=True)
@@ -84,14 +82,10 @@ class Block:
         return [self._number(text, "a column") for text in texts[: len(spans)]]
 
     def _number(self, text: str, name: str) -> float:
-        text = text.strip()
-        if not text:
-            return 0.0
-        found = _NUMBER.fullmatch(text.upper()) if len(text) <= _LONGEST else None
-        number = float(f"{found[1]}e{found[2] or found[3] or 0}") if found else MOST
-        if not abs(number) < MOST:
+        number = number_of(text) if text.strip() else 0.0
+        if number is None or not abs(number) < MOST:
             raise UsageError(
-                f"{self.place}: {name} is {text[:40]!r}, no usable number; write one below {MOST:g} "
+                f"{self.place}: {name} is {text.strip()[:40]!r}, no usable number; write one below {MOST:g} "
                 "(parameters, &, are not read)"
             )
         return number

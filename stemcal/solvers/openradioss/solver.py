@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
 from stemcal.solvers.deck.writer import STEM
 from stemcal.solvers.openradioss.installation import Installation, installation
@@ -80,7 +81,7 @@ class OpenRadioss(Program):
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
         self.inputs.write(folder, {})
         text = deck_text(self._deck(request))
-        (folder / DECK).write_text(text, encoding="utf-8", newline="\n")
+        write_output(folder / DECK, text)
         return {}
 
     def _deck(self, request: Request) -> Deck:
@@ -145,11 +146,14 @@ def _starter_ran(folder: Path, written: Mapping[str, float], ended: Ended) -> No
     wrong, _ = differences(listing, STEM, written)
     if wrong:
         raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
-    engine = folder / ENGINE_INPUT
-    if not engine.is_file():
-        raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT}")
+    if (folder / ENGINE_INPUT).is_symlink():
+        raise NoResult("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
+    try:
+        engine = read_text(folder, ENGINE_INPUT)
+    except NoResult as missing:
+        raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}") from None
     # the starter calls the run after the whole name of the deck, runk; its restart file is run's
-    engine.write_bytes(re.sub(rb"^/RUN/[^/\r\n]+/", b"/RUN/run/", engine.read_bytes(), flags=re.MULTILINE))
+    write_output(folder / ENGINE_INPUT, re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE))
 
 
 def _engine_ran(folder: Path, ended: Ended) -> None:

@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable
 from typing import IO, Any, ParamSpec, TypeVar
 
-from stemcal.patience import Hindrance, within
+from stemcal.interrupts import wait_until
 from stemcal.solvers.processes import KEEPER
 from stemcal.solvers.programs.reductions import NoResult
 
@@ -72,14 +72,14 @@ class _Beside:
         return result
 
     def _hear(self, seconds: float) -> bytes:
-        if not within(seconds, self._is_heard, Hindrance(self.process.pid)):
+        if not wait_until(seconds, self._is_heard):
             self.end()
             raise NoResult("timeout", "reading the result took longer than what was left of solver.time_limit")
         if self._heard is None:
             raise self._gone()
         return self._heard
 
-    def _is_heard(self, seconds: float | None) -> bool:
+    def _is_heard(self, seconds: float) -> bool:
         try:
             self._heard = self.said.get(timeout=seconds)
         except queue.Empty:

@@ -10,6 +10,7 @@ from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import Head, Interval, StageResult
@@ -75,7 +76,7 @@ class MeshResult(StageResult):
     coded_ranges: dict[str, Interval]
     certainty: Certainty
     certainty_alone: Certainty | None = absent()
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def widened(self, inversion: InvertResult) -> InvertResult:
         """Return an inversion with the intervals that hold the scatter of the mesh."""
@@ -111,9 +112,3 @@ class MeshResult(StageResult):
         """Yield label and outcome of every run."""
         for row in self.rows:
             yield f"mesh {row.mesh} at {row.condition:g} mm", row.outcome
-
-    def summary(self) -> str:
-        """Tell the scatter."""
-        return (
-            f"the force scatters by {self.scatter.sd_percent:.2g} % over {self.scatter.placements} places of the mesh"
-        )

@@ -12,16 +12,6 @@ from stemcal.study.model.frozen import Flag, Frozen
 from stemcal.study.types.fields import Number, Whole, complain
 from stemcal.study.types.lengths import StemLength
 
-__all__ = [
-    "CoarseOptions",
-    "CodingEntry",
-    "Constraint",
-    "RsmOptions",
-    "ScreenOptions",
-    "factors_taken",
-    "strongest_asked",
-]
-
 _FIELD_NAMES = {
     "PB": "plackett-burman",
     "CCD": "central-composite",

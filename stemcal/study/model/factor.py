@@ -10,8 +10,6 @@ from stemcal.study.model.frozen import Frozen
 from stemcal.study.types import units
 from stemcal.study.types.fields import ColumnName, FactorName, Label, Number, Readable
 
-__all__ = ["MOST_FACTORS", "Condition", "Factor", "Response"]
-
 MOST_FACTORS = 100
 
 

@@ -8,8 +8,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from stemcal.study.types.fields import Number, Quantity
 
-__all__ = ["Flag", "Frozen", "Share", "Size", "SizeOrZero", "Time"]
-
 Size = Annotated[float, Quantity("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
 Time = Annotated[float, Quantity("time", above=0)]

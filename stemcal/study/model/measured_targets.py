@@ -12,8 +12,6 @@ from stemcal.study.model.frozen import Frozen, Size, SizeOrZero
 from stemcal.study.types.fields import Number, Quantity, Readable, SpecFile, Whole, complain
 from stemcal.study.types.named import OwnCondition, OwnResponse
 
-__all__ = ["AtSize", "Mean", "Published", "Target", "Targets"]
-
 AtSize = Annotated[float, OwnCondition("length", above=0)]
 FirstResponse = Annotated[float, OwnResponse("force", above=0)]
 Work = Annotated[float, Quantity("energy", above=0)]

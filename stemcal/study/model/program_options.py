@@ -20,8 +20,6 @@ from stemcal.study.model.solver_options import (
 )
 from stemcal.study.types.fields import Number, Quantity, SpecFile, Whole, complain
 
-__all__ = ["CommandSolver", "Commanded", "DeckSolver", "LsDynaSolver", "OpenRadiossSolver", "ProgramOptions"]
-
 MOST_FILES = 100
 
 

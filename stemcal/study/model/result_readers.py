@@ -11,8 +11,6 @@ from stemcal.naming import CUTTING, Naming
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.types.fields import Number, Whole, complain
 
-__all__ = ["CalculixResult", "CsvResult", "JsonResult", "RcforcResult", "RegexResult", "ResultReader"]
-
 
 def _inside_run_folder(given: object) -> object:
     """Refuse names that leave the run folder, on any system."""

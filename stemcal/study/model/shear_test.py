@@ -11,8 +11,6 @@ from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.types.fields import Number, Quantity
 from stemcal.study.types.lengths import Length, StemLengthOrZero
 
-__all__ = ["Blade", "Contact", "Loading", "Material", "Specimen", "Supports"]
-
 Stress = Annotated[float, Quantity("stress")]
 
 

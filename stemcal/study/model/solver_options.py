@@ -11,8 +11,6 @@ from stemcal.study.model.frozen import Flag, Frozen, Share, Size, Time
 from stemcal.study.types.fields import Number, Quantity, SpecFile, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
-__all__ = ["EmbeddedSolver", "Hourglass", "TableSolver"]
-
 # Keys that the embedded solver and the decks of other programs have in common.
 HourglassCoefficient = Annotated[
     Number, Field(ge=0, le=1, description="Strength; too small and elements fold, too large and the stem is too stiff.")

@@ -13,8 +13,6 @@ from stemcal.study.types.fields import Number, Whole
 from stemcal.study.types.lengths import StemLength
 from stemcal.study.types.named import responses_by_name
 
-__all__ = ["ClimbOptions", "InvertOptions", "MeshOptions", "RefineOptions", "RunsOptions"]
-
 Responses = Annotated[
     tuple[str, ...],
     BeforeValidator(responses_by_name),

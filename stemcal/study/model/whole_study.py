@@ -26,8 +26,6 @@ from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshO
 from stemcal.study.types.fields import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
 
-__all__ = ["Study", "StudyForm"]
-
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
 
@@ -199,5 +197,5 @@ class Study(StudyForm):
         wanted = self.invert.conditions
         if wanted is None:
             return (self.calibration_target,) if len(self.invert.responses) > 1 else ()
-        forces = self.targets.means
-        return tuple(t for t in forces if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))
+        means = self.targets.means
+        return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))

@@ -12,8 +12,6 @@ from stemcal.files.durable import write_durably
 from stemcal.study.model import Study
 from stemcal.study.reading.read import read_study
 
-__all__ = ["Change", "amended", "rewrite"]
-
 Change = tuple[str, str, str]
 """Section, key, and the value as YAML writes it on one line."""
 

@@ -10,8 +10,6 @@ from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
 
-__all__ = ["finding_of"]
-
 _KINDS = {
     "string_type": ("a text", "put it between quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),

@@ -9,18 +9,6 @@ from typing import Any
 from stemcal.study.model import StudyForm
 from stemcal.study.types.strict_yaml import NodePath
 
-__all__ = [
-    "RESULT_KINDS",
-    "SOLVER_KINDS",
-    "choices_of",
-    "json_schema",
-    "keys_of",
-    "meaning_of",
-    "meanings",
-    "section_places",
-    "section_with",
-]
-
 SOLVER_KINDS = ("embedded", "table", "command", "lsdyna", "openradioss")
 _DEFS = "#/$defs/"
 RESULT_KINDS = ("json", "csv", "regex", "rcforc", "calculix")

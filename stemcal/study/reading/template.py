@@ -16,8 +16,6 @@ from stemcal.study.types.fields import StudyName
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean
 
-__all__ = ["study_name", "template"]
-
 
 def template(name: str = "my-study", crop: str | None = None) -> str:
     """Return a commented spec called `name`, with the published ranges of a crop if one is given.

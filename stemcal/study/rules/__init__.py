@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import climbing, factors, geometry, outside, surface, targets
+from stemcal.study.rules import factors, geometry, outside, surface, targets
 from stemcal.study.rules.draft import Draft, Finding
 
 __all__ = ["broken_rules"]
@@ -39,7 +39,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface.surface_factors_exist,
     surface.strongest_are_enough,
     surface.surface_design_takes_factors,
-    climbing.steps_stay_inside,
+    surface.steps_stay_inside,
     surface.runs_are_used,
     surface.constraints_fit,
     surface.coarse_runs_are_possible,

@@ -31,8 +31,7 @@ from stemcal.study.model import (
     Targets,
 )
 from stemcal.study.types.strict_yaml import NodePath
-
-__all__ = ["Draft", "Finding"]
+from stemcal.words import did_you_mean
 
 
 class Finding(NamedTuple):
@@ -95,3 +94,8 @@ class Draft:
             for index, target in enumerate(self.targets.means):
                 found["targets", "forces", index, "diameter"] = target.condition
         return found
+
+    def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
+        """Return that no factor is called so."""
+        message = f"{name[:60]!r} is not a factor of this study"
+        return Finding(path, message, did_you_mean(name, self.names), at_key)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from stemcal.errors import UsageError
 from stemcal.naming import CUTTING, DIAMETER, FORCE
 from stemcal.study.model import (
     CommandSolver,
@@ -43,8 +42,8 @@ def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
 def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
     try:
         content = template_bytes(path)
-    except (OSError, UsageError) as error:
-        yield Finding(node, f"cannot be read: {error}", "check the file")
+    except OSError as error:
+        yield Finding(node, f"cannot be read: {error.strerror}", "check the file")
         return
     unknown = [(line, name) for line, name in placeholders(content) if name not in known]
     for line, name in unknown[:_MOST_UNKNOWN]:
@@ -58,7 +57,7 @@ def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
         return
     try:
         contents = [template_bytes(path) for path in solver.templates]
-    except (OSError, UsageError):
+    except OSError:
         return
     used = {name for text in contents for _, name in placeholders(text)}
     used |= {name for argument in solver.command for _, name in placeholders(argument.encode())}
@@ -95,7 +94,7 @@ def _content(path: Path) -> bytes:
     """Return what a template holds; nothing where it cannot be read, which another rule tells."""
     try:
         return template_bytes(path)
-    except (OSError, UsageError):
+    except OSError:
         return b""
 
 

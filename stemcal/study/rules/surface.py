@@ -1,4 +1,4 @@
-"""Rules on the response surface: its factors, design, weights, blocks and coding."""
+"""Rules on the response surface and the climb to it: factors, design, weights, blocks, coding, steps."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, strongest_asked
 from stemcal.study.rules.draft import Draft, Finding
-from stemcal.words import did_you_mean
 
 MOST_CCD_FACTORS = 8
 SPACE_FILLING = ("latin-hypercube", "sobol", "i-optimal")  # their size is free
@@ -20,8 +19,7 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
     for index, name in enumerate(chosen):
         path = ("rsm", "factors", index)
         if name not in draft.names:
-            remedy = did_you_mean(name, draft.names)
-            yield Finding(path, f"{name[:60]!r} is not a factor of this study", remedy)
+            yield draft.unknown_factor(path, name, at_key=False)
         elif name in chosen[:index]:
             yield Finding(path, f"{name} stands here twice", "remove one")
     if len(chosen) < 2:
@@ -73,8 +71,7 @@ def constraints_fit(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, "write design: i-optimal, or leave the constraint out")
         for name in constraint.of:
             if name not in draft.names:
-                message = f"{name[:60]!r} is not a factor of this study"
-                yield Finding((*path, "of", name), message, did_you_mean(name, draft.names), at_key=True)
+                yield draft.unknown_factor((*path, "of", name), name)
 
 
 def coarse_runs_are_possible(draft: Draft) -> Iterator[Finding]:
@@ -113,8 +110,7 @@ def coding_fits(draft: Draft) -> Iterator[Finding]:
         return
     for name in draft.rsm.coding:
         if name not in draft.names:
-            message = f"{name[:60]!r} is not a factor of this study"
-            yield Finding(("rsm", "coding", name), message, did_you_mean(name, draft.names), at_key=True)
+            yield draft.unknown_factor(("rsm", "coding", name), name)
     yield from _coding_in_range(draft, draft.rsm)
 
 
@@ -130,3 +126,18 @@ def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
         elif draft.embedded and factor.name in PARAMETERS and entry.center - entry.half_step <= 0:
             message = f"center - half_step = {entry.center - entry.half_step:g} is not above 0"
             yield Finding((*path, "half_step"), message, "take a smaller half_step")
+
+
+def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
+    """`climb.step_sizes` belong to factors, and the first step stays in their ranges."""
+    if draft.climb is None:
+        return
+    known = {factor.name: factor for factor in draft.factors.values()}
+    for name, size in draft.climb.step_sizes.items():
+        path = ("climb", "step_sizes", name)
+        if name not in draft.names:
+            yield draft.unknown_factor(path, name)
+        elif name in known and size > known[name].half_range * (1.0 + 1e-9):
+            factor = known[name]
+            message = f"a step of {size:g} from the middle, {factor.centre:g}, leaves {factor.low:g} to {factor.high:g}"
+            yield Finding(path, message, f"take at most {factor.half_range:g}")

@@ -140,9 +140,7 @@ def published_factors_exist(draft: Draft) -> Iterator[Finding]:
     for section in ("solution", "called") if draft.published else ():
         for name in getattr(draft.published, section):
             if name not in draft.names:
-                message = f"{name[:60]!r} is not a factor of this study"
-                remedy = did_you_mean(name, draft.names)
-                yield Finding(("published", section, name), message, remedy, at_key=True)
+                yield draft.unknown_factor(("published", section, name), name)
 
 
 def claims_known(draft: Draft) -> Iterator[Finding]:

@@ -19,20 +19,6 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from stemcal.files.showing import unprintable
 from stemcal.study.types import units
 
-__all__ = [
-    "ColumnName",
-    "FactorName",
-    "Label",
-    "Number",
-    "Quantity",
-    "Readable",
-    "SpecFile",
-    "StudyName",
-    "Title",
-    "Whole",
-    "complain",
-]
-
 _NUMBER = r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?"
 
 

@@ -11,8 +11,6 @@ from pydantic_core import core_schema
 
 from stemcal.study.types.fields import Quantity, complain
 
-__all__ = ["Length", "StemLength", "StemLengthOrZero"]
-
 _SHARE = re.compile(r"d\s*/\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)", re.ASCII)
 _SHARE_IN_SCHEMA = r"d */ *([0-9]+(\.[0-9]*)?|\.[0-9]+)"
 

@@ -17,17 +17,6 @@ from stemcal.study.types import units
 from stemcal.study.types.fields import MOST, Quantity, complain
 from stemcal.study.types.placeholders import CHANCE
 
-__all__ = [
-    "OwnCondition",
-    "OwnResponse",
-    "as_in_spec",
-    "declared_once",
-    "naming_of",
-    "own_targets",
-    "quantity",
-    "responses_by_name",
-]
-
 Wrong = tuple[tuple[str | int, ...], str, str]
 """Where something is wrong below a section, the message and the remedy."""
 _BESIDE = ("sd", "n")  # what else an entry of the targets holds

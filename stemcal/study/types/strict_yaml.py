@@ -21,8 +21,6 @@ import yaml
 
 from stemcal.files.decoding import decode
 
-__all__ = ["MAX_BYTES", "Document", "NodePath", "Place", "YamlProblem", "read_yaml", "resolve"]
-
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
 MAX_EVENTS = 50_000

@@ -4,15 +4,16 @@ import json
 
 import numpy as np
 import pytest
-from statsmodels.regression.linear_model import OLS
+from statsmodels.regression.linear_model import OLS, WLS
 from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
-from stemcal.doe.designs.catalogue import central_composite
-from stemcal.doe.regression.surface import DETERMINISTIC, fit_surface
+from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, surface_runs
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.surface_notes import CopiesOnly, NothingRepeated, SaturatedSurface, VerdictOnOneRun
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 
 TERMS = ["Intercept", "a", "b", "c", "a:b", "a:c", "b:c", "I(a ** 2)", "I(b ** 2)", "I(c ** 2)"]
 
@@ -93,7 +94,8 @@ def test_influence_of_one_centre_run(ccd):
     third = ccd.runs_diagnostics[2]
     assert (third.run, third.response) == (3, 112.0)
     assert third.lack_of_fit_p_without == pytest.approx(0.017, abs=5e-4)
-    assert any("Without run 3 (112)" in note for note in ccd.notes)
+    (said,) = (note for note in ccd.notes if isinstance(note, VerdictOnOneRun))
+    assert (said.run, said.value) == (3, 112.0) and said.without == third.lack_of_fit_p_without
 
 
 def test_diagnostics_agree_with_statsmodels(ccd, ccd_runs):
@@ -106,6 +108,31 @@ def test_diagnostics_agree_with_statsmodels(ccd, ccd_runs):
     assert [r.studentised for r in runs] == pytest.approx(external, rel=1e-8)
     vif = [variance_inflation_factor(matrix, i) for i in range(1, 10)]
     assert [c.vif for c in ccd.coefficients[1:]] == pytest.approx(vif, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("design", "k"),
+    [("central-composite", 2), ("central-composite", 3), ("central-composite", 5), ("box-behnken", 4), ("sobol", 3)],
+)
+def test_weighted_diagnostics_agree_with_statsmodels(design: str, k: int) -> None:
+    """A regression on √w·X; of the runs left out one by one statsmodels fits each again."""
+    rng = np.random.default_rng(k)
+    coded = surface_runs(k, SurfaceOptions(design=design))
+    response, weights = 100.0 + rng.normal(size=len(coded)), rng.uniform(0.5, 2.0, len(coded))
+    names = [f"x{i}" for i in range(k)]
+    surface = fit_surface(coded, response, names, weights=weights)
+    root = np.sqrt(weights)
+    theirs = OLS(root * response, root[:, None] * term_columns(coded)).fit()
+    influence, runs = OLSInfluence(theirs), surface.runs_diagnostics
+    assert surface.beta == pytest.approx(theirs.params, rel=1e-12, abs=1e-12)
+    assert [r.leverage for r in runs] == pytest.approx(influence.hat_matrix_diag, rel=1e-12)
+    assert [r.cooks_distance for r in runs] == pytest.approx(influence.cooks_distance[0], rel=1e-9, abs=1e-15)
+    assert [r.studentised for r in runs] == pytest.approx(influence.resid_studentized_external, rel=1e-9, abs=1e-12)
+    assert surface.press == pytest.approx(influence.ess_press, rel=1e-12)
+    weighted = WLS(response, term_columns(coded), weights).fit()
+    assert surface.r2 == pytest.approx(weighted.rsquared, rel=1e-12)
+    assert surface.adjusted_r2 == pytest.approx(weighted.rsquared_adj, rel=1e-12)
+    assert [c.standard_error for c in surface.coefficients] == pytest.approx(weighted.bse, rel=1e-12)
 
 
 def test_intervals_agree_with_statsmodels(ccd, ccd_runs):
@@ -189,8 +216,7 @@ def test_a_deterministic_solver_has_no_lack_of_fit_test(ccd_runs, coding):
     surface = fit_surface(ccd_runs.coded, force, coding.names)
     rows = {row.source: row for row in surface.anova}
     assert not surface.lack_of_fit_testable
-    assert any(DETERMINISTIC in note for note in surface.notes)
-    assert any("add no information" in note for note in surface.notes)
+    assert CopiesOnly(5, 10) in surface.notes
     assert rows["Lack of fit"].f is None
     assert (rows["Pure error"].sum_of_squares, rows["Pure error"].df) == (0.0, 5)
     assert rows["Lack of fit"].sum_of_squares == pytest.approx(rows["Residual"].sum_of_squares)
@@ -203,7 +229,7 @@ def test_no_replicates_no_lack_of_fit_test():
     force = np.random.default_rng(5).normal(100.0, 5.0, len(design))
     surface = fit_surface(design, force, ["a", "b"])
     assert not surface.lack_of_fit_testable
-    assert any("no design point is repeated" in note for note in surface.notes)
+    assert NothingRepeated() in surface.notes
 
 
 def test_a_saturated_fit_has_no_error_and_no_nan():
@@ -215,7 +241,7 @@ def test_a_saturated_fit_has_no_error_and_no_nan():
     assert surface.adjusted_r2 is surface.press is surface.adequate_precision is None
     assert all(c.standard_error is None for c in surface.coefficients)
     assert np.all(np.isnan(surface.mean_interval(design)))
-    assert any("knows no error" in note for note in surface.notes)
+    assert SaturatedSurface() in surface.notes
 
 
 def test_a_flat_response(ccd_runs, coding):

@@ -8,7 +8,7 @@ import pytest
 
 from stemcal.doe.validation.conditions import compare_conditions
 from stemcal.errors import UsageError
-from stemcal.stages.audit.printed import compare_cells
+from stemcal.stages.printed_numbers import compare_cells
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from stemcal.doe.validation.conditions import Validation, compare_conditions
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.typed import inline
 from stemcal.solvers.sheet import read_cells
-from stemcal.stages.audit.printed import Disagreement, compare_cells
+from stemcal.stages.printed_numbers import Disagreement, compare_cells
 from stemcal.study.model import Study
 
 MOST_SENTENCES = 5
