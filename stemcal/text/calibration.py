@@ -14,7 +14,7 @@ from stemcal.stages.invert.stage import ConstraintBroken
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, states
+from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import fixed, interval, significant, unit_written
 
 KNOWN = "known"
@@ -167,8 +167,12 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     ]
 
 
-def remarks(stage: InvertResult, names: Names) -> Iterator[Remark]:
-    """Yield what the numbers of a calibration are worth."""
+def remarks(stage: InvertResult, names: Names) -> list[Remark]:
+    """Return what a calibration says beside its tables."""
+    return [*_of_numbers(stage, names), *(remark(note, names) for note in stage.notes)]
+
+
+def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
     yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     for part in stage.known:
         yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)

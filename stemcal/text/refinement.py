@@ -35,8 +35,12 @@ def shortfall(stage: RefineResult) -> str:
     return say_number(one, many, len(stage.rows), error=abs(stage.error_percent))
 
 
-def remarks(stage: RefineResult, names: Names) -> Iterator[Remark]:
-    """Yield what the loop tells of the surface, and why it ended."""
+def remarks(stage: RefineResult, names: Names) -> list[Remark]:
+    """Return what the loop tells of the surface, and why it ended."""
+    return list(_of_numbers(stage, names))
+
+
+def _of_numbers(stage: RefineResult, names: Names) -> Iterator[Remark]:
     if stage.process is not None:
         yield Remark(_proposed(stage.process), Weight.TRUST, "process_proposed")
     if any(row.iteration == 1 and row.inside_interval is False for row in stage.rows):

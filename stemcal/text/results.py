@@ -41,19 +41,13 @@ def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> 
             return surface.remarks(result, names)
         case MeshResult():
             return mesh.remarks(result, names)
-    return [*_of_numbers(result, names), *(_remark(note, result, names) for note in result.notes)]
-
-
-def _of_numbers(result: StageResult, names: Names) -> Iterable[Remark]:
-    """Return the remarks that a result's numbers ask for, its notes apart."""
-    match result:
         case ClimbResult():
             return climb.remarks(result, names)
         case InvertResult():
             return calibration.remarks(result, names)
         case RefineResult():
             return refinement.remarks(result, names)
-    return ()
+    return [_remark(note, result, names) for note in result.notes]
 
 
 def shown_remarks(result: StageResult, holds: bool, labels: Mapping[str, str] | None = None) -> list[Remark]:
