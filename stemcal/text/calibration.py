@@ -12,7 +12,7 @@ from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, J
 from stemcal.stages.invert.single import PublishedIncomplete
 from stemcal.stages.invert.stage import ConstraintBroken
 from stemcal.stages.mesh.result import MeshResult
-from stemcal.text.language import say
+from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import fixed, interval, significant, unit_written
@@ -67,11 +67,11 @@ def _prediction(expected: tuple[float, float] | None, names: Names) -> str:
 
 
 def source(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> str:
-    """Name the measurements that intervals come from, as a heading does."""
+    """Name the measurements that intervals come from, as a heading of two lines at most."""
     labels = {
         "joint": "joint fit",
-        "single": "{response} at {condition:condition} alone",
-        "unconditioned": "{response} alone",
+        "single": "{response}\nat {condition:condition} alone",
+        "unconditioned": "{response}\nalone",
     }
     return names.say(labels[_kind(part, names)], response=names.response.long, condition=stage.condition)
 
@@ -124,11 +124,10 @@ def assumption(part: Certainty) -> list[str]:
 
 def unseen_changes(part: Certainty, names: Names) -> list[str]:
     """Say what changes together without any measured response changing."""
-    template = "Not seen: {changes:all} together change no measured response (to first order)."
-    return [
-        say(template, changes=[_change(factor, size, part, names) for factor, size in changes.items()])
-        for changes in part.unseen_changes
-    ]
+    one = "Not seen: {changes:all} alone changes no measured response (to first order)."
+    many = "Not seen: {changes:all} together change no measured response (to first order)."
+    each = [[_change(name, size, part, names) for name, size in found.items()] for found in part.unseen_changes]
+    return [say_number(one, many, len(changes), changes=changes) for changes in each]
 
 
 def _change(factor: str, size: float, part: Certainty, names: Names) -> str:
@@ -316,7 +315,7 @@ def _of_published(published: PublishedPoint, names: Names) -> Iterator[Remark]:
 
 
 _WEIGHTS = {
-    "measured": "Weights: the measured scatter, one coefficient of variation for a kind, and the surface's error.",
+    "measured": "Weights: the measured scatter, one coefficient of variation a response, and the error of the surface.",
     "pooled": "Weights: the measured scatter; means without an SD take the coefficient of variation of the others.",
     "misfit": "No SD was given: relative weights are equal, and the misfit of the fit itself gives the scatter.",
     "surface": "No SD was given: the measured values are treated as exact, and only the surface's own error counts.",

@@ -14,15 +14,13 @@ from stemcal.text.notes import Remark
 def outcome(stage: RefineResult, names: Names) -> list[str]:
     """Say how far from the target the loop ended."""
     within = (
-        "After {count} run at the solution the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
-        "After {count} runs at the solution and corrections of it the error is {error:fixed 2} %, within the tolerance "
-        "of {tolerance:g} %.",
+        "{count} run at the solution: the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
+        "{count} runs corrected the solution: the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
     )
     beyond = (
-        "After {count} run at the solution the error is {error:fixed 2} %, not within the tolerance of {tolerance:g} "
-        "%.",
-        "After {count} runs at the solution and corrections of it the error is {error:fixed 2} %, not within the "
-        "tolerance of {tolerance:g} %.",
+        "{count} run at the solution: the error is {error:fixed 2} %, not within the tolerance of {tolerance:g} %.",
+        "{count} runs corrected the solution: the error is {error:fixed 2} %, not within the tolerance of "
+        "{tolerance:g} %.",
     )
     fields = {"error": abs(stage.error_percent), "tolerance": stage.tolerance_percent}
     return [names.say_number(*(within if stage.converged else beyond), len(stage.rows), **fields)]

@@ -80,6 +80,13 @@ def test_one_force_leaves_two_factors_free(results: Any) -> None:
     )
 
 
+def test_a_factor_that_nothing_sees(results: Any) -> None:
+    unseen = replace(results.inversion.certainty, unseen_changes=({"strain_rate_c": 5.95},))
+    assert calibration.unseen_changes(unseen, LABELLED) == [
+        "Not seen: strain_rate_c +5.95 1/s alone changes no measured response (to first order)."
+    ]
+
+
 def test_what_fixes_nothing_leaves_all_free(results: Any) -> None:
     stage, names = results.inversion, ("yield_stress", "failure_strain", "strain_rate_c")
     nothing = replace(stage.certainty, free=names, scatter="measured", df=None)
@@ -87,7 +94,7 @@ def test_what_fixes_nothing_leaves_all_free(results: Any) -> None:
         "The angle of repose alone leaves yield_stress, failure_strain and strain_rate_c free.",
         "The SD is treated as known because the number of specimens was not given.",
     ]
-    assert calibration.source(nothing, stage, ANGLE) == "angle of repose alone"
+    assert calibration.source(nothing, stage, ANGLE) == "angle of repose\nalone"
 
 
 def test_certainty_begins_with_what_a_simulation_should_give(results: Any) -> None:
