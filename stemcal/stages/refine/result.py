@@ -27,7 +27,7 @@ class Place:
 
 @dataclass(frozen=True)
 class ResponseRow:
-    """A response besides the first in one run of a joint fit: measured, as the surface had it, simulated."""
+    """A response at a point: measured, predicted by the surface, simulated."""
 
     condition: float
     response: str
