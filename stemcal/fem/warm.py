@@ -185,7 +185,7 @@ def compile_all(precision: Precision) -> None:
         _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
         _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
         _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
-        _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
+        _compile(march.kick_by_contact, 0.0, body, state.tools, clock, state.ledger)
         _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
         _compile(march.finish_step, body, state.tools, clock, state.ledger)
     _smallest_simulation(precision)

@@ -18,7 +18,7 @@ from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
-from stemcal.stages.result import CodedScale, Head, StageResult
+from stemcal.stages.result import CodedScale, Head, StageResult, listed
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
@@ -75,8 +75,8 @@ class ClimbResult(StageResult):
             yield f"climb {number}", row.outcome
 
     def summary(self) -> str:
-        """Tell how near the best step came."""
-        return f"step {self.best_step} of {len(self.rows)} is nearest, {self.error_percent:+.1f} % from the target"
+        """Return the levels of the best step."""
+        return listed(self.solution)
 
 
 @a_stage

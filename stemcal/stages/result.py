@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from html import escape
@@ -177,6 +177,15 @@ class StageResult:
 
     def _repr_html_(self) -> str:
         return f"<p>{escape(repr(self))}</p>{''.join(table._repr_html_() for table in self.tables().values())}"
+
+
+def listed(values: Mapping[str, float]) -> str:
+    """Return values by name in a line.
+
+    >>> listed({"a": 18.366, "b": 0.03})
+    'a = 18.37, b = 0.03'
+    """
+    return ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
 
 
 def leave(folder: StudyFolder, result: R) -> R:

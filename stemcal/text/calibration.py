@@ -8,14 +8,13 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
-from stemcal.stages.invert.joint import RangesChosenAfter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete
 from stemcal.stages.invert.stage import ConstraintBroken
 from stemcal.stages.mesh.result import MeshResult
-from stemcal.text.language import say
+from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, states
+from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import fixed, interval, significant, unit_written
 
 KNOWN = "known"
@@ -68,11 +67,11 @@ def _prediction(expected: tuple[float, float] | None, names: Names) -> str:
 
 
 def source(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> str:
-    """Name the measurements that intervals come from, as a heading does."""
+    """Name the measurements that intervals come from, as a heading of two lines at most."""
     labels = {
         "joint": "joint fit",
-        "single": "{response} at {condition:condition} alone",
-        "unconditioned": "{response} alone",
+        "single": "{response}\nat {condition:condition} alone",
+        "unconditioned": "{response}\nalone",
     }
     return names.say(labels[_kind(part, names)], response=names.response.long, condition=stage.condition)
 
@@ -125,11 +124,10 @@ def assumption(part: Certainty) -> list[str]:
 
 def unseen_changes(part: Certainty, names: Names) -> list[str]:
     """Say what changes together without any measured response changing."""
-    template = "Not seen: {changes:all} together change no measured response (to first order)."
-    return [
-        say(template, changes=[_change(factor, size, part, names) for factor, size in changes.items()])
-        for changes in part.unseen_changes
-    ]
+    one = "Not seen: {changes:all} alone changes no measured response (to first order)."
+    many = "Not seen: {changes:all} together change no measured response (to first order)."
+    each = [[_change(name, size, part, names) for name, size in found.items()] for found in part.unseen_changes]
+    return [say_number(one, many, len(changes), changes=changes) for changes in each]
 
 
 def _change(factor: str, size: float, part: Certainty, names: Names) -> str:
@@ -168,8 +166,12 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     ]
 
 
-def remarks(stage: InvertResult, names: Names) -> Iterator[Remark]:
-    """Yield what the numbers of a calibration are worth."""
+def remarks(stage: InvertResult, names: Names) -> list[Remark]:
+    """Return what a calibration says beside its tables."""
+    return [*_of_numbers(stage, names), *(remark(note, names) for note in stage.notes)]
+
+
+def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
     yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     for part in stage.known:
         yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)
@@ -220,8 +222,8 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Remark]:
     if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
         work = "The work follows from force and travel: fitted with both, it makes the intervals somewhat too narrow."
         yield Remark(say(work), Weight.TRUST, "dependent_work")
-    for left_out in _left_out(joint, names):
-        yield Remark(left_out, Weight.USE, "left_out")
+    if left_out := _left_out(joint, names):
+        yield Remark(" ".join(left_out), Weight.USE, "left_out")
     if joint.null is not None:
         better = joint.null.beaten_by(joint.max_abs_left_out_error_percent)
         weight = Weight.TRUST if better is None else Weight.ASIDE if better else Weight.USE
@@ -256,7 +258,9 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     each = "With each {condition} left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
     response = "With each response left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
-    return [names.say(each if several else response, condition=condition.long if condition else "", error=error)]
+    said = names.say(each if several else response, condition=condition.long if condition else "", error=error)
+    after = "The ranges were chosen after the measured values were known: that is no independent check."
+    return [said, say(after)] if joint.ranges_chosen == "after" else [said]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
@@ -303,7 +307,7 @@ def _of_published(published: PublishedPoint, names: Names) -> Iterator[Remark]:
 
 
 _WEIGHTS = {
-    "measured": "Weights: the measured scatter, one coefficient of variation for a kind, and the surface's error.",
+    "measured": "Weights: the measured scatter, one coefficient of variation a response, and the error of the surface.",
     "pooled": "Weights: the measured scatter; means without an SD take the coefficient of variation of the others.",
     "misfit": "No SD was given: relative weights are equal, and the misfit of the fit itself gives the scatter.",
     "surface": "No SD was given: the measured values are treated as exact, and only the surface's own error counts.",
@@ -318,10 +322,6 @@ states(
     "A second solution lies equally far from the centre; the one given has the higher levels.",
 )
 states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
-states(
-    RangesChosenAfter,
-    "The ranges were chosen after the measured values were known: what is left out in turn is no independent check.",
-)
 states(
     ConstraintBroken,
     "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from stemcal.notes import Weight
 from stemcal.stages.climb import ClimbResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark
+from stemcal.text.notes import Remark, remark
 
 
 def outcome(stage: ClimbResult, names: Names) -> list[str]:
@@ -22,17 +20,18 @@ def outcome(stage: ClimbResult, names: Names) -> list[str]:
     ]
 
 
-def remarks(stage: ClimbResult, names: Names) -> Iterator[Remark]:
-    """Yield where the surface is centred, and that the walk ended too early."""
+def remarks(stage: ClimbResult, names: Names) -> list[Remark]:
+    """Return where the surface is centred, that the walk ended too early, and which factors it took."""
     centred = (
         "Of {count} steps along the slope of the screening, step {step} is nearest to the target ({error:+.1f} %): "
         "the surface is centred there."
     )
-    text = say(centred, count=len(stage.rows), step=stage.best_step, error=stage.error_percent)
-    yield Remark(text, Weight.ASIDE, "nearest_step")
+    edge = (
+        "The walk ended at the edge of the ranges before the {response} passed the target, which may lie outside: "
+        "widen the ranges, or check whether the {response} can reach it at all."
+    )
+    nearest = say(centred, count=len(stage.rows), step=stage.best_step, error=stage.error_percent)
+    said = [Remark(nearest, Weight.ASIDE, "nearest_step")]
     if not stage.passed:
-        edge = (
-            "The walk ended at the edge of the ranges before the {response} passed the target, which may lie outside: "
-            "widen the ranges, or check whether the {response} can reach it at all."
-        )
-        yield Remark(say(edge, response=names.response.long), Weight.NUMBERS, "target_not_passed")
+        said.append(Remark(say(edge, response=names.response.long), Weight.NUMBERS, "target_not_passed"))
+    return [*said, *(remark(note, names) for note in stage.notes)]

@@ -14,15 +14,13 @@ from stemcal.text.notes import Remark
 def outcome(stage: RefineResult, names: Names) -> list[str]:
     """Say how far from the target the loop ended."""
     within = (
-        "After {count} run at the solution the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
-        "After {count} runs at the solution and corrections of it the error is {error:fixed 2} %, within the tolerance "
-        "of {tolerance:g} %.",
+        "{count} run at the solution: the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
+        "{count} runs corrected the solution: the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
     )
     beyond = (
-        "After {count} run at the solution the error is {error:fixed 2} %, not within the tolerance of {tolerance:g} "
-        "%.",
-        "After {count} runs at the solution and corrections of it the error is {error:fixed 2} %, not within the "
-        "tolerance of {tolerance:g} %.",
+        "{count} run at the solution: the error is {error:fixed 2} %, not within the tolerance of {tolerance:g} %.",
+        "{count} runs corrected the solution: the error is {error:fixed 2} %, not within the tolerance of "
+        "{tolerance:g} %.",
     )
     fields = {"error": abs(stage.error_percent), "tolerance": stage.tolerance_percent}
     return [names.say_number(*(within if stage.converged else beyond), len(stage.rows), **fields)]
@@ -35,8 +33,12 @@ def shortfall(stage: RefineResult) -> str:
     return say_number(one, many, len(stage.rows), error=abs(stage.error_percent))
 
 
-def remarks(stage: RefineResult, names: Names) -> Iterator[Remark]:
-    """Yield what the loop tells of the surface, and why it ended."""
+def remarks(stage: RefineResult, names: Names) -> list[Remark]:
+    """Return what the loop tells of the surface, and why it ended."""
+    return list(_of_numbers(stage, names))
+
+
+def _of_numbers(stage: RefineResult, names: Names) -> Iterator[Remark]:
     if stage.process is not None:
         yield Remark(_proposed(stage.process), Weight.TRUST, "process_proposed")
     if any(row.iteration == 1 and row.inside_interval is False for row in stage.rows):

@@ -54,22 +54,15 @@ def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> 
             return mesh.remarks(result, names)
         case ValidateResult():
             return validation.remarks(result, names)
-    notes = (
-        remark(note, names) if isinstance(note, Note) else Remark(note, Weight.TRUST, note) for note in result.notes
-    )
-    return [*_of_numbers(result, names), *notes]
-
-
-def _of_numbers(result: StageResult, names: Names) -> Iterable[Remark]:
-    """Return the remarks that a result's numbers ask for, its notes apart."""
-    match result:
         case ClimbResult():
             return climb.remarks(result, names)
         case InvertResult():
             return calibration.remarks(result, names)
         case RefineResult():
             return refinement.remarks(result, names)
-    return ()
+    return [
+        remark(note, names) if isinstance(note, Note) else Remark(note, Weight.TRUST, note) for note in result.notes
+    ]
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:

@@ -80,6 +80,13 @@ def test_one_force_leaves_two_factors_free(results: Any) -> None:
     )
 
 
+def test_a_factor_that_nothing_sees(results: Any) -> None:
+    unseen = replace(results.inversion.certainty, unseen_changes=({"strain_rate_c": 5.95},))
+    assert calibration.unseen_changes(unseen, LABELLED) == [
+        "Not seen: strain_rate_c +5.95 1/s alone changes no measured response (to first order)."
+    ]
+
+
 def test_what_fixes_nothing_leaves_all_free(results: Any) -> None:
     stage, names = results.inversion, ("yield_stress", "failure_strain", "strain_rate_c")
     nothing = replace(stage.certainty, free=names, scatter="measured", df=None)
@@ -87,7 +94,7 @@ def test_what_fixes_nothing_leaves_all_free(results: Any) -> None:
         "The angle of repose alone leaves yield_stress, failure_strain and strain_rate_c free.",
         "The SD is treated as known because the number of specimens was not given.",
     ]
-    assert calibration.source(nothing, stage, ANGLE) == "angle of repose alone"
+    assert calibration.source(nothing, stage, ANGLE) == "angle of repose\nalone"
 
 
 def test_certainty_begins_with_what_a_simulation_should_give(results: Any) -> None:
@@ -105,6 +112,8 @@ def test_certainty_of_a_joint_fit_compares_with_formulas(joint: InvertResult) ->
     told = calibration.certainty(joint, LABELLED)
     assert told[0].startswith("The joint fit keeps Yield stress between 15.86 and 19.75 MPa (39 % of its range), ")
     assert "With each stem diameter left out in turn, the fit to the others misses it by at most 6.0 %." in told
+    after = calibration.certainty(replace(joint, joint=replace(JOINT, ranges_chosen="after")), LABELLED)
+    assert "The ranges were chosen after the measured values were known: that is no independent check." in after
     assert told[-1] == (
         "Without mechanics, F = a·d^2.60 through the same 5 forces misses by at most 3.0 % (left out in turn 5.0 %), "
         "F = a·d^2.5 by 3.8 % (4.7 %), the joint fit by 4.6 % (6.0 %). The joint fit predicts the diameters no better "

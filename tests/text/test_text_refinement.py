@@ -59,11 +59,11 @@ def said(stage: RefineResult) -> dict[str, tuple[str, Weight]]:
 
 def test_the_outcome_counts_the_runs() -> None:
     assert refinement.outcome(ONE, Names()) == [
-        "After 2 runs at the solution and corrections of it the error is 0.13 %, within the tolerance of 1 %."
+        "2 runs corrected the solution: the error is 0.13 %, within the tolerance of 1 %."
     ]
     first = replace(ONE, rows=Rows(ONE.rows[:1]), converged=False, error_percent=6.2)
     assert refinement.outcome(first, Names()) == [
-        "After 1 run at the solution the error is 6.20 %, not within the tolerance of 1 %."
+        "1 run at the solution: the error is 6.20 %, not within the tolerance of 1 %."
     ]
     assert refinement.shortfall(first) == "refine: 6.20 % from the target after 1 run"
 

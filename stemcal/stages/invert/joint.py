@@ -6,7 +6,6 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
@@ -18,19 +17,11 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.notes import Note, Weight
 from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
-
-
-@dataclass(frozen=True)
-class RangesChosenAfter(Note):
-    """The factor ranges were chosen after the measured values were known."""
-
-    weight = Weight.USE
 
 
 def measured_means(study: Study) -> list[Measured]:
@@ -78,10 +69,9 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         target_sd=target.sd,
         target_n=target.n,
         parameters={**study.midlevels(), **point.solution},
-        joint=_fitted(means, misfit, region, fit, coding),
+        joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single"),
         desirability=_desired(study, means, misfit, region, coding),
-        notes=(RangesChosenAfter(),) if study.invert.ranges_chosen == "after" else (),
     )
 
 
@@ -104,13 +94,15 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
     return Desired(solution, coding.by_name(found.coded), found.overall, Rows(rows))
 
 
-def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding) -> JointFitted:
-    conditions = [mean.condition for mean in means]
-    several, own = len(set(conditions)) > 1, not means[0].naming.is_cutting
+def _fitted(
+    study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding
+) -> JointFitted:
+    conditions, naming = [mean.condition for mean in means], study.naming
+    several, own = len(set(conditions)) > 1, not naming.is_cutting
     left_out = leave_one_out(misfit, region, conditions if several else None) if several or not own else []
     responses = [i for i, mean in enumerate(means) if mean.leads]
     worst, where = best_worst_error(misfit.only(responses), region)
-    every, naming = _rows(means, fit, left_out), means[0].naming
+    every = _rows(means, fit, left_out)
     rows = Rows(every[i] for i in responses)
     measured = [row.condition for row in rows], [row.measured for row in rows]
     return JointFitted(
@@ -125,6 +117,7 @@ def _fitted(means: Sequence[Measured], misfit: Misfit, region: Region, fit: Join
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
         null=null_model(*measured) if naming.is_force_on_stems else None,
+        ranges_chosen=study.invert.ranges_chosen,
     )
 
 

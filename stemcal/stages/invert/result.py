@@ -14,7 +14,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
-from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.stages.result import Entries, Head, Interval, StageResult, listed
 
 _COLUMNS = ("factor", "solution", "coded", "low", "high")
 
@@ -136,7 +136,10 @@ class JointRow:
 
 @dataclass(frozen=True)
 class JointFitted:
-    """What a joint fit comes to; `rows` are of the force, `further` of the other responses."""
+    """What a joint fit comes to; `rows` are of the force, `further` of the other responses.
+
+    `ranges_chosen` tells whether the factor ranges were chosen before or after the measured values were known.
+    """
 
     rows: Rows[JointRow]
     further: Rows[JointRow]
@@ -149,6 +152,7 @@ class JointFitted:
     best_worst_error_percent: float
     best_worst_solution: dict[str, float]
     null: NullModel | None = None
+    ranges_chosen: Literal["before", "after"] = "before"
 
 
 @dataclass(frozen=True)
@@ -220,14 +224,6 @@ class InvertResult(StageResult):
         """What is known of the parameters: from all measured means, and from the force alone beside a joint fit."""
         return [part for part in (self.certainty, self.certainty_alone) if part is not None]
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the contents of the stage's file; those of a joint fit have the certainty behind it."""
-        content = super().to_json()
-        if self.joint is not None:
-            for name in ("certainty", "certainty_alone", "published", "notes"):
-                content[name] = content.pop(name)
-        return content
-
     def _tables(self) -> dict[str, Table]:
         """Return the solution with the range of each factor."""
         point = self.point
@@ -245,5 +241,5 @@ class InvertResult(StageResult):
         yield from ((place, mapping, names) for place, mapping in (told | {"parameters": self.parameters}).items())
 
     def summary(self) -> str:
-        """Tell the solution."""
-        return ", ".join(f"{name} = {value:.4g}" for name, value in self.point.solution.items())
+        """Return the solution."""
+        return listed(self.point.solution)

@@ -2,19 +2,27 @@
 
 One loop serves one force and many measured means. They differ in the step: to one force along the slope of the
 surface or between two points that bracket it (`doe.calibration.approach`), to many by the least misfit of the
-surfaces moved through the best point (`doe.calibration.joint_approach`).
+surfaces moved through the best point.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step
-from stemcal.doe.calibration.joint_approach import FIRST_REACH, SHRINK, JointTrial, missed, next_joint_point, through
+from stemcal.doe.calibration.approach import (
+    FIRST_RADIUS,
+    SHRINK,
+    JointTrial,
+    Trial,
+    best_of,
+    missed,
+    next_joint_point,
+    next_step,
+    through,
+)
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -23,7 +31,7 @@ from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
-from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
+from stemcal.stages.invert.certainty import measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ResponseRow, Stopped
@@ -32,43 +40,6 @@ from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import RefineOptions, Study
 
 _SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A measured mean at a point: what its surface predicts, what was simulated."""
-
-    mean: Measured
-    predicted: float
-    interval: Interval | None
-    simulated: float | None
-
-    @property
-    def inside(self) -> bool | None:
-        """Whether the simulated value lies in the interval; None where there is no value or no interval."""
-        if self.simulated is None or self.interval is None:
-            return None
-        return self.interval[0] <= self.simulated <= self.interval[1]
-
-    @property
-    def error_percent(self) -> float | None:
-        """Of the measured mean."""
-        return error_percent(self.mean.value, self.simulated)
-
-    def row(self) -> ResponseRow:
-        """Return it as a row of the result."""
-        mean = self.mean
-        return ResponseRow(
-            mean.condition,
-            mean.named.name,
-            mean.named.unit,
-            mean.value,
-            self.predicted,
-            self.interval,
-            self.simulated,
-            self.inside,
-            self.error_percent,
-        )
 
 
 class Loop:
@@ -89,7 +60,7 @@ class Loop:
         self.misfit = misfit_over(self.means, self.surfaces)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
-        self.reach = FIRST_RADIUS if self.alone else FIRST_REACH
+        self.reach = FIRST_RADIUS
         self.stopped: Stopped = "budget"
 
     def run(self) -> None:
@@ -124,7 +95,8 @@ class Loop:
         values = np.array([runs[mean.condition].number(mean.response) for mean in self.means])
         compared = [self._compared(point, i, float(value)) for i, value in enumerate(values)]
         trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
-        errors = [t.error_percent for t in compared if t.mean.leads and t.error_percent is not None]
+        leading = [row for mean, row in zip(self.means, compared, strict=True) if mean.leads]
+        errors = [row.error_percent for row in leading if row.error_percent is not None]
         self.iterations.append(
             Iteration(
                 len(self.iterations) + 1,
@@ -138,7 +110,7 @@ class Loop:
                 max(errors, key=abs) if whole else None,
             )
         )
-        self.rows += [self._row([t for t in compared if t.mean.condition == d], run) for d, run in runs.items()]
+        self.rows += [self._row(condition, compared, run) for condition, run in runs.items()]
         if whole:
             self.trials.append(trial)
             self.surfaces = self._surfaces()
@@ -150,29 +122,39 @@ class Loop:
         further = [(trial.coded, float(trial.responses[0])) for trial in self.trials]
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
 
-    def _compared(self, point: Array, i: int, value: float) -> Comparison:
+    def _predicted(self, point: Array, i: int) -> tuple[float, Interval | None]:
+        """Return the prediction of a measured mean, and the interval of one simulation."""
         low, high = map(float, self.surfaces[i].prediction_interval(point)[0])
         interval = (low, high) if math.isfinite(low) and math.isfinite(high) else None
-        predicted = float(self.surfaces[i].predict(point)[0])
-        return Comparison(self.means[i], predicted, interval, value if math.isfinite(value) else None)
+        return float(self.surfaces[i].predict(point)[0]), interval
 
-    def _row(self, compared: Sequence[Comparison], outcome: Outcome) -> RefineRow:
+    def _compared(self, point: Array, i: int, value: float) -> ResponseRow:
+        mean, (predicted, interval) = self.means[i], self._predicted(point, i)
+        simulated = value if math.isfinite(value) else None
+        inside = None if simulated is None or interval is None else interval[0] <= simulated <= interval[1]
+        error, named = error_percent(mean.value, simulated), mean.named
+        return ResponseRow(
+            mean.condition, named.name, named.unit, mean.value, predicted, interval, simulated, inside, error
+        )
+
+    def _row(self, condition: float, compared: Sequence[ResponseRow], outcome: Outcome) -> RefineRow:
         """Return the row of one run: of the first response, others under ``further``."""
         now = self.iterations[-1]
-        first = next(one for one in compared if one.mean.response == FIRST)
+        at = [(mean, row) for mean, row in zip(self.means, compared, strict=True) if mean.condition == condition]
+        first = next(row for mean, row in at if mean.response == FIRST)
         return RefineRow(
             iteration=now.iteration,
             how=now.how,
-            condition=None if self.alone else first.mean.condition,
+            condition=None if self.alone else condition,
             levels=now.levels,
             place=Place(now.coded, now.coded_radius, now.reach) if self.alone else None,
-            measured=None if self.alone else first.mean.value,
+            measured=None if self.alone else first.measured,
             predicted=first.predicted,
-            prediction_interval=first.interval,
-            inside_interval=first.inside,
+            prediction_interval=first.prediction_interval,
+            inside_interval=first.inside_interval,
             error_percent=first.error_percent,
             outcome=outcome,
-            further=Rows(one.row() for one in compared if one.mean.response != FIRST),
+            further=Rows(row for mean, row in at if mean.response != FIRST),
         )
 
     # ---- step

@@ -11,7 +11,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.stages.result import Head, Interval, StageResult, listed
 
 Stopped = Literal["tolerance", "budget", "settled"]
 
@@ -27,7 +27,7 @@ class Place:
 
 @dataclass(frozen=True)
 class ResponseRow:
-    """A response besides the first in one run of a joint fit: measured, as the surface had it, simulated."""
+    """A response at a point: measured, predicted by the surface, simulated."""
 
     condition: float
     response: str
@@ -163,6 +163,5 @@ class RefineResult(StageResult):
             yield f"refine {number}", row.outcome
 
     def summary(self) -> str:
-        """Tell how near the loop came."""
-        verdict = "converged" if self.converged else "not converged"
-        return f"{verdict}, {abs(self.error_percent):.2f} % from the target after {len(self.rows)} runs"
+        """Return the solution."""
+        return listed(self.solution)
