@@ -104,6 +104,11 @@ def test_plastic_kinematic_in_long_format_comes_back(tmp_path: Path) -> None:
     assert back.material.hardening_parameter == 0.05
 
 
+def test_force_that_holds_the_place_of_the_measured_one_is_of_its_size(tmp_path: Path) -> None:
+    """A σy/√3 of the tube of 8 mm and 0.41, 15 MPa: 362.1 N."""
+    assert reread(TEXT, tmp_path).targets.means[0].response == 360.0
+
+
 def test_changed_cards_prevail_over_what_the_comments_keep(tmp_path: Path) -> None:
     changed = TEXT.replace("-6.6191e-5", "   -2.0e-5").replace("         4      0.01\n", "         4       0.1\n")
     back = reread(changed, tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import pi, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -64,9 +65,16 @@ def _parts(deck: Imported, name: str, source: str) -> Iterator[str]:
         if values:
             yield yaml_text({section: _section(values)})
     diameter = _quantity("outer_diameter", deck.sections["specimen"]["outer_diameter"])
-    yield _comment("No deck knows the measured force: 100 N holds its place.")
-    forces = [{"diameter": diameter, "force": "100 N"}]
+    yield _comment("No deck knows the measured force: what one cross-section bears in shear holds its place.")
+    forces = [{"diameter": diameter, "force": f"{_shear_force(deck):.2g} N"}]
     yield yaml_text({"targets": {"calibrate_at": diameter, "forces": forces}})
+
+
+def _shear_force(deck: Imported) -> float:
+    """Return A σy/√3 of the stem's cross-section, N."""
+    stem = deck.sections["specimen"]
+    area = 0.25 * pi * stem["outer_diameter"] ** 2 * (1.0 - stem["diameter_ratio"] ** 2)
+    return float(area * deck.sections["material"]["yield_stress"] / sqrt(3.0))
 
 
 def _comment(text: str) -> str:
