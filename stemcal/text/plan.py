@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from stemcal.notes import Note
 from stemcal.overview.foresight import TooLong, TooMuchMemory
 from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
+from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
@@ -53,6 +54,10 @@ def in_hours(hours: float) -> str:
     if hours > 100 * 8766:
         return say("more than 100 years")
     return say("about {hours:.0f} h", hours=hours) if hours < 240 else say("about {days:.0f} days", days=hours / 24)
+
+
+TOPICS = (screening,)
+"""A plan has notes of a screening's design too, whose sentences stand there."""
 
 
 def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.doe.validation.comparison import BetterCurve
-from stemcal.doe.validation.discrepancy import Corrected, Discrepancy
+from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
 from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
@@ -116,7 +116,7 @@ def test_what_the_tests_show_claims_agreement(results: Any) -> None:
 
 def test_one_scale_for_what_the_model_misses(results: Any) -> None:
     scale = Discrepancy(1.0123, 6.78, 5)
-    rows = [replace(row, corrected=Corrected(1.0, (0.0, 200.0))) for row in results.validation.rows]
+    rows = [replace(row, corrected=ScaledPrediction(1.0, (0.0, 200.0))) for row in results.validation.rows]
     stage = replace(results.validation, discrepancy=scale, rows=type(results.validation.rows)(rows))
     assert said(stage)["discrepancy"].sentence == (
         "One scale for what the model misses: measured = 1.012·simulated, SD 6.8 % over 5 fitted values of the stem "
