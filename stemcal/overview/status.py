@@ -19,7 +19,7 @@ from stemcal.runs.policy import is_censored, judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.base import STAGES, stage_called
-from stemcal.stages.fresh import changes_since, read
+from stemcal.stages.fresh import CODE, changes_since, read
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -198,8 +198,9 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
     if not folder.has_stage(stage):
         return "none", []
     try:
-        read(stage_called(stage), folder)
         changed = changes_since(study, solver, folder, stage)
+        if CODE not in changed:  # of other code it may have another shape
+            read(stage_called(stage), folder)
     except UsageError:
         return "damaged", []
     before = stage_called(stage).needs(study)

@@ -12,7 +12,7 @@ from stemcal.runs.key import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage
-from stemcal.stages.fresh import changes_since, kind_of
+from stemcal.stages.fresh import CODE, changes_since, kind_of
 from stemcal.study.model import Study
 
 
@@ -82,10 +82,12 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
 def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> StageState:
     try:
         content, sealed = folder.examine_stage(stage.name)
-        kind_of(stage).from_json(content)
+        changed = changes_since(study, solver, folder, stage.name)
+        if CODE not in changed:  # of other code it may have another shape
+            kind_of(stage).from_json(content)
     except UsageError as error:
         return StageState(stage.name, _without_place(str(error), folder, stage), ())
-    return StageState(stage.name, "", tuple(changes_since(study, solver, folder, stage.name)), sealed)
+    return StageState(stage.name, "", tuple(changed), sealed)
 
 
 def _without_place(message: str, folder: StudyFolder, stage: Stage) -> str:

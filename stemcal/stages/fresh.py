@@ -127,7 +127,7 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
 
 def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> list[str]:
     """Name what has changed since a stage file was written; of one of other code only that, for it may mean all."""
-    old = folder.read_stage(stage).get("inputs")
+    old = folder.examine_stage(stage)[0].get("inputs")
     try:
         return _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:

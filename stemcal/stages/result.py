@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from html import escape
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import plain
@@ -19,9 +19,6 @@ from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
-
-if TYPE_CHECKING:
-    pass
 
 R = TypeVar("R", bound="StageResult")
 SCHEMA_VERSION = 1
