@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from fakes import FakeSolver, lines, make_study
-from stemcal.stages.lineage import changes_since
+from stemcal.stages.fresh import CODE, changes_since
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
@@ -186,7 +186,7 @@ def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
     for stage in ("screen", "rsm", "invert", "validate"):
         folder.write_stage(stage, {**folder.read_stage(stage), "schema_version": 1})
     for stage in ("screen", "validate"):
-        assert changes_since(study, solver, folder, stage) == ["schema_version"]
+        assert changes_since(study, solver, folder, stage) == [CODE]
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     assert "screen is made anew: schema_version changed" in caplog.messages
     assert len(lines(witness)) == first and stage_bytes(folder) == files

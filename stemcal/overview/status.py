@@ -199,7 +199,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
         return "none", []
     try:
         changed = changes_since(study, solver, folder, stage)
-        if CODE not in changed:
+        if CODE not in changed:  # of other code it may have another shape
             read(stage_called(stage), folder)
     except UsageError:
         return "damaged", []

@@ -83,7 +83,7 @@ def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> S
     try:
         content, sealed = folder.examine_stage(stage.name)
         changed = changes_since(study, solver, folder, stage.name)
-        if CODE not in changed:
+        if CODE not in changed:  # of other code it may have another shape
             kind_of(stage).from_json(content)
     except UsageError as error:
         return StageState(stage.name, _without_place(str(error), folder, stage), ())

@@ -12,7 +12,7 @@ import logging
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
@@ -126,19 +126,26 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
 def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> list[str]:
     """Name what has changed since a stage file was written; of one of other code only that, for it may mean all."""
     old = folder.examine_stage(stage)[0].get("inputs")
+    if not _is_of_this_code(old):
+        return [CODE]
     try:
         return _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
 
 
+def _is_of_this_code(inputs: object) -> TypeGuard[Mapping[str, str]]:
+    return isinstance(inputs, Mapping) and inputs.get(CODE) == code_version()
+
+
 def _differences(old: object, new: Mapping[str, str]) -> list[str]:
     """Name what differs between two sets of inputs.
 
-    >>> _differences({"stemcal": "1", "rsm": "a"}, {"stemcal": "1", "rsm": "b"}), _differences({}, {"stemcal": "1"})
+    >>> now = {"stemcal": code_version(), "rsm": "a"}
+    >>> _differences({**now, "rsm": "b"}, now), _differences({}, now)
     (['rsm'], ['stemcal'])
     """
-    if not isinstance(old, Mapping) or old.get(CODE) != new[CODE]:
+    if not _is_of_this_code(old):
         return [CODE]
     return sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
 

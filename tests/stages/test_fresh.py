@@ -13,6 +13,7 @@ from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.overview.verify import inspect
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.solvers import make_solver
 from stemcal.stages.base import STAGES, stage_called
@@ -93,6 +94,17 @@ def test_what_other_code_has_made_is_stale_and_told(place: Path, monkeypatch: py
     with pytest.raises(UsageError, match=r"another version of stemcal; run `stemcal screen SPEC` again"):
         require_fresh(study, None, folder, "screen")
     assert made(place) == ["screen"] and made(place) == []
+
+
+def test_a_stage_of_another_shape_from_other_code_is_stale_not_damaged(place: Path) -> None:
+    study, folder = load_study(place / "paper-replay.yaml"), StudyFolder(place / "out")
+    content = folder.read_stage("screen")
+    folder.write_stage("screen", {**content, "inputs": {**content["inputs"], "stemcal": "0.0.1"}, "effects": "many"})
+    (state,) = inspect(study, folder).stages
+    assert (state.problem, state.changed) == ("", ("stemcal",))
+    folder.write_stage("screen", {**content, "effects": "many"})
+    (state,) = inspect(study, folder).stages
+    assert "effects" in state.problem
 
 
 def test_a_run_that_came_out_otherwise_since_is_taken_in(place: Path) -> None:
