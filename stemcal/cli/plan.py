@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from stemcal.cli.options import AsJson, Out, Quiet, Spec, Workers
 
 if TYPE_CHECKING:
+    from stemcal.files.rows import Table
     from stemcal.overview.plan import Plan
-    from stemcal.report.tables.sheet import Sheet
 
 
 def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
@@ -33,7 +33,7 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     if as_json:
         say_json(to_json(found))
     else:
-        say(*drawn(_sheet(found)))
+        say(*drawn(_table(found)))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
     for excessive in excess(demand, found.workers, machine_memory()):
         warn(excessive)
@@ -42,21 +42,18 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
             note(f"note: {said if isinstance(said, str) else sentence(said, Names(study.naming))}")
 
 
-def _sheet(found: Plan) -> Sheet:
+def _table(found: Plan) -> Table:
+    from stemcal.files.rows import Column, Table
     from stemcal.overview.foresight import in_bytes
-    from stemcal.report.tables.sheet import Sheet
     from stemcal.text.numbers import duration
     from stemcal.words import counted
 
-    rows = tuple(
-        (
-            stage.stage,
-            str(stage.rows),
-            str(stage.recorded),
-            str(stage.to_run),
-            duration(stage.seconds),
-        )
-        for stage in found.stages
+    columns = (
+        Column("stage", "Stage"),
+        Column("rows", "Runs", form=format),
+        Column("recorded", "Recorded", form=format),
+        Column("to_run", "To compute", form=format),
+        Column("seconds", "On one core", form=duration),
     )
     total = f"{counted(found.to_run, 'run')} to compute"
     if found.seconds is not None:
@@ -65,9 +62,4 @@ def _sheet(found: Plan) -> Sheet:
     if found.elapsed is not None and found.to_run:
         total += f"; with page and all {duration(found.elapsed)} with {counted(found.workers, 'worker')}"
     memory = f" A run takes about {in_bytes(found.memory)} of memory." if found.memory else ""
-    return Sheet(
-        f"Plan of {found.study}",
-        ("Stage", "Runs", "Recorded", "To compute", "On one core"),
-        rows,
-        foot=(f"{total}.{memory}",),
-    )
+    return Table.of(columns, found.stages, title=f"Plan of {found.study}", foot=(f"{total}.{memory}",))

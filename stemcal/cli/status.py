@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from stemcal.cli.options import AsJson, Out, Spec
 
 if TYPE_CHECKING:
+    from stemcal.files.rows import Table
     from stemcal.folder.store import Holder
     from stemcal.overview.status import Status
-    from stemcal.report.tables.sheet import Sheet
 
 
 def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
@@ -30,22 +30,19 @@ def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
     if as_json:
         say_json(to_json(found))
     else:
-        say(*drawn(_sheet(found)))
+        say(*drawn(_table(found)))
 
 
-def _sheet(found: Status) -> Sheet:
-    from stemcal.report.tables.sheet import Sheet
+def _table(found: Status) -> Table:
+    from stemcal.files.rows import Column, Table
 
-    columns = ("Stage", "File", "Runs", "Done", "Running", "Failed", "Left")
-    rows = tuple(
-        (
-            stage.stage,
-            stage.file,
-            *(_cell(getattr(stage, name)) for name in ("rows", "done", "running", "failed", "left")),
-        )
-        for stage in found.stages
-    )
-    return Sheet(f"Study {found.study}", columns, rows, texts=2, foot=tuple(_foot(found)))
+    counts = ("Runs", "rows"), ("Done", "done"), ("Running", "running"), ("Failed", "failed"), ("Left", "left")
+    columns = [
+        Column("stage", "Stage"),
+        Column("file", "File"),
+        *(Column(key, head, form=_cell) for head, key in counts),
+    ]
+    return Table.of(columns, found.stages, title=f"Study {found.study}", foot=tuple(_foot(found)))
 
 
 def _cell(count: int | None) -> str:

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.text.language import Writer, all_of
-from stemcal.text.numbers import fixed, probability, significant
+from stemcal.text.numbers import fixed, interval, probability, significant
 
 __all__ = ["Names"]
 
@@ -21,8 +21,9 @@ class Names:
     `labels` has what the page writes for a factor; the terminal writes its name, as specs and commands know it.
 
     In templates ``{x:factor}`` is a factor or a term, ``{x:factors}`` a list of them, ``{x:response}`` a value of the
-    response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:p}`` a p-value, ``{x:fixed 1}`` a number
-    with so many decimals, ``{x:significant 3}`` one with so many digits.
+    response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:responses}`` an interval of it,
+    ``{x:condition}`` a value of the condition, ``{x:p}`` a p-value, ``{x:fixed 1}`` a number with so many decimals,
+    ``{x:significant 3}`` one with so many digits.
     """
 
     naming: Naming = CUTTING
@@ -80,6 +81,8 @@ class Names:
                 "factor": self.factor,
                 "factors": self.factors,
                 "response": self.quantity,
+                "responses": lambda ends: f"{interval(ends)}{self.response.beside}",
+                "condition": self.naming.place,
                 "p": probability,
                 "all": all_of,
                 "fixed": lambda value, decimals="2": fixed(value, int(decimals)),

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
-
-from stemcal.report.tables.sheet import Sheet
 
 
 def named(text: str, labels: Mapping[str, str]) -> str:
@@ -26,10 +23,3 @@ def named(text: str, labels: Mapping[str, str]) -> str:
 def named_all(texts: Iterable[str], labels: Mapping[str, str]) -> list[str]:
     """Return several texts so."""
     return [named(text, labels) for text in texts]
-
-
-def relabelled(sheet: Sheet, labels: Mapping[str, str]) -> Sheet:
-    """Return a table so: its heads, its words and its foot."""
-    rows = tuple((*named_all(row[: sheet.texts], labels), *row[sheet.texts :]) for row in sheet.rows)
-    columns, foot = tuple(named_all(sheet.columns, labels)), tuple(named_all(sheet.foot, labels))
-    return replace(sheet, columns=columns, rows=rows, foot=foot)

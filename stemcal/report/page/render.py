@@ -7,32 +7,34 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
+from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder
 from stemcal.report.figures.gallery import Plot, gallery
 from stemcal.report.figures.style import inline
 from stemcal.report.page import sentences
 from stemcal.report.page.headline import headline
-from stemcal.report.page.labels import named_all, relabelled
+from stemcal.report.page.labels import named_all
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
-from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, page_sheets
-from stemcal.report.tables.setting import setting_sheets
-from stemcal.report.tables.sheet import Sheet, borne
-from stemcal.report.tables.stages import belonging, resting, sheets_of
+from stemcal.report.tables.of_runs import checks_table, design_table
+from stemcal.report.tables.setting import setting_tables
+from stemcal.report.tables.stages import borne, tables_of
 from stemcal.report.verdict import CLAIMING
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.screen import ScreenResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.text.language import say
+from stemcal.text.names import Names
 from stemcal.text.numbers import short
 from stemcal.text.results import shown_remarks
+from stemcal.text.tables import assumptions, valid_for
 from stemcal.words import counted, joined
 
 if TYPE_CHECKING:
@@ -57,9 +59,9 @@ class Picture:
 class Part:
     """Tables and pictures, those that tell the story and those that are folded."""
 
-    sheets: tuple[Sheet, ...] = ()
+    tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
-    details: tuple[Sheet, ...] = ()
+    details: tuple[Table, ...] = ()
     plates: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -68,7 +70,7 @@ class Part:
         """What is folded, in words; nothing if nothing is."""
         pictures = [counted(len(self.plates), "figure")] if self.plates else []
         notes = [counted(len(self.notes), "note")] if self.notes else []
-        titles = [sheet.title[0].lower() + sheet.title[1:] for sheet in self.details]
+        titles = [table.title[0].lower() + table.title[1:] for table in self.details]
         return joined([*titles, *pictures, *notes])
 
 
@@ -145,9 +147,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         ),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
         belonging=_beside_values(results, verdict.holds),
-        setting=part_of(setting_sheets(study), ()),
+        setting=part_of(setting_tables(study), ()),
         sections=[section(result, plots, verdict, labels) for result in done],
-        runs=part_of([replace(sheet, detail=True) for sheet in run_sheets(results, records)], _plots_of("runs", plots)),
+        runs=part_of(run_tables(results, records), _plots_of("runs", plots)),
         provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
     )
 
@@ -171,8 +173,8 @@ def _beside_values(results: Results, holds: bool) -> list[str]:
     """Say what the calibrated values hold for, and what their ranges rest on where these are shown."""
     if results.inversion is None:
         return []
-    rests = resting(results.inversion, results.mesh is not None) if holds else []
-    return [*belonging(results.inversion), *rests]
+    assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
+    return [*valid_for(results.inversion), *assumed]
 
 
 def question(study: Study) -> str:
@@ -222,13 +224,9 @@ def failures(done: list[StageResult]) -> list[str]:
 
 def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
-    sheets = borne([*sheets_of(result), *page_sheets(result)], verdict.holds)
-    if isinstance(result, ScreenResult):
-        each = result.of_each
-        sheets[: len(each)] = [judged(sheet, one) for sheet, one in zip(sheets, each, strict=False)]
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
-        [relabelled(sheet, labels) for sheet in sheets],
+        borne(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
         labels,
@@ -238,15 +236,15 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
 
 
 def part_of(
-    sheets: Iterable[Sheet], plots: Iterable[Plot], notes: Sequence[str] = (), labels: Mapping[str, str] | None = None
+    tables: Iterable[Table], plots: Iterable[Plot], notes: Sequence[str] = (), labels: Mapping[str, str] | None = None
 ) -> Part:
     """Return tables and drawn figures, the details apart."""
-    sheets = list(sheets)
+    tables = list(tables)
     pictures = [(plot.detail, drawn(plot, f"{plot.section}{number}")) for number, plot in enumerate(plots)]
     return Part(
-        tuple(sheet for sheet in sheets if not sheet.detail),
+        tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
-        tuple(sheet for sheet in sheets if sheet.detail),
+        tuple(table for table in tables if table.detail),
         tuple(picture for detail, picture in pictures if detail),
         tuple(named_all(notes, labels or {})),
     )
@@ -259,17 +257,17 @@ def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for name in names for plot in plots if plot.name == name]
 
 
-def run_sheets(results: Results, records: Records) -> list[Sheet]:
+def run_tables(results: Results, records: Records) -> list[Table]:
     """Return the designs run by run, and what the solver told of every run."""
-    sheets = []
+    tables = []
     if (screen := results.screen) is not None:
         symbols = {effect.factor: effect.symbol for effect in screen.effects}
-        sheets.append(design_sheet("Runs: screening", screen.design, symbols, screen.naming))
+        tables.append(design_table(screen.design, Names(screen.naming), symbols, say("Runs: screening")))
     if (surface := results.surface) is not None:
         symbols = {entry.factor: entry.symbol for entry in surface.factors}
-        sheets.append(design_sheet("Runs: response surface", surface.design, symbols, surface.naming))
-    checks = checks_sheet(records)
-    return sheets if checks is None else [*sheets, checks]
+        tables.append(design_table(surface.design, Names(surface.naming), symbols, say("Runs: response surface")))
+    checks = checks_table(records)
+    return tables if checks is None else [*tables, checks]
 
 
 def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
