@@ -33,7 +33,7 @@ def retry(
     from stemcal.files.typed import to_json
     from stemcal.folder.store import SCHEMA_VERSION
     from stemcal.overview.status import retry as again
-    from stemcal.report.tables.of_runs import listed, runs_table
+    from stemcal.report.tables.of_designs import listed, runs_table
     from stemcal.report.tables.terminal import drawn
     from stemcal.text.names import Names
 

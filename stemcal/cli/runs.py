@@ -55,7 +55,7 @@ def runs(
     from stemcal.folder.store import SCHEMA_VERSION
     from stemcal.outputs import write_output
     from stemcal.overview.status import ledger
-    from stemcal.report.tables.of_runs import listed, runs_table
+    from stemcal.report.tables.of_designs import listed, runs_table
     from stemcal.report.tables.terminal import drawn
     from stemcal.text.language import say as say_text
     from stemcal.text.names import Names

@@ -55,7 +55,7 @@ def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
 
 def show_known(result: StageResult) -> None:
     """Print what a stage of a whole study has found as soon as it is known: the effects of the screening."""
-    from stemcal.report.tables.of_screening import effects_table
+    from stemcal.report.tables.of_designs import effects_table
     from stemcal.report.tables.terminal import drawn
     from stemcal.stages.screen import ScreenResult
     from stemcal.text.names import Names
@@ -88,7 +88,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.findings import spoken
-    from stemcal.report.tables.of_parameters import joint_tables
+    from stemcal.report.tables.stages import joint_tables
     from stemcal.report.tables.terminal import drawn, stage_tables
     from stemcal.text.names import Names
     from stemcal.text.results import MOST, read_first, said_by_all, warned

@@ -24,7 +24,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import export_tables
 from stemcal.report.export.paper import PaperTable
-from stemcal.report.tables.of_runs import runs_table
+from stemcal.report.tables.of_designs import runs_table
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import read_study
 from stemcal.text.names import Names

@@ -11,8 +11,7 @@ from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, ridge, studentised
 from stemcal.report.figures.validation import growth
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
-from stemcal.report.tables.of_runs import checks_table, design_table
-from stemcal.report.tables.of_surface import canonical_table, ridge_table
+from stemcal.report.tables.of_designs import canonical_table, checks_table, design_table, ridge_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.tables.stages import tables_of
 from stemcal.text.names import Names

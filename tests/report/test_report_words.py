@@ -27,7 +27,7 @@ from stemcal.report.page.sentences import certainty, outcome_of
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
 from stemcal.report.tables.final import final_tables
-from stemcal.report.tables.of_runs import listed, runs_table
+from stemcal.report.tables.of_designs import listed, runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.tables.stages import tables_of
 from stemcal.report.terms import equation
@@ -162,9 +162,9 @@ def test_further_responses_are_named_with_their_units(moist: Told) -> None:
         ("bulk density", "16", "741 kg/m³"),
     ]
     assert tables["Tests against the scatter of the further responses"].cells[0][:3] == (
-        "Bulk density, kg/m³",
+        "bulk density",
         "12",
-        "745 ± 6 (5)",
+        "745 ± 6 (5) kg/m³",
     )
     assert [row[0] for row in tables["The most desirable point"].cells] == [row[0] for row in joint.cells]
     measured = tables["Measured angle of repose and bulk density"]

@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING, Any
 from stemcal.files.rows import Column, Table
 from stemcal.files.showing import in_a_line
 from stemcal.naming import FIRST, FORCE, Named
-from stemcal.report.tables.columns import ERROR, condition, starred, to_decimals
+from stemcal.report.tables.columns import ERROR, condition, simulated, starred, to_decimals
+from stemcal.report.tables.of_designs import anova_table, design_table, effects_table
 from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
-from stemcal.report.tables.of_responses import simulated
-from stemcal.report.tables.of_runs import design_table
-from stemcal.report.tables.of_screening import effects_table
-from stemcal.report.tables.of_surface import anova_table
 from stemcal.report.terms import equation
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate import ValidateResult, ValidateRow
 from stemcal.text.names import Names
 from stemcal.text.numbers import probability, short, significant, unit_written
 from stemcal.text.tables import line
@@ -175,37 +172,34 @@ def _parameters(study: Study, names: Names, levels: Mapping[str, float]) -> Pape
 
 
 def _validation(stage: ValidateResult) -> PaperTable:
-    """Return measured against simulated responses."""
+    """Return measured against simulated responses; dashes where nothing was measured."""
     naming = stage.naming
     columns = [replace(one, label=_titled(naming.condition.label)) for one in condition(naming) if naming.condition]
-    columns += _compared(naming.response, lambda row: row.compared, simulated)
-    for other in naming.others:
-        columns += _compared(other, _further(other.name))
-    responses = [one.long for one in (naming.response, *naming.others)]
-    if naming.response == FORCE:
-        responses = ["maximum shear force"]
+    for named in (naming.response, *naming.others):
+        label, of = _label(named), _field_of(named, naming.response)
+        columns += [
+            Column("measured", f"{label} Measured", named.written, short, of("measured")),
+            Column("simulated", f"{label} Simulation Value", named.written, significant, of("simulated")),
+            replace(ERROR, form=to_decimals(1), of=of("error_percent")),
+        ]
+    first = next(i for i, column in enumerate(columns) if column.key == "simulated")
+    columns[first] = simulated(naming.response, columns[first].name, "simulated")
+    others = [one.long for one in (naming.response, *naming.others)]
+    responses = ["maximum shear force"] if naming.response == FORCE else others
     at = next((row.condition for row in stage.compared if row.role == "calibration"), None)
     note = line("served" if at is None or naming.condition is None else "served at", naming, at=at)
     caption = line("published validation", responses=responses)
     return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
 
 
-def _compared(named: Named, of: Callable[[Any], Any], found: Callable[[Any], Any] | None = None) -> list[Column]:
-    """Return what was measured and simulated of a response; dashes where nothing was measured."""
-    label = _label(named)
+def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateRow], Any]]:
+    """Return what reads a field of the comparison of a response."""
 
-    def value(key: str) -> Callable[[Any], Any]:
-        return lambda row: getattr(of(row), key, None)
+    def compared(row: ValidateRow) -> object:
+        found = row.compared if named == first else None
+        return found or next((one for one in row.further if one.response == named.name), None)
 
-    return [
-        Column("measured", f"{label} Measured", named.written, short, value("measured")),
-        Column("simulated", f"{label} Simulation Value", named.written, significant, found or value("simulated")),
-        replace(ERROR, form=to_decimals(1), of=value("error_percent")),
-    ]
-
-
-def _further(response: str) -> Callable[[Any], Any]:
-    return lambda row: next((one for one in row.further if one.response == response), None)
+    return lambda key: lambda row: getattr(compared(row), key, None)
 
 
 def over_unit(word: str, unit: str) -> str:

@@ -21,7 +21,7 @@ from stemcal.report.page import sentences
 from stemcal.report.page.headline import headline
 from stemcal.report.page.labels import named_all
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
-from stemcal.report.tables.of_runs import checks_table, design_table
+from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.tables.stages import borne, tables_of
 from stemcal.report.verdict import CLAIMING

@@ -7,18 +7,18 @@ from typing import Any
 
 from stemcal.files.rows import Column
 from stemcal.naming import FIRST, FORCE, Named, Naming
-from stemcal.runs.outcome import Outcome
 from stemcal.text.names import Names
 from stemcal.text.numbers import decimals, fixed, probability, short, significant
 from stemcal.text.tables import failed
 
+Form = Callable[[Any], str]
 ERROR = Column("error_percent", "Error", "%", fixed)
 
 
-def condition(naming: Naming, of: Callable[[Any], float | None] | None = None) -> tuple[Column, ...]:
+def condition(naming: Naming) -> tuple[Column, ...]:
     """Return the column of the condition; none where a study has none."""
     named = naming.condition
-    return () if named is None else (Column("condition", named.capital, named.written, short, of),)
+    return () if named is None else (Column("condition", named.capital, named.written, short),)
 
 
 def factor(names: Names, label: str = "Factor") -> Column:
@@ -26,7 +26,7 @@ def factor(names: Names, label: str = "Factor") -> Column:
     return Column("factor", label, form=names.factor, words=True)
 
 
-def levels(factors: Iterable[str], names: Names, form: Callable[[Any], str] = significant) -> tuple[Column, ...]:
+def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tuple[Column, ...]:
     """Return a column for the level of each factor."""
     return tuple(Column(name, names.factor(name), form=form) for name in factors)
 
@@ -36,19 +36,36 @@ def level_list(levels: Mapping[str, float], names: Names) -> str:
     return ", ".join(f"{names.factor(name)} {significant(value)}" for name, value in levels.items())
 
 
-def response(named: Named, label: str = "") -> Column:
-    """Return the column of the first response of runs: its value, or why there is none."""
-    return Column(FIRST, label or named.capital, named.written, significant, lambda row: value_or_reason(row.outcome))
+def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:
+    """Return the column of what runs gave: the value, or why there is none."""
+
+    def of(row: Any) -> float | str:
+        outcome = getattr(row, "outcome", row)
+        value: float | None = outcome.response if key == FIRST else row.compared.simulated
+        return failed(outcome.reason) if value is None else value
+
+    return Column(key, label or named.capital, named.written, significant, of)
 
 
-def value_or_reason(outcome: Outcome) -> float | str:
-    """Return the first response of a run, or why there is none."""
-    return failed(outcome.reason) if outcome.response is None else outcome.response
+def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
+    """Return columns of values of responses, by key, label and form.
 
+    The unit heads the column, or stands beside each value where every row has a response of its own: then a column that
+    names the response comes first.
+    """
+    naming, response = names.naming, names.response
+    if not each:
+        return [*condition(naming), *(Column(key, label, response.written, form) for key, label, form in columns)]
 
-def with_unit(value: float | None, named: Named, form: Callable[[float | None], str] = significant) -> str:
-    """Return a value of a response with its unit, where rows have several."""
-    return f"{form(value)}{named.beside}"
+    def beside(key: str, label: str, form: Form) -> Column:
+        def of(row: Mapping[str, Any]) -> str:
+            unit = naming.named(row["response"]).beside
+            return form(row.get(key)) + (unit if row.get(key) is not None else "")
+
+        return Column(key, label, form=str, of=of)
+
+    first = Column("response", "Response", of=lambda row: naming.named(row["response"]).noun)
+    return [first, *condition(naming), *(beside(*column) for column in columns)]
 
 
 def starred(value: tuple[float | None, str] | None) -> str:
@@ -77,6 +94,6 @@ def response_decimals(response: Named, values: Iterable[float | None], usual: in
     return usual if response == FORCE else decimals(values, usual)
 
 
-def to_decimals(places: int) -> Callable[[float | None], str]:
+def to_decimals(places: int) -> Form:
     """Return what writes numbers with so many decimals."""
     return lambda value: fixed(value, places)

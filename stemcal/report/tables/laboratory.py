@@ -6,9 +6,8 @@ from stemcal.files.rows import Column, Table
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
 from stemcal.power_law import PowerLaw
-from stemcal.report.tables.columns import condition, to_decimals
+from stemcal.report.tables.columns import to_decimals
 from stemcal.text.language import say
-from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
 
@@ -31,7 +30,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
 
 def shear_tables(tests: ShearTests) -> list[Table]:
     """Return the maximum shear force of every specimen, and what each grade comes to."""
-    (diameter,) = condition(Names().naming, lambda one: one.diameter)
+    diameter = Column("diameter", "Diameter", "mm", short)
     grades = [
         diameter,
         Column("n", "n", form=format),

@@ -1,15 +1,14 @@
-"""Tables of the parameters: as calibrated and how well they are known; the steps towards them, and the refinement."""
+"""Tables of the parameters: as calibrated and how well they are known, the way to them, other meshes there."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from stemcal.files.rows import Column, Table
-from stemcal.naming import Naming
-from stemcal.report.tables.columns import ERROR, condition, factor, level_list, levels, response, to_decimals, with_unit
-from stemcal.report.tables.of_responses import further_responses
+from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
 from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.result import Certainty, Desired, InvertResult, JointFitted
+from stemcal.stages.invert.result import Certainty, InvertResult
+from stemcal.stages.mesh.result import MeshResult, MeshRun
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Interval
 from stemcal.text.language import say
@@ -18,28 +17,13 @@ from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line, range_to_cite, valid_for
 
 
-def calibration_tables(stage: InvertResult, names: Names) -> list[Table]:
-    """Return the calibrated parameters, and what only some studies have: a joint fit, intervals from several values."""
-    return [calibration_table(stage, names), *joint_tables(stage, names)]
-
-
-def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
-    """Return what was measured beside the surfaces, what it leaves of each parameter; nothing of a single response."""
-    tables = [_joint_table(stage.joint, names)] if stage.joint is not None else []
-    tables += [_desired_table(stage.desirability, names)] if stage.desirability is not None else []
-    tables += [_interval_table(stage, names)] if len(stage.known) > 1 else []
-    if stage.joint is not None and stage.joint.further:
-        tables.append(further_responses(((row.condition, row) for row in stage.joint.further), "predicted", names))
-    return tables
-
-
 def calibration_table(stage: InvertResult, names: Names) -> Table:
     """Return the calibrated parameters with the range of each that is to be cited, and what else was found."""
     point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
     published = {} if stage.published is None else stage.published.point.solution
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges.get(name), "coded": point.coded[name], "published": published.get(name)}
-        | {"solution": value, "share": known and _share(known, name)}
+        | {"solution": value, "share": known and share_of_range(known, name)}
         for name, value in point.solution.items()
     ]
     columns = [
@@ -56,82 +40,40 @@ def calibration_table(stage: InvertResult, names: Names) -> Table:
     return Table.of(columns, rows, line("calibration"), foot, claimed=(ends, *range_to_cite(stage, names)))
 
 
-def _share(part: Certainty, name: str) -> str:
-    """Return how much of a factor's range its interval takes, or that it is free."""
-    return say("free") if name in part.free else f"{100.0 * part.share[name]:.0f} %"
-
-
 def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, Interval]]:
     """Return what the range of each parameter to cite is called, and the ranges."""
     return ("Exact solutions", stage.ranges) if stage.certainty is None else ("95 % range", stage.certainty.intervals)
 
 
-def _joint_table(joint: JointFitted, names: Names) -> Table:
-    """Return what was measured beside the surfaces; the response and its unit in each row where there are several."""
-    naming, several = names.naming, bool(names.naming.others)
-
-    def value(key: str, label: str, form: Any) -> Column:
-        if not several:
-            return Column(key, label, names.response.written, form)
-        return Column(key, label, "", form, lambda row: with_unit(getattr(row, key), naming.named(row.response), form))
-
-    columns = [
-        *([_named_response(naming)] if several else []),
-        *condition(naming),
-        value("measured", "Measured", short),
-        value("predicted", "Surface", significant),
-        ERROR,
-        Column("left_out_error_percent", "Left out", "%", fixed),
-    ]
-    errors = {"error": joint.max_abs_error_percent, "left_out": joint.max_abs_left_out_error_percent}
-    largest = line("joint errors", best=joint.best_worst_error_percent, **errors)
-    return Table.of(columns, joint.rows, line("joint"), (largest, line("left out")))
+def share_of_range(part: Certainty, name: str) -> str:
+    """Return how much of a factor's range its interval takes, or that it is free."""
+    return say("free") if name in part.free else f"{100.0 * part.share[name]:.0f} %"
 
 
-def _named_response(naming: Naming) -> Column:
-    return Column("response", "Response", of=lambda row: naming.named(row.response).noun)
-
-
-def _desired_table(desired: Desired, names: Names) -> Table:
-    """Return the most desirable point: between which values each response is wanted, and what it is there."""
-    naming = names.naming
-
-    def value(key: str, label: str) -> Column:
-        return Column(key, label, "", significant, lambda row: with_unit(getattr(row, key), naming.named(row.response)))
-
-    columns = [
-        _named_response(naming),
-        *condition(naming),
-        *(value(*each) for each in (("low", "From"), ("target", "Measured"), ("high", "To"), ("predicted", "Surface"))),
-        Column("desirability", "Desirability", form=to_decimals(3)),
-    ]
-    overall = line("desirability", overall=desired.overall, levels=level_list(desired.solution, names))
-    return Table.of(columns, desired.rows, line("desired"), (overall, line("product")))
-
-
-def _interval_table(stage: InvertResult, names: Names) -> Table:
+def interval_table(stage: InvertResult, names: Names) -> Table:
     """Return the interval of each parameter from one measured value and from all of them, side by side."""
-
-    def told(part: Certainty) -> list[Column]:
-        return [
-            Column(part.source, part.source, "", interval, lambda row: part.intervals[row["factor"]]),
-            Column(f"share {part.source}", "of range", "", str, lambda row: _share(part, row["factor"])),
-        ]
-
-    columns = [factor(names), *(column for part in stage.known for column in told(part))]
-    rows = [{"factor": name} for name in stage.point.solution]
+    columns = [factor(names)]
+    for part in stage.known:
+        columns.append(Column(part.source, form=interval))
+        columns.append(Column(f"share {part.source}", "of range", form=str))
+    rows = [
+        {"factor": name}
+        | {part.source: part.intervals[name] for part in stage.known}
+        | {f"share {part.source}": share_of_range(part, name) for part in stage.known}
+        for name in stage.point.solution
+    ]
     assumed = dict.fromkeys(f"{part.source}: {part.taken}." for part in stage.known if part.taken)
     return Table.of(columns, rows, line("known"), (line("profile"), *assumed), claims=True)
 
 
 def climb_table(stage: ClimbResult, names: Names) -> Table:
     """Return every step towards the target with its relative error."""
-    columns = [Column("step", "Step", form=format), *levels(stage.names, names), response(names.response), ERROR]
-    centres = (
+    columns = [Column("step", "Step", form=format), *levels(stage.names, names), simulated(names.response), ERROR]
+    centres = ", ".join(
         f"{names.factor(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
         for name, scale in stage.coding.items()
     )
-    foot = _target(stage, names), line("error"), line("centre", levels=", ".join(centres))
+    foot = _target(stage, names), line("error"), line("centre", levels=centres)
     return Table.of(columns, stage.rows, line("climb"), foot, strong=frozenset({stage.best_step}))
 
 
@@ -142,14 +84,15 @@ def _target(stage: ClimbResult | RefineResult, names: Names) -> str:
 
 def refine_table(stage: RefineResult, names: Names) -> Table:
     """Return every iteration of the closed loop: where, what was predicted, what was simulated."""
+    places = {True: say("inside"), False: say("outside"), None: ""}
     columns = [
         Column("iteration", "No.", form=format),
         Column("how", "From"),
         *(condition(names.naming) if stage.at_conditions else ()),
         *levels(stage.solution, names),
         Column("predicted", "Surface", names.response.written, significant),
-        Column("interval", "Interval", of=lambda row: _inside(row.inside_interval)),
-        response(names.response, "Simulated"),
+        Column("interval", "Interval", of=lambda row: places[row.inside_interval]),
+        simulated(names.response, "Simulated"),
         ERROR,
     ]
     best = frozenset(i for i, row in enumerate(stage.rows) if row.iteration == stage.iteration)
@@ -159,5 +102,48 @@ def refine_table(stage: RefineResult, names: Names) -> Table:
     return Table.of(columns, stage.rows, line("refinement"), foot, strong=best)
 
 
-def _inside(flag: bool | None) -> str:
-    return "" if flag is None else say("inside") if flag else say("outside")
+# ---- other meshes at the solution
+
+
+def mesh_table(stage: MeshResult, names: Names) -> Table:
+    """Return the response on every mesh against that on the study's own."""
+    own = {row.condition: row.outcome.response for row in stage.rows if row.mesh == "own"}
+
+    def apart(row: MeshRun) -> float | str:
+        found, against = row.outcome.response, own[row.condition]
+        return 100.0 * (found / against - 1.0) if found and against and row.mesh != "own" else ""
+
+    def ends(row: MeshRun) -> Interval | str:
+        each = row.outcome.phase_responses or ()
+        return (min(each), max(each)) if len(each) > 1 else ""
+
+    def called(row: MeshRun) -> str:
+        kind = row.mesh if row.mesh in ("own", "phases") else "size"
+        return line(kind, size=row.mesh, count=len(row.outcome.phase_responses or ()))
+
+    columns = [
+        *condition(names.naming),
+        Column("mesh", "Mesh", of=called),
+        simulated(names.response),
+        Column("apart", "Against own", "%", fixed, apart),
+        Column("ends", "From to", names.response.written, interval, ends),
+    ]
+    scatter = stage.scatter
+    fields = {"places": scatter.placements, "sd": scatter.sd_percent, "common": 100.0 * scatter.common**0.5}
+    foot = line("shared scatter" if scatter.conditions > 1 else "scatter", **fields)
+    return Table.of(columns, stage.rows, line("meshes"), [foot])
+
+
+def budget_table(stage: MeshResult, names: Names) -> Table:
+    """Return what the error of the response is made of at every condition."""
+    columns = [
+        *condition(names.naming),
+        Column("source", "Source"),
+        Column("sd", "SD", names.response.written, fixed),
+        Column("share_percent", "Share of variance", "%", to_decimals(0)),
+        Column("df", "df", "", to_decimals(1), lambda row: say("known") if row.df is None else row.df),
+    ]
+    taken, one = stage.certainty.taken, stage.prediction_interval
+    foot = line("sources"), *([f"Laboratory: {taken}."] if taken else [])
+    claimed = (line("at any place", names, one=one),) if one is not None else ()
+    return Table.of(columns, stage.budget, line("budget", names), foot, claimed=claimed)

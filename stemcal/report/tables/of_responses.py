@@ -1,33 +1,36 @@
-"""Tables of responses, measured beside simulated or predicted: the validation, its tests, further responses."""
+"""Tables of responses, measured beside predicted or simulated: of a joint fit, of the validation, of its tests."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stemcal.files.rows import Column, Table
-from stemcal.naming import Named
-from stemcal.report.tables.columns import ERROR, condition, with_unit
-from stemcal.stages.invert.result import JointRow
-from stemcal.stages.validate import FurtherRow, ValidateResult
+from stemcal.files.typed import to_json
+from stemcal.report.tables.columns import ERROR, Form, condition, level_list, measured_of, simulated, to_decimals
+from stemcal.stages.invert.result import Desired, JointFitted
+from stemcal.stages.validate import ValidateResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import interval, probability, short, significant
-from stemcal.text.tables import failed, line
-
-Further = Iterable[tuple[float, JointRow | FurtherRow]]
-"""Rows of further responses, each with its condition."""
+from stemcal.text.numbers import fixed, interval, probability, short, significant
+from stemcal.text.tables import line
 
 
 def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     """Return measured against simulated, further responses, and what the measured scatter tells of both."""
-    further = [(row.compared.condition, each) for row in stage.rows for each in row.further]
-    tables = [validation_table(stage, names)]
+    naming, tables = names.naming, [validation_table(stage, names)]
+    further = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
     if further:
-        tables.append(further_responses(further, "simulated", names, _mesh_intervals(further, names)))
-        tables += _tests([(each.response, place, each) for place, each in further], names)
+        foot = [
+            line("other place", Names(naming.led_by(row["response"])), at=row["condition"], range=row["mesh_interval"])
+            for row in further
+            if row.get("mesh_interval") is not None
+        ]
+        tables += [
+            further_table(further, ("simulated", "Simulated", significant), names, foot),
+            *_tests(further, names),
+        ]
     tables += [_corrected_table(stage, names)] if stage.discrepancy is not None else []
-    return [*tables, *_tests([(None, row.condition, row) for row in stage.compared], names)]
+    return [*tables, *_tests([to_json(row) for row in stage.compared], names)]
 
 
 def validation_table(stage: ValidateResult, names: Names) -> Table:
@@ -37,7 +40,7 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
         *condition(names.naming),
         Column("role", "Role"),
         Column("measured", "Measured", unit, short),
-        Column("simulated", "Simulated", unit, significant, simulated),
+        simulated(names.response, "Simulated", "simulated"),
         ERROR,
         *([Column("mesh_interval", "95 % over meshes", unit, interval, claims=True)] if meshed else []),
     ]
@@ -46,65 +49,53 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
     return Table.of(columns, stage.rows, line("validation", names), (*worst, line("error")))
 
 
-def simulated(row: Any) -> float | str:
-    """Return what the run of a comparison gave, or why it gave nothing."""
-    value: float | None = row.compared.simulated
-    return failed(row.reason) if value is None else value
+def joint_table(joint: JointFitted, names: Names) -> Table:
+    """Return what was measured beside the surfaces."""
+    values = ("measured", "Measured", short), ("predicted", "Surface", significant)
+    columns = measured_of(names, bool(names.naming.others), values)
+    columns += [ERROR, Column("left_out_error_percent", "Left out", "%", fixed)]
+    errors = {"error": joint.max_abs_error_percent, "left_out": joint.max_abs_left_out_error_percent}
+    largest = line("joint errors", best=joint.best_worst_error_percent, **errors)
+    return Table.of(columns, map(to_json, joint.rows), line("joint"), (largest, line("left out")))
 
 
-def further_responses(rows: Further, found: str, names: Names, foot: Iterable[str] = ()) -> Table:
-    """Return further responses at each condition: measured beside those that the surface or the simulation `found`."""
-    naming = names.naming
-
-    def value(key: str, form: Any) -> Column:
-        def of(row: Any) -> str:
-            return with_unit(getattr(row[1], key), naming.named(row[1].response), form)
-
-        return Column(key, key.capitalize(), "", form, of)
-
-    columns = [
-        Column("response", "Response", of=lambda row: naming.named(row[1].response).noun),
-        *condition(naming, lambda row: row[0]),
-        value("measured", short),
-        value(found, significant),
-        replace(ERROR, of=lambda row: row[1].error_percent),
-    ]
-    return Table.of(columns, rows, line("further", names), (*([] if naming.others else [line("of stems")]), *foot))
+def desired_table(desired: Desired, names: Names) -> Table:
+    """Return the most desirable point: between which values each response is wanted, and what it is there."""
+    labels = {"low": "From", "target": "Measured", "high": "To", "predicted": "Surface"}
+    columns = measured_of(names, True, [(key, label, significant) for key, label in labels.items()])
+    columns.append(Column("desirability", "Desirability", form=to_decimals(3)))
+    overall = line("desirability", overall=desired.overall, levels=level_list(desired.solution, names))
+    return Table.of(columns, map(to_json, desired.rows), line("desired"), (overall, line("product")))
 
 
-def _mesh_intervals(rows: Iterable[tuple[float, FurtherRow]], names: Names) -> Iterator[str]:
-    """Yield within which interval each further response lies with the mesh at another place."""
-    for place, row in rows:
-        if row.mesh_interval is not None:
-            led = Names(names.naming.led_by(row.response))
-            yield line("other place", led, at=place, range=row.mesh_interval)
+def further_table(
+    rows: Iterable[Mapping[str, Any]], found: tuple[str, str, Form], names: Names, foot: Iterable[str] = ()
+) -> Table:
+    """Return further responses at each condition: measured, beside what the surface or the simulation `found`."""
+    columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
+    of_stems = [] if names.naming.others else [line("of stems")]
+    return Table.of(columns, rows, line("further", names), (*of_stems, *foot))
 
 
-def _tests(rows: list[tuple[str | None, float, Any]], names: Names) -> list[Table]:
-    """Return the tests against the measured scatter, a response in each row or none; nothing without any test."""
-    if all(row.p_different is None for _, _, row in rows):
+def _tests(rows: list[dict[str, Any]], names: Names) -> list[Table]:
+    """Return the tests against the measured scatter, of one response or of one in each row; none without any test."""
+    if all(row.get("p_different") is None for row in rows):
         return []
-    further = rows[0][0] is not None
-
-    def numbers(label: str, form: Any, of: Any, named: Named | None = names.response) -> Column:
-        unit = "" if further or named is None else named.written
-        return Column(label, label, unit, form, lambda row: of(row[2]))
-
-    columns = [
-        *([Column("response", "Response", of=lambda row: names.naming.named(row[0]).heading())] if further else []),
-        *condition(names.naming, lambda row: row[1]),
-        numbers("Measured ± SD (n)", str, lambda row: with_scatter(row.measured, row.sd, row.n)),
-        numbers("95 % of the mean", interval, _of_the_mean),
-        numbers("Simulated", significant, lambda row: row.simulated),
-        numbers("p different", probability, lambda row: row.p_different, None),
-        numbers("p equal", probability, lambda row: row.p_equivalent, None),
+    each = "response" in rows[0]
+    values = ("scatter", "Measured ± SD (n)", str), ("mean", "95 % of the mean", interval)
+    columns = measured_of(names, each, [*values, ("simulated", "Simulated", significant)])
+    columns += [
+        Column("p_different", "p different", form=probability),
+        Column("p_equivalent", "p equal", form=probability),
     ]
-    foot = () if further else (line("tests"),)
-    return [Table.of(columns, rows, line("tested further" if further else "tested", names), foot, claims=True)]
-
-
-def _of_the_mean(row: Any) -> tuple[float, float] | None:
-    return None if row.measured_low is None or row.measured_high is None else (row.measured_low, row.measured_high)
+    for row in rows:
+        ends = row.get("measured_low"), row.get("measured_high")
+        row |= {
+            "scatter": with_scatter(row["measured"], row["sd"], row.get("n")),
+            "mean": None if None in ends else ends,
+        }
+    title, foot = line("tested further" if each else "tested", names), () if each else (line("tests"),)
+    return [Table.of(columns, rows, title, foot, claims=True)]
 
 
 def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
@@ -119,11 +110,6 @@ def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
 
 def _corrected_table(stage: ValidateResult, names: Names) -> Table:
     """Return what one scale for what the model misses predicts."""
-    unit, rows = names.response.written, [row for row in stage.rows if row.corrected is not None]
-    columns = [
-        *condition(names.naming),
-        Column("measured", "Measured", unit, short),
-        Column("predicted", "Predicted", unit, significant, lambda row: row.corrected.response),
-        Column("interval", "95 %", unit, interval, lambda row: row.corrected.interval),
-    ]
-    return Table.of(columns, rows, line("corrected"), [line("scaled")], claims=True)
+    rows = [vars(row.compared) | vars(row.corrected) for row in stage.rows if row.corrected is not None]
+    values = ("measured", "Measured", short), ("response", "Predicted", significant), ("interval", "95 %", interval)
+    return Table.of(measured_of(names, False, values), rows, line("corrected"), [line("scaled")], claims=True)

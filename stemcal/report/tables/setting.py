@@ -69,21 +69,14 @@ def _measured(study: Study) -> Table:
 
 def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
     """Return each part of the virtual shear test and how it is simulated."""
-    stem, blade, supports, contact = study.specimen, study.blade, study.supports, study.contact
-    speed, law = 60.0 * study.loading.speed, {"paper": say("as printed in the paper")}
-    part = {
-        "stem": {"diameter": stem.outer_diameter, "bore": stem.diameter_ratio, "length": stem.length},
-        "blade": {"thickness": blade.thickness, "angle": blade.edge_angle},
-        "supports": {"clearance": supports.clearance, "fillet": supports.fillet_radius},
-        "friction": {"rest": contact.static_friction, "sliding": contact.dynamic_friction},
-    }
-    rubbing = line("friction", **part["friction"])
+    blade, fixed, law = study.blade, "wall_thickness" not in study.names, {"paper": say("as printed in the paper")}
+    rubbing = line("friction", **vars(study.contact))
     return {
-        "Stem": line("walled stem" if "wall_thickness" in study.names else "stem", **part["stem"]),
-        "Blade": line("both bevels" if blade.bevel == "both" else "one bevel", **part["blade"]),
+        "Stem": line("stem" if fixed else "walled stem", **vars(study.specimen)),
+        "Blade": line("both bevels" if blade.bevel == "both" else "one bevel", **vars(blade)),
         "Edge radius": f"{short(blade.edge_radius)} mm",
-        "Supports": line("supports", **part["supports"]),
-        "Loading": line("loading", speed=speed, duration=study.loading.duration),
+        "Supports": line("supports", **vars(study.supports)),
+        "Loading": line("loading", speed=60.0 * study.loading.speed, duration=study.loading.duration),
         "Friction": say("a factor") if "stem_friction" in study.names else rubbing,
         "Model": line({"none": "whole"}.get(solver.symmetry, solver.symmetry), size=solver.element_size),
         "Edge spread": f"{blade.edge_spread}",

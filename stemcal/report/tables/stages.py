@@ -6,11 +6,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from stemcal.files.rows import Column, Table
-from stemcal.report.tables.of_mesh import mesh_tables
-from stemcal.report.tables.of_parameters import calibration_tables, climb_table, refine_table
-from stemcal.report.tables.of_responses import validation_tables
-from stemcal.report.tables.of_screening import effects_table
-from stemcal.report.tables.of_surface import surface_tables
+from stemcal.files.typed import to_json
+from stemcal.report.tables.of_designs import effects_table, surface_tables
+from stemcal.report.tables.of_parameters import (
+    budget_table,
+    calibration_table,
+    climb_table,
+    interval_table,
+    mesh_table,
+    refine_table,
+)
+from stemcal.report.tables.of_responses import desired_table, further_table, joint_table, validation_tables
 from stemcal.stages.audit.stage import AuditResult
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
@@ -21,6 +27,7 @@ from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.text.names import Names
+from stemcal.text.numbers import significant
 from stemcal.text.tables import line
 
 
@@ -38,16 +45,27 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
         case SurfaceResult():
             return [*surface_tables(stage, names), *_of_others(stage, labels)]
         case InvertResult():
-            return calibration_tables(stage, names)
+            return [calibration_table(stage, names), *joint_tables(stage, names)]
         case RefineResult():
             return [refine_table(stage, names)]
         case MeshResult():
-            return mesh_tables(stage, names)
+            return [mesh_table(stage, names), budget_table(stage, names)]
         case ValidateResult():
             return validation_tables(stage, names)
         case AuditResult():
             return [audit_table(stage)]
     return []
+
+
+def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
+    """Return what was measured beside the surfaces, what it leaves of each parameter; nothing of a single response."""
+    tables = [joint_table(stage.joint, names)] if stage.joint is not None else []
+    tables += [desired_table(stage.desirability, names)] if stage.desirability is not None else []
+    tables += [interval_table(stage, names)] if len(stage.known) > 1 else []
+    if stage.joint is not None and stage.joint.further:
+        predicted = "predicted", "Predicted", significant
+        tables.append(further_table(map(to_json, stage.joint.further), predicted, names))
+    return tables
 
 
 def borne(tables: Iterable[Table], holds: bool) -> list[Table]:
