@@ -18,7 +18,6 @@ import time
 import types
 from collections.abc import Callable
 from concurrent.futures import wait
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -35,12 +34,10 @@ from stemcal.fem.state import State, start
 from stemcal.fem.threads import march_to
 from stemcal.fem.warm import warm
 from stemcal.folder.store import StudyFolder
-from stemcal.report.figures.beside import Drawers
+from stemcal.report.drawing import draw_by_workers
 from stemcal.report.figures.gallery import write_figures
-from stemcal.report.figures.loading import load
 from stemcal.report.page.render import shown, write_page
-from stemcal.solvers import get_ready
-from stemcal.stages.kept import NOTE
+from stemcal.solvers import make_solver
 from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
 
@@ -76,22 +73,17 @@ def study(spec: Path = CONFIGS / "smoke.yaml") -> None:
 
 
 def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
-    """Return the seconds of each part, and of the command on the finished study.
-
-    In a command the first three go on at the same time, what draws is loaded in spare moments, and statistics load
-    their libraries while the screening is simulated: the parts take longer, one by one, than the whole.
-    """
+    """Return the seconds of each part, and of the command on the finished study."""
     imports = seconds_of(lambda: subprocess.run([sys.executable, "-c", IMPORTS], check=True))
     asked, folder = load_study(spec), StudyFolder(out)
     with LocalExecutor() as executor:
-        starting = seconds_of(lambda: by_each_worker(executor, partial(get_ready, asked)))
-        loading = seconds_of(lambda: by_each_worker(executor, load))
+        starting = seconds_of(lambda: by_each_worker(executor, make_solver(asked).get_ready))
         first = seconds_of(lambda: calibrate(asked, folder, executor))
-        (out / NOTE).unlink()
+        (out / "screen.json").unlink()  # the stages are made again, from the records
         statistic = seconds_of(lambda: calibrate(asked, folder, executor))
         what = shown(asked, folder)
         plots = [plot for plot in what.plots if plot.on_page]
-        drawing = seconds_of(lambda: Drawers(executor).draw(plots))
+        drawing = seconds_of(lambda: draw_by_workers(plots, executor))
     page = seconds_of(lambda: write_page(asked, folder, what))
     writing = seconds_of(lambda: write_figures(plots, out / "figures"))
     command = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out), "--quiet"]
@@ -100,7 +92,6 @@ def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
     return [
         ("import", imports),
         ("workers: start, load the kernels", starting),
-        ("workers: load what draws", loading),
         ("simulate", first - statistic),
         ("statistics", statistic),
         ("figures, drawn by the workers", drawing),
@@ -233,7 +224,7 @@ def contact(
     """Meet the tools."""
     for _ in range(n):
         march.meet_tools(False, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-        leave_pushes(body)
+        leave_pushes(body, 0.0, tools.speed, ledger.held)
         clock.steps[0] += 1
 
 

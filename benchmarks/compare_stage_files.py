@@ -3,7 +3,7 @@
     python benchmarks/compare_stage_files.py OLD NEW [OLD NEW ...]
 
 The keys of schema version 1 are read as those of version 2. Texts, hashes and versions are not compared; numbers that
-only the new folder has are counted: they were told in sentences before. Ends with 1 if an old number differs or is gone.
+only the new folder has are counted: sentences told them before. Ends with 1 if an old number differs or is gone.
 """
 
 from __future__ import annotations

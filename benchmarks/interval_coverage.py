@@ -26,8 +26,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stemcal.doe.calibration.joint import chance_of
-from stemcal.doe.calibration.mesh import scatter_of
+from stemcal.doe.calibration.joint_fit import chance_of
+from stemcal.doe.calibration.mesh_scatter import scatter_of
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises, holds
@@ -90,8 +90,8 @@ def laboratory(n: int, variation: Array, error: float, random: np.random.Generat
 def observations(lab: Laboratory, fitted: list[Surface], told: bool) -> list[Observation]:
     """Return what was measured; not told that there were n, sd/√n counts as known."""
     return [
-        Observation(f"{d:g} mm", s, float(m), float(sd) if told else float(sd) / lab.n**0.5, lab.n if told else None)
-        for d, s, m, sd in zip(DIAMETERS, fitted, lab.mean, lab.sd, strict=True)
+        Observation(s, float(m), float(sd) if told else float(sd) / lab.n**0.5, lab.n if told else None)
+        for s, m, sd in zip(fitted, lab.mean, lab.sd, strict=True)
     ]
 
 

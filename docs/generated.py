@@ -60,7 +60,7 @@ def _marked_up(text: str) -> str:
 
 def spec() -> str:
     """Return every section and key of a spec."""
-    from stemcal.study.reading.schema import json_schema, section_places
+    from stemcal.study.reading.json_schema import json_schema, section_places
 
     schema = json_schema()
     head = ("Key", "Meaning", "Value", "Default")
@@ -86,7 +86,7 @@ def _keys_of(node: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 
 def _anchor(name: str) -> str:
-    return f"spec-{name.lower()}"
+    return f"spec-{name.removesuffix('Section').lower()}"
 
 
 def _marked(text: str) -> str:
@@ -97,7 +97,7 @@ def _marked(text: str) -> str:
 def _kind(node: Mapping[str, Any]) -> str:
     """Return in words what a key takes."""
     if "$ref" in node:
-        from stemcal.study.reading.schema import section_places
+        from stemcal.study.reading.json_schema import section_places
 
         name = node["$ref"].rpartition("/")[2]
         return f"section [{section_places()[name]}](#{_anchor(name)})"
@@ -122,7 +122,7 @@ def _default(node: Mapping[str, Any]) -> str:
 
 def glossary() -> str:
     """Return the terms that `stemcal explain` knows."""
-    from stemcal.report.glossary import GLOSSARY
+    from stemcal.text.glossary import GLOSSARY
 
     rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(GLOSSARY, key=lambda e: e.term.lower())]
     return "\n\n".join(

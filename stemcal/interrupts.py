@@ -1,28 +1,24 @@
-"""Ctrl-C and SIGTERM as exceptions that do not get lost.
+"""Ctrl-C and SIGTERM as exceptions, and waiting that hears them.
 
-An exception that comes at any moment may be raised where none can pass (in a callback of the import system, of native
-code, of an object's end): Python prints it and goes on. Or a library takes it for the sign that something is missing,
-or makes another error of it. For an interrupt that would mean a program that goes on although it was told to end.
+An exception that a signal handler raises is lost where none can pass: in a callback of the import system Python prints
+it and goes on. So while a module is imported, and inside `put_off`, a signal is only noted; `check` raises it, and all
+that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
 """
 
 from __future__ import annotations
 
-import _thread
+import queue
 import signal
-import sys
 import threading
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from math import inf
 from types import FrameType
-from typing import Any
+from typing import TypeVar
 
-_Takes = Callable[[int, FrameType | None], None]
+T = TypeVar("T")
 
-HEARTBEAT_S = 0.5  # how long Ctrl-C may have to wait on Windows, where a wait without end hears none
-_PATIENCE = 1.0  # s, until an interrupt that nobody deals with is raised again
-_LOOK = 0.1  # s, between looks for whether one is due
+SLICE_S = 0.25  # of a wait: on Windows one without end hears no Ctrl-C
 
 
 class Terminated(KeyboardInterrupt):
@@ -30,130 +26,99 @@ class Terminated(KeyboardInterrupt):
 
 
 KINDS = {signal.SIGINT: KeyboardInterrupt, signal.SIGTERM: Terminated}
+_noted: list[int] = []
+_put_off: list[object] = []  # one entry for each block inside which signals are only noted
 
 
 @contextmanager
-def heard(*numbers: signal.Signals) -> Iterator[list[int]]:
-    """Let signals raise exceptions inside the block, again and again until one is dealt with.
+def heard() -> Iterator[None]:
+    """Have Ctrl-C and SIGTERM raise `KeyboardInterrupt` and `Terminated` inside the block.
 
-    Yields the signals that have come: an error after one may be what a library has made of it. A signal that is
-    ignored today stays so. Only the main thread may set handlers; in another nothing is done. A generator with a
-    ``finally`` that takes longer than a second needs `contextlib.closing` to be left in peace.
+    A signal that is ignored today stays so. Only the main thread may set handlers; in another nothing is done.
     """
-    came: list[int] = []
-    handlers = {number: _Handler(KINDS[number], came) for number in numbers if _can_be_heard(number)}
-    over: list[bool] = []
-    if handlers:
-        threading.Thread(target=_repeat, args=(handlers, over), name="repeat interrupts", daemon=True).start()
-    with _installed(handlers, over):
-        yield came
+    former = {number: signal.getsignal(number) for number in KINDS if threading.current_thread() is _MAIN}
+    replaced = {number: handler for number, handler in former.items() if handler not in (signal.SIG_IGN, None, _handle)}
+    try:
+        for number in replaced:
+            signal.signal(number, _handle)
+        yield
+    finally:
+        for number, handler in replaced.items():
+            signal.signal(number, handler)
+        if replaced:
+            _noted.clear()
 
 
 @contextmanager
 def put_off() -> Iterator[None]:
-    """Put interrupts off to the end of the block, for what must not be broken off in the middle.
-
-    Only the main thread may set handlers; in another nothing is done.
-    """
-    came: list[int] = []
-    over: list[bool] = []
-    former = {number: signal.getsignal(number) for number in KINDS if _can_be_heard(number)}
-    handlers: dict[signal.Signals, Any] = {number: handler for number, handler in former.items() if callable(handler)}
-
-    def note(number: int, frame: FrameType | None) -> None:
-        came.append(number)
-        if over:
-            handlers[signal.Signals(number)](number, frame)
-
+    """Put interrupts off to the end of the block, for native code that must not be left in the middle."""
+    if threading.current_thread() is not _MAIN:
+        yield
+        return
+    _put_off.append(None)
     try:
-        with _installed(dict.fromkeys(handlers, note), over):
-            yield
-    finally:
-        if came:
-            handlers[signal.Signals(came[0])](came[0], None)
-
-
-@contextmanager
-def _installed(handlers: Mapping[signal.Signals, _Takes], over: list[bool]) -> Iterator[None]:
-    """Have these handlers inside the block, the former ones after it; `over` is true as soon as it ends."""
-    before = {number: signal.getsignal(number) for number in handlers}
-    try:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
         yield
     finally:
-        over.append(True)
-        for number, former in before.items():
-            signal.signal(number, former)
+        _put_off.pop()
+    check()
 
 
-def _can_be_heard(number: signal.Signals) -> bool:
-    """Tell whether this thread may set a handler, and the present one is neither to ignore it nor out of reach."""
-    is_main = threading.current_thread() is threading.main_thread()
-    return is_main and signal.getsignal(number) not in (signal.SIG_IGN, None)
+def check() -> None:
+    """Raise the last interrupt that has come, be it only noted or lost."""
+    if _noted and threading.current_thread() is _MAIN:
+        raise KINDS[signal.Signals(_noted[-1])]
 
 
-class _Handler:
-    """Raises an exception for each signal that comes, and for a repeated one unless it is being dealt with.
+def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
+    """Wait until `wait(seconds)` tells that what is waited for has come; at most `limit` seconds, None for ever.
 
-    It takes no lock: a signal may come while another is being handled.
+    Time is counted in slices, each of them once, however late this process wakes from it: one that is stopped (Ctrl-Z,
+    a batch system that suspends jobs) finds that hours have passed when it goes on, and nobody has worked meanwhile.
+
+    >>> wait_until(1.0, lambda seconds: False), wait_until(None, lambda seconds: True)
+    (False, True)
     """
-
-    def __init__(self, kind: type[KeyboardInterrupt], came: list[int]) -> None:
-        self._kind, self._came = kind, came
-        self.due = inf  # when it is to be repeated, s
-        self.repeats = False
-
-    def __call__(self, number: int, _frame: FrameType | None) -> None:
-        repeats, self.repeats = self.repeats, False
-        self.due = time.monotonic() + _PATIENCE
-        if repeats and _dealt_with():
-            return
-        self._came.append(number)
-        raise self._kind
+    left = inf if limit is None else limit
+    while left > 0.0:
+        check()
+        if wait(min(SLICE_S, left)):
+            return True
+        left -= SLICE_S
+    return wait(0.0)
 
 
-def _repeat(handlers: Mapping[signal.Signals, _Handler], over: Sequence[bool]) -> None:
-    """Send signals to the main thread again when they are due, until all is over; runs in a thread."""
-    while not over:
-        time.sleep(_LOOK)
-        for number, handler in handlers.items():
-            if time.monotonic() > handler.due and not over:
-                handler.due, handler.repeats = inf, True
-                _send_to_main(number)
+def next_of(source: queue.SimpleQueue[T], limit: float | None = None) -> T:
+    """Wait for the next item of a queue, at most `limit` seconds; then raise `queue.Empty`."""
+    found: list[T] = []
+
+    def has_come(seconds: float) -> bool:
+        with suppress(queue.Empty):
+            found.append(source.get(timeout=seconds))
+        return bool(found)
+
+    if not wait_until(limit, has_come):
+        raise queue.Empty
+    return found[0]
 
 
-def _send_to_main(number: signal.Signals) -> None:
-    main = threading.main_thread().ident
-    if hasattr(signal, "pthread_kill") and main is not None:
-        signal.pthread_kill(main, number)  # it wakes a main thread that waits
-    else:
-        _thread.interrupt_main(number)
+def ignore() -> None:
+    """Ignore both from now on: there is nothing left to be interrupted but the process's own end."""
+    for number in KINDS:
+        signal.signal(number, signal.SIG_IGN)
 
 
-def _dealt_with() -> bool:
-    """Tell whether an ``except``, ``finally`` or the end of a ``with`` is at work on an interrupt."""
-    error = sys.exc_info()[1]
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__context__
-    return error is not None
+def _handle(number: int, frame: FrameType | None) -> None:
+    _noted.append(number)
+    if not (_put_off or _is_importing(frame)):
+        raise KINDS[signal.Signals(number)]
 
 
-class QuietHook:
-    """A `sys.unraisablehook` that tells nothing of interrupts, nor, after one, of what it has left half made.
+def _is_importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
-    Parameters
-    ----------
-    report : callable, optional
-        Told of everything else; default, whoever is told of it today.
-    """
 
-    def __init__(self, report: Callable[[sys.UnraisableHookArgs], object] | None = None) -> None:
-        self.interrupted = False
-        self._report = report or sys.unraisablehook
-
-    def __call__(self, lost: sys.UnraisableHookArgs) -> None:
-        """Take what Python could not raise."""
-        self.interrupted |= issubclass(lost.exc_type, KeyboardInterrupt)
-        if not self.interrupted:
-            self._report(lost)
+_MAIN = threading.main_thread()

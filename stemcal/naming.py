@@ -238,27 +238,6 @@ class Naming:
         """Whether the response is a force over the stem's diameter, which cutting forces grow with by a power law."""
         return (self.response, self.condition) == (FORCE, DIAMETER)
 
-    def places(self, listed: str) -> str:
-        """Return what follows to tell several values of the condition, already listed; nothing where there is none.
-
-        >>> CUTTING.places("7, 8 and 9"), Naming(condition=None).places("0")
-        (' at 7, 8 and 9 mm', '')
-        >>> Naming(condition=Named("w", "Moisture", "w", "%")).places("12 and 16")
-        ' at moisture 12 and 16 %'
-        """
-        if self.condition is None:
-            return ""
-        noun = "" if self.condition == DIAMETER else f"{self.condition.noun} "
-        return f" at {noun}{listed}{self.condition.beside}"
-
-    def each(self, value: float) -> str:
-        """Name one comparison of several: by its condition, by the response where there is none.
-
-        >>> CUTTING.each(8.0), Naming(None, (Named("a", "angle of repose", "a", "deg"),)).each(0.0)
-        ('8 mm', 'angle of repose')
-        """
-        return self.place(value) or self.response.noun
-
     @property
     def headings(self) -> dict[str, str | None]:
         """What columns of condition and response are headed; None for one that is left out.

@@ -14,6 +14,7 @@ from typing import BinaryIO
 from stemcal.errors import StemcalError
 
 _NEW = os.O_WRONLY | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+_NEW |= getattr(os, "O_NONBLOCK", 0)  # a pipe that nobody reads must not wait for a reader
 _NO_LINKS = (errno.ELOOP, getattr(errno, "EMLINK", errno.ELOOP))  # as Linux and BSD call it
 
 

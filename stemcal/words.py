@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Sequence
 
-__all__ = ["an", "counted", "did_you_mean", "joined", "listed", "near", "nearest"]
+__all__ = ["counted", "did_you_mean", "joined", "listed", "near", "nearest"]
 
 _MOST = 12
 _LONGEST = 60
@@ -54,15 +54,6 @@ def joined(words: Sequence[str]) -> str:
     ('a', 'a and b', 'a, b and c')
     """
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
-def an(noun: str) -> str:
-    """Return a noun with its article.
-
-    >>> an("diameter"), an("angle of repose")
-    ('a diameter', 'an angle of repose')
-    """
-    return f"{'an' if noun[:1].lower() in 'aeio' else 'a'} {noun}"
 
 
 def counted(count: int, noun: str) -> str:

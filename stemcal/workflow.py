@@ -11,7 +11,7 @@
 
 A stage reads the file of the one before and leaves its own, so each can be run alone and again. Runs come
 from the records of the study folder where they are there; a stage that would be made of the same as before is read
-(`stages.kept`). Progress goes to `watch`, called with a `Progress`.
+(`stages.fresh`). Progress goes to `watch`, called with a `Progress`.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from stemcal.solvers.protocol import Solver
 from stemcal.stages.audit.stage import audit
 from stemcal.stages.base import stages_of
 from stemcal.stages.climb import climb
+from stemcal.stages.fresh import make
 from stemcal.stages.invert.stage import invert
-from stemcal.stages.making import make
 from stemcal.stages.mesh.stage import mesh
 from stemcal.stages.refine.stage import refine
 from stemcal.stages.result import StageResult, read_result

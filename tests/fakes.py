@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SimulationFailed
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -154,3 +154,7 @@ def _misbehave(trouble: str, request: Request) -> Answer:
 def lines(witness: Path) -> list[str]:
     """Return what a witness saw."""
     return witness.read_text(encoding="utf-8").splitlines() if witness.exists() else []
+
+
+class SpecSolver(FakeSolver, OfSpecAlone):
+    """In the place of the embedded solver: nothing but the spec determines what it answers."""

@@ -47,6 +47,14 @@ def test_own_names_of_old_files_are_known(tmp_path: Path) -> None:
     assert done.returncode == 1 and "1 differ" in done.stdout and "slope_percent_per_unit: only new" in done.stdout
 
 
+def test_without_conditions_there_is_a_zero_now(tmp_path: Path) -> None:
+    naming = {"response": {"name": "angle"}, "condition": None}
+    old = {"schema_version": 1, "naming": naming, "rows": [{"angle": 30.5}]}
+    new = {"schema_version": 2, "condition": 0.0, "rows": [{"condition": 0.0, "response": 30.5}]}
+    done = compared(tmp_path, old, new)
+    assert done.returncode == 0 and "1 numbers, 0 differ" in done.stdout
+
+
 @pytest.mark.parametrize(
     ("row", "said"),
     [

@@ -17,11 +17,9 @@ FLOORS = {
     "stemcal.words": 0,
     "stemcal.files": 1,
     "stemcal.outputs": 1,
-    "stemcal.leaving": 0,
     "stemcal.interrupts": 0,
-    "stemcal.patience": 0,
+    "stemcal.child": 1,
     "stemcal.naming": 0,
-    "stemcal.remarks": 2.5,
     "stemcal.notes": 2,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,
@@ -57,6 +55,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
+    "psutil": ("stemcal.child", "stemcal.solvers.processes"),
     "emcee": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured",),
 }
@@ -131,6 +130,36 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
         tuple(TopologicalSorter(graph).static_order())
     except CycleError as error:
         pytest.fail(" → ".join(error.args[1]))
+
+
+def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:
+    """Of every package the modules and packages below it, each with all that lies in it."""
+    names = {name_of(path) for path in MODULES}
+    pairs = {(name_of(path), _module(found, names)) for path in MODULES for found, _ in imports(path, checked=True)}
+    for package in (name_of(path) for path in MODULES if path.name == "__init__.py"):
+        level, graph = len(package.split(".")) + 1, {}
+        for module, imported in pairs:
+            part, other = (".".join(name.split(".")[:level]) for name in (module, imported))
+            if part != other and package not in (part, other) and within(part, package) and within(other, package):
+                graph.setdefault(part, set()).add(other)
+        try:
+            tuple(TopologicalSorter(graph).static_order())
+        except CycleError as error:
+            pytest.fail(f"{package}: {' → '.join(error.args[1])}")
+
+
+# Rooms that one can live in the house without entering, and who may.
+SECLUDED = {
+    "stemcal.solvers.deck_import": ("stemcal.cli",),
+    "stemcal.stages.audit": ("stemcal.workflow", "stemcal.report.tables"),
+}
+
+
+@pytest.mark.parametrize("room", SECLUDED)
+def test_nothing_else_imports_secluded_rooms(room: str) -> None:
+    entering = {name_of(path) for path in MODULES for found, _ in imports(path, checked=True) if within(found, room)}
+    others = {module for module in entering if not any(within(module, one) for one in (room, *SECLUDED[room]))}
+    assert entering and others == set()
 
 
 def _module(imported: str, names: set[str]) -> str:

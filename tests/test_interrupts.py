@@ -1,15 +1,15 @@
-"""Ctrl-C and SIGTERM are heard wherever they come."""
+"""Ctrl-C and SIGTERM are heard wherever they come, and only by commands."""
 
 from __future__ import annotations
 
 import importlib
 import os
+import queue
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -17,7 +17,9 @@ import typer
 from fakes import ENVIRONMENT
 
 from stemcal.cli.guard import exit_codes
-from stemcal.interrupts import QuietHook, Terminated, heard
+from stemcal.interrupts import Terminated, check, heard, next_of, put_off, wait_until
+
+BOTH = pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
 
 
 class Losing:
@@ -30,104 +32,108 @@ class Losing:
         signal.raise_signal(self.number)
 
 
-class Complaining:
-    """Something that was left half made."""
-
-    def __del__(self) -> None:
-        raise AttributeError("half made")
-
-
-def lose(number: signal.Signals) -> None:
-    Losing(number)
-    time.sleep(6.0)
-
-
-@pytest.fixture
-def quiet() -> Iterator[QuietHook]:
-    report = sys.unraisablehook
-    sys.unraisablehook = found = QuietHook(sys.__unraisablehook__)
-    yield found
-    sys.unraisablehook = report
-
-
-@pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
-def test_a_lost_interrupt_is_raised_again_and_nothing_said(
-    quiet: QuietHook, number: signal.Signals, kind: type[BaseException], capfd: pytest.CaptureFixture[str]
+@BOTH
+def test_a_signal_is_raised_at_once_and_the_handler_of_before_is_back_afterwards(
+    number: signal.Signals, kind: type[KeyboardInterrupt]
 ) -> None:
-    begun, before = time.monotonic(), signal.getsignal(number)
-    with pytest.raises(KeyboardInterrupt) as caught, heard(number) as came:
-        lose(number)
-    assert caught.type is kind and time.monotonic() - begun < 4.0
-    assert came == [number, number] and signal.getsignal(number) is before
-    Complaining()
-    assert quiet.interrupted and capfd.readouterr().err == ""
+    before = signal.getsignal(number)
+    with pytest.raises(KeyboardInterrupt) as caught, heard():
+        signal.raise_signal(number)
+        pytest.fail("not raised")
+    assert caught.type is kind and signal.getsignal(number) is before
+    check()  # it is over
 
 
-def test_whatever_else_is_lost_is_told(quiet: QuietHook, capfd: pytest.CaptureFixture[str]) -> None:
-    Complaining()
-    assert "half made" in capfd.readouterr().err and not quiet.interrupted
+@BOTH
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_lost_one_is_raised_by_the_next_wait(number: signal.Signals, kind: type[KeyboardInterrupt]) -> None:
+    going_on = False
+    with pytest.raises(kind), heard():
+        Losing(number)
+        going_on = True
+        next_of(queue.SimpleQueue())
+    assert going_on
 
 
-def generating() -> Iterator[int]:
-    try:
-        yield 1
-        time.sleep(5.0)
-    finally:
-        time.sleep(0.2)
+@pytest.mark.parametrize("falls_back", [False, True])
+def test_while_a_module_loads_one_is_only_noted(
+    falls_back: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would be lost in the import system, or taken for the sign that something is missing."""
+    text = "import signal\ntry:\n    signal.raise_signal(signal.SIGINT)\nexcept BaseException:\n    broken = True\n"
+    (tmp_path / "interrupted_module.py").write_text(text if falls_back else RAISING)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "interrupted_module", raising=False)
+    with heard():
+        module = importlib.import_module("interrupted_module")
+        with pytest.raises(KeyboardInterrupt):
+            check()
+    assert not hasattr(module, "broken")
 
 
-def test_who_deals_with_one_is_not_disturbed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not in ``finally`` nor in the end of a ``with``, of a generator that is closed, or in ``except``."""
-    monkeypatch.setattr("stemcal.interrupts._PATIENCE", 0.03)
-    monkeypatch.setattr("stemcal.interrupts._LOOK", 0.01)
-    done: list[str] = []
-    with heard(signal.SIGINT) as came:
-        try:
-            with closing(generating()) as numbers:
-                for _ in numbers:
-                    try:
-                        signal.raise_signal(signal.SIGINT)
-                    finally:
-                        time.sleep(0.2)
-                        done.append("finally")
-        except KeyboardInterrupt:
-            time.sleep(0.2)
-            done.append("except")
-    assert done == ["finally", "except"] and came == [signal.SIGINT]
-    time.sleep(0.1)
+RAISING = "import signal\nsignal.raise_signal(signal.SIGINT)\n"
 
 
-def test_the_second_of_a_user_disturbs() -> None:
-    with pytest.raises(KeyboardInterrupt), heard(signal.SIGINT) as came:
+def test_put_off_to_the_end_of_a_block() -> None:
+    gone_on: list[int] = []
+    with pytest.raises(Terminated), heard():
+        with put_off(), put_off():
+            signal.raise_signal(signal.SIGTERM)
+            gone_on.append(1)
+        gone_on.append(2)
+    assert gone_on == [1]
+
+
+def test_the_second_of_a_user_is_raised_too() -> None:
+    with pytest.raises(KeyboardInterrupt), heard():
         try:
             signal.raise_signal(signal.SIGINT)
         finally:
             signal.raise_signal(signal.SIGINT)
-            pytest.fail("not heard")
-    assert came == [signal.SIGINT] * 2
-
-
-def test_one_that_an_import_takes_for_something_else_is_raised_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "falls_back.py").write_text(
-        "import signal\ntry:\n    signal.raise_signal(signal.SIGINT)\nexcept:\n    pass\n"
-    )
-    monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(KeyboardInterrupt), heard(signal.SIGINT):
-        importlib.import_module("falls_back")
-        time.sleep(5.0)
-    sys.modules.pop("falls_back")
+            pytest.fail("not raised")
 
 
 def test_one_that_is_ignored_stays_ignored() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        with heard(signal.SIGINT) as came:
+        with heard():
             signal.raise_signal(signal.SIGINT)
-        assert came == []
+            check()
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_other_threads_set_no_handlers_and_are_not_interrupted() -> None:
+    before, found = signal.getsignal(signal.SIGINT), []
+
+    def work() -> None:
+        with heard(), put_off():
+            found.append(signal.getsignal(signal.SIGINT))
+            signal.raise_signal(signal.SIGINT)
+            wait_until(0.3, lambda seconds: bool(time.sleep(seconds)))
+            found.append("done")
+
+    with pytest.raises(KeyboardInterrupt), heard():
+        inside = signal.getsignal(signal.SIGINT)
+        thread = threading.Thread(target=work)
+        thread.start()
+        wait_until(None, lambda seconds: bool(time.sleep(seconds)))
+    thread.join()
+    assert found == [inside, "done"] and signal.getsignal(signal.SIGINT) is before
+
+
+def test_waiting_counts_each_slice_once_however_long_it_took() -> None:
+    """As where the process is stopped for a while: of 1 s only the slices are counted, not the 0.6 s of sleep each."""
+    slept: list[float] = []
+
+    def oversleeping(seconds: float) -> bool:
+        slept.append(seconds)
+        time.sleep(0.6 if seconds else 0.0)
+        return len(slept) == 3
+
+    assert wait_until(1.0, oversleeping) and slept == [0.25] * 3
+    assert not wait_until(0.6, lambda seconds: slept.append(seconds) or False)  # type: ignore[func-returns-value]
+    assert slept[3:] == pytest.approx([0.25, 0.25, 0.1, 0.0])
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -144,13 +150,37 @@ def test_an_error_that_a_library_has_made_of_one_is_none_of_the_program(
 
 
 @pytest.mark.skipif(os.name == "nt", reason="exit codes of signals")
-def test_the_command_hears_one_that_is_lost_while_it_loads() -> None:
-    """As it befalls the import system's callbacks."""
-    code = (
-        "import signal, sys, types, test_interrupts; app = types.ModuleType('app')\n"
-        "app.main = lambda: test_interrupts.lose(signal.SIGINT)\n"
-        "sys.modules['stemcal.cli.app'] = app\n"
-        "from stemcal.__main__ import main; main()"
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_the_command_is_interrupted_while_it_loads_and_ends_normally(tmp_path: Path, name: str, code: int) -> None:
+    """What is registered to be done at exit is done."""
+    (tmp_path / "interrupted.py").write_text(f"import signal\nsignal.raise_signal(signal.{name})\n", encoding="utf-8")
+    script = (
+        "import atexit, sys; atexit.register(print, 'at exit')\n"
+        f"sys.path.insert(0, {str(tmp_path)!r}); sys.argv[1:] = ['check', 'no.yaml']\n"
+        "from stemcal.cli import app; command = app.main\n"
+        "def loading(): import interrupted; command()\n"
+        "app.main = loading\n"
+        "from stemcal.__main__ import main; main()\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=ENVIRONMENT, check=False)
-    assert (done.returncode, done.stderr) == (130, "")
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=ENVIRONMENT, check=False)
+    assert (done.returncode, done.stdout) == (code, "at exit\n"), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_importing_and_calling_the_python_face_starts_no_thread_and_sets_no_handler(tmp_path: Path) -> None:
+    script = (
+        "import signal, sys, threading\n"
+        "def state(): return [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)], threading.active_count()\n"
+        "before, started, real = state(), [], threading.Thread.start\n"
+        "def start(thread): started.append(thread.name); real(thread)\n"
+        "threading.Thread.start = start\n"
+        "import stemcal\n"
+        "study = stemcal.load_study(sys.argv[1])\n"
+        "results = stemcal.calibrate(study, out=sys.argv[2], workers=1, progress=False)\n"
+        "results.surface.plot.contour(); results.verdict; stemcal.open_results(sys.argv[2])\n"
+        "assert state() == before and started == [], (state(), started)\n"
+    )
+    replay = Path(__file__).parents[1] / "configs" / "paper-replay.yaml"
+    line = [sys.executable, "-c", script, str(replay), str(tmp_path / "out")]
+    done = subprocess.run(line, capture_output=True, text=True, env=ENVIRONMENT, check=False)
+    assert done.returncode == 0, done.stderr

@@ -18,7 +18,9 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.advice import FitAll
+from stemcal.stages.verdict.result import Use
+from stemcal.stages.verdict.rules import CheckMissed, verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
@@ -202,7 +204,7 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     study, store = load_study(spec), StudyFolder(tmp_path / "out")
     calibrate(study, store, LocalExecutor(2))
     verdict = verdict_of(study, store)
-    (reason,) = [reason for reason in verdict.reasons if reason.rule == "validation"]
-    assert re.fullmatch(r"the simulated bulk density is 3\d % low", reason.sentence)
-    assert "`invert: {responses: all}`" in reason.remedy
-    assert re.match(r"Not within 10 %; the bulk density is 3\d % low", verdict.use)
+    (reason,) = [reason for reason in verdict.reasons if isinstance(reason, CheckMissed)]
+    assert reason.worst.response == "bulk" and 30.0 < reason.worst.error_percent < 40.0
+    assert reason.remedy == FitAll("responses")
+    assert verdict.use == Use(10.0, (), reason.worst)

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from fakes import FakeSolver, lines, make_study
+from stemcal.stages.lineage import changes_since
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
@@ -18,7 +19,6 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress
-from stemcal.stages.lineage import changes_since
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -69,7 +69,7 @@ def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) 
     assert values["yield_stress"] == pytest.approx(20.0 / alpha, abs=1e-9)
     assert values["failure_strain^2"] == pytest.approx(3.0 / 2.0, abs=1e-9)
     assert values["yield_stress:failure_strain"] == pytest.approx(0.5 / 2.0, abs=1e-9)
-    assert stage["lack_of_fit_testable"] is False and "deterministic" in stage["pure_error_note"]
+    assert stage["lack_of_fit_testable"] is False and stage["pure_error"]["kind"] == "equal_repeats"
     axial = [run["levels"]["yield_stress"] for run in stage["design"]["runs"]]
     assert min(axial) == 10.0 and max(axial) == 20.0  # exactly, not 19.999999999999996
 
@@ -96,7 +96,7 @@ def test_fewer_than_two_significant_takes_the_two_largest(tmp_path: Path, folder
     workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
     stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert stage["names"] == ["yield_stress", "failure_strain"]
-    assert any("two factors of largest contribution" in note for note in stage["notes"])
+    assert stage["notes"][0]["kind"] == "few_significant"
     assert stage["fixed"]["strain_rate_c"] == 90.0
 
 
@@ -135,15 +135,17 @@ def test_paper_replay(folder: StudyFolder) -> None:
     values = {row["term"]: row["value"] for row in rsm["coefficients"]}
     assert values["strain_rate_c^2"] == pytest.approx(2.883, abs=5e-4)
     assert rsm["published"]["tables"]["coefficients"] == {"agree": 9, "of": 10}
-    assert any("strain_rate_c^2" in note and "sign" in note for note in rsm["notes"])
-    assert any("112 to 124 N" in note for note in rsm["notes"])
+    (wrong,) = (cell for cell in rsm["published"]["differences"] if cell["table"] == "coefficients")
+    assert wrong["kind"] == "sign" and wrong["label"].startswith("strain_rate_c^2")
+    assert (rsm["pure_error"]["runs"], rsm["pure_error"]["low"], rsm["pure_error"]["high"]) == (6, 112.0, 124.0)
     assert invert["published"]["predicted"] == pytest.approx(159.26, abs=0.01)
     assert invert["published"]["mean_interval"] == pytest.approx([152.8, 165.7], abs=0.05)
     assert list(invert["solution"].values()) == pytest.approx([18.369, 0.03184, 90.05], rel=5e-4)
     errors = [row["error_percent"] for row in validate["rows"]]
     assert errors == pytest.approx([-7.83, -6.16, 5.80, 6.33, 7.46], abs=0.005)
-    assert any("11 mm" in note and "sign" in note for note in validate["notes"])
-    assert any("read from a table" in note for note in validate["notes"])
+    (difference,) = validate["published"]["differences"]
+    assert (difference["label"], difference["kind"]) == ("error at 11 mm", "sign")
+    assert "from_table" in [note["kind"] for note in validate["notes"]]
 
 
 def test_a_runs_table_replays_its_study(tmp_path: Path, folder: StudyFolder) -> None:
@@ -183,7 +185,8 @@ def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
     first, files = len(lines(witness)), stage_bytes(folder)
     for stage in ("screen", "rsm", "invert", "validate"):
         folder.write_stage(stage, {**folder.read_stage(stage), "schema_version": 1})
-    assert changes_since(study, solver, folder, "screen") == ["schema_version"]
+    for stage in ("screen", "validate"):
+        assert changes_since(study, solver, folder, stage) == ["schema_version"]
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     assert "screen is made anew: schema_version changed" in caplog.messages
     assert len(lines(witness)) == first and stage_bytes(folder) == files
@@ -274,7 +277,7 @@ def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble:
     run = stage["design"]["runs"][3]
     assert (run["status"], run["reason"], run["response"]) == ("failed", reason, None)
     assert stage["residual"]["df"] == 1
-    assert any("1 of 12 runs failed" in note for note in stage["notes"])
+    assert stage["notes"][0] == {"kind": "screening_runs_failed", "weight": "numbers", "failed": 1, "runs": 12, "df": 1}
     with (folder.path / "screen_runs.csv").open(encoding="utf-8", newline="") as file:
         assert [row["force"] == "" for row in csv.DictReader(file)].index(True) == 3
 

@@ -34,7 +34,9 @@ from stemcal.cli import (
     status,
     verify,
 )
+from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes
+from stemcal.cli.streams import lost_data, stand_in
 from stemcal.stages.base import STAGES
 from stemcal.version import __version__
 
@@ -110,10 +112,14 @@ def stemcal(
 
 def main() -> None:
     """Entry point of the console script."""
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")
-    app()
+    stand_in()
+    try:
+        app()
+    except SystemExit as ending:
+        if (why := lost_data()) and not ending.code:
+            fail(f"standard output: {why}; what was to be printed is lost, files are written")
+            sys.exit(1)
+        raise
 
 
 if __name__ == "__main__":

@@ -42,7 +42,7 @@ def augment(
     from stemcal.cli.session import existing_folder, opened, read_study
     from stemcal.cli.show import show_stage
     from stemcal.overview import augment as augmenting
-    from stemcal.stages.making import make
+    from stemcal.stages.fresh import make
     from stemcal.stages.verdict.rules import verdict_of
     from stemcal.study.reading.amend import rewrite
 

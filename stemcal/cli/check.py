@@ -32,8 +32,9 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
             say_json(_problems(error))
         raise
     from stemcal.overview.beforehand import beforehand
+    from stemcal.text.beforehand import sentences
 
-    demanding, remarks = _demanding(study), beforehand(study)
+    demanding, remarks = _demanding(study), sentences(beforehand(study))
     for sentence in demanding:
         warn(sentence)
     if as_json:
@@ -65,8 +66,9 @@ def _demanding(study: Study) -> list[str]:
         return []
     from stemcal.executors.machine import machine_memory
     from stemcal.overview.foresight import demand_of_one, excess
+    from stemcal.text.plan import sentences
 
-    return excess(demand_of_one(study, _diameters(study)), 1, machine_memory())
+    return sentences(excess(demand_of_one(study, _diameters(study)), 1, machine_memory()))
 
 
 def _is_small(study: Study) -> bool:

@@ -11,7 +11,7 @@ from stemcal.cli.options import AsJson
 
 def _beginning(typed: str) -> list[str]:
     """Return the terms that begin as what was typed, for the shell to complete."""
-    from stemcal.report.glossary import GLOSSARY
+    from stemcal.text.glossary import GLOSSARY
 
     names = {name for entry in GLOSSARY for name in (entry.term, *entry.aliases)}
     return sorted(name for name in names if name.lower().startswith(typed.lower()))
@@ -33,7 +33,7 @@ def explain(term: Term = None, as_json: AsJson = False) -> None:
     from dataclasses import asdict
 
     from stemcal.cli.console import say, say_json
-    from stemcal.report.glossary import GLOSSARY, look_up
+    from stemcal.text.glossary import GLOSSARY, look_up
 
     entries = look_up(" ".join(term)) if term else list(GLOSSARY)
     if as_json:

@@ -1,25 +1,24 @@
 """Errors become exit codes here, and nowhere else.
 
 0 ok, 1 internal, 2 usage or spec, 3 some runs failed, 4 target unreachable, 5 folder locked,
-130 Ctrl-C, 143 SIGTERM. A closed pipe (`stemcal plan … | head`) is no error.
+130 Ctrl-C, 143 SIGTERM. What becomes of output that cannot be written is the matter of `cli.streams`.
 """
 
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import tempfile
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import NoReturn
 
 import typer
 
 from stemcal.cli.console import fail
 from stemcal.errors import SpecError, StemcalError
-from stemcal.interrupts import Terminated, heard
+from stemcal.interrupts import Terminated, check, heard
 
 GO_ON = "finished runs are kept; the same command goes on from there"
 
@@ -27,27 +26,28 @@ GO_ON = "finished runs are kept; the same command goes on from there"
 @contextmanager
 def exit_codes() -> Iterator[None]:
     """Run a command; whatever it raises becomes one message on stderr and an exit code."""
-    with heard(signal.SIGINT, signal.SIGTERM) as came:
+    with heard():
         try:
+            check()
             yield
             sys.stdout.flush()
+            check()
         except KeyboardInterrupt as interrupt:
-            _leave_interrupted(isinstance(interrupt, Terminated))
-        except BrokenPipeError:
-            _forget_stdout()
-            raise typer.Exit(0) from None
+            _leave_interrupted(interrupt)
         except StemcalError as error:
             _leave(_headed(error), error.exit_code)
         except Exception as error:
             if _is_typers_own(error):
                 raise
-            if came:  # a library has made another error of it
-                _leave_interrupted(came[-1] == signal.SIGTERM)
+            try:
+                check()
+            except KeyboardInterrupt as interrupt:  # a library has made another error of it
+                _leave_interrupted(interrupt)
             _leave(_unexpected(error), 1)
 
 
-def _leave_interrupted(by_sigterm: bool) -> NoReturn:
-    if by_sigterm:
+def _leave_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
+    if isinstance(interrupt, Terminated):
         _leave(f"terminated; {GO_ON}", 143)
     _leave(f"interrupted; {GO_ON}", 130)
 
@@ -91,9 +91,3 @@ def _file_traceback(error: Exception) -> str:
     except OSError:
         return "set STEMCAL_DEBUG=1 to see the traceback"
     return f"traceback in {file.name}"
-
-
-def _forget_stdout() -> None:
-    """Point stdout at nothing, so that the interpreter's last flush does not complain."""
-    with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -35,8 +35,8 @@ def import_deck(
     """
     from stemcal.cli.console import note, say_json, say_whole, warn
     from stemcal.errors import UsageError
-    from stemcal.solvers.deck.importing import imported, read_deck
-    from stemcal.solvers.deck.spec_text import spec_text
+    from stemcal.solvers.deck_import.importing import imported, read_deck
+    from stemcal.solvers.deck_import.spec_text import spec_text
     from stemcal.study.reading.template import study_name
 
     out = deck.with_suffix(".yaml") if spec is None else spec

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stemcal.files.rows import Table
-    from stemcal.measured.curves import CurveOptions
-    from stemcal.measured.reading import Form
     from stemcal.measured.shear import ShearTests
+    from stemcal.measured.shear_curves import CurveOptions
+    from stemcal.measured.text_tables import Form
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -117,8 +117,8 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear --calibrate-at 8[/bold]
     """
-    from stemcal.measured.curves import CurveOptions, speed_of
-    from stemcal.measured.targets import targets_section
+    from stemcal.measured.shear_curves import CurveOptions, speed_of
+    from stemcal.measured.target_entries import targets_section
 
     how = CurveOptions(
         form=_form(encoding, separator, decimal, sheet),
@@ -186,11 +186,13 @@ def replace_targets(spec: Path, section: str) -> None:
     from stemcal.errors import UsageError
     from stemcal.files.decoding import decode
     from stemcal.files.durable import write_durably
-    from stemcal.measured.targets import with_targets
+    from stemcal.files.plain import read_plain
+    from stemcal.measured.target_entries import with_targets
     from stemcal.study.reading import read_study
+    from stemcal.study.types.strict_yaml import MAX_BYTES
 
     try:
-        before = decode(spec.read_bytes())
+        before = decode(read_plain(spec, MAX_BYTES))
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
@@ -201,7 +203,7 @@ def replace_targets(spec: Path, section: str) -> None:
 
 
 def _form(encoding: str | None, separator: str | None, decimal: str | None, sheet: str | None) -> Form:
-    from stemcal.measured.reading import Form
+    from stemcal.measured.text_tables import Form
 
     return Form(encoding, separator, decimal, sheet)
 

@@ -25,7 +25,7 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     from stemcal.overview.plan import plan as make_plan
     from stemcal.report.tables.terminal import drawn
     from stemcal.text.names import Names
-    from stemcal.text.results import sentence
+    from stemcal.text.plan import sentences
 
     study = read_study(spec)
     path = folder_of(study, out)
@@ -35,18 +35,17 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     else:
         say(*drawn(_table(found)))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
-    for excessive in excess(demand, found.workers, machine_memory()):
+    for excessive in sentences(excess(demand, found.workers, machine_memory())):
         warn(excessive)
     if not quiet:
-        for said in found.notes:
-            note(f"note: {said if isinstance(said, str) else sentence(said, Names(study.naming))}")
+        for said in sentences(found.notes, Names(study.naming)):
+            note(f"note: {said}")
 
 
 def _table(found: Plan) -> Table:
     from stemcal.files.rows import Column, Table
-    from stemcal.overview.foresight import in_bytes
     from stemcal.text.numbers import duration
-    from stemcal.words import counted
+    from stemcal.text.plan import total
 
     columns = (
         Column("stage", "Stage"),
@@ -55,11 +54,4 @@ def _table(found: Plan) -> Table:
         Column("to_run", "To compute", form=format),
         Column("seconds", "On one core", form=duration),
     )
-    total = f"{counted(found.to_run, 'run')} to compute"
-    if found.seconds is not None:
-        total += f": about {duration(found.seconds)} of one core".replace("about under", "under")
-        total += f" by {found.source}" if found.source else ""
-    if found.elapsed is not None and found.to_run:
-        total += f"; with page and all {duration(found.elapsed)} with {counted(found.workers, 'worker')}"
-    memory = f" A run takes about {in_bytes(found.memory)} of memory." if found.memory else ""
-    return Table.of(columns, found.stages, title=f"Plan of {found.study}", foot=(f"{total}.{memory}",))
+    return Table.of(columns, found.stages, f"Plan of {found.study}", [" ".join(total(found))])

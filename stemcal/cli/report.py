@@ -27,9 +27,7 @@ def report(
     """
     from stemcal.cli.console import open_page, say_json, say_whole, warn
     from stemcal.cli.session import existing_folder, read_study
-    from stemcal.executors.local import LocalExecutor
     from stemcal.report.drawing import draw
-    from stemcal.report.figures.beside import Drawers
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
@@ -40,8 +38,7 @@ def report(
         for sentence in results.stale:
             warn(sentence)
     verdict = verdict_of(study, folder, results)
-    with LocalExecutor() as executor, Drawers(executor) as drawers:
-        page = draw(study, folder, results, verdict, figures, again=True, drawers=drawers)
+    page = draw(study, folder, results, verdict, figures, again=True)
     drawn = folder.path / "figures" if figures else None
     if open_it:
         open_page(page)

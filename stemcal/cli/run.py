@@ -10,7 +10,6 @@ from stemcal.errors import TargetUnreachable
 
 if TYPE_CHECKING:
     from stemcal.cli.session import Session
-    from stemcal.report.figures.beside import Drawers
     from stemcal.stages.result import StageResult
 
 
@@ -36,26 +35,22 @@ def run(
 
     unreachable: TargetUnreachable | None = None
     with opened(spec, out, workers, executor, quiet) as work:
-        work.foresee(yes)  # starts the workers, so that they load what they need while this process does
+        work.foresee(yes)
 
         from stemcal import workflow
         from stemcal.report.drawing import draw
-        from stemcal.report.figures.beside import Drawers
         from stemcal.stages.results import fresh_results
         from stemcal.stages.verdict.rules import verdict_of
 
-        with Drawers(work.executor) as drawers:
-            try:
-                workflow.calibrate(
-                    work.study, work.folder, work.executor, work.watch, done=_with_each(work, drawers, not as_json)
-                )
-            except TargetUnreachable as error:
-                unreachable = error
-            work.folder.remember_spec(work.study.source)
-            work.watch.busy("drawing the report")
-            results = fresh_results(work.study, work.folder)
-            verdict = verdict_of(work.study, work.folder, results)
-            page = draw(work.study, work.folder, results, verdict, drawers=drawers)
+        try:
+            workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=_showing(work, not as_json))
+        except TargetUnreachable as error:
+            unreachable = error
+        work.folder.remember_spec(work.study.source)
+        work.watch.busy("drawing the report")
+        results = fresh_results(work.study, work.folder)
+        verdict = verdict_of(work.study, work.folder, results)
+        page = draw(work.study, work.folder, results, verdict, executor=work.executor)
     if open_it:
         open_page(page)
     show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
@@ -63,15 +58,13 @@ def run(
         raise unreachable
 
 
-def _with_each(work: Session, drawers: Drawers, tell: bool) -> Callable[[StageResult], None]:
-    """Return what is done as soon as a stage is: its figures begun, and its table printed, the progress bar aside."""
+def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
+    """Return what prints the table of the screening as soon as that is done, the progress bar aside."""
     from stemcal.cli.show import show_known
-    from stemcal.report.drawing import begin_early
 
-    def known(result: StageResult) -> None:
-        begin_early(work.study, work.folder, result.name, drawers)
+    def show(result: StageResult) -> None:
         if tell and result.name == "screen":
             with work.watch.aside():
                 show_known(result)
 
-    return known
+    return show

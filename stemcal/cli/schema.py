@@ -22,7 +22,7 @@ def schema(out: Target = None) -> None:
     from stemcal.cli.console import note, say, say_json
     from stemcal.errors import UsageError
     from stemcal.files.durable import as_json, write_durably
-    from stemcal.study.reading.schema import json_schema
+    from stemcal.study.reading.json_schema import json_schema
 
     if out is None:
         say_json(json_schema())

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -36,11 +35,10 @@ class Session:
 
         The progress bar learns how many runs there will be.
         """
-        from stemcal.stages.making import finished
+        from stemcal.stages.fresh import finished
 
         if finished(self.study, self.folder, stage):
             return
-        self._start_workers()
         from stemcal.executors.local import LocalExecutor
         from stemcal.overview.foresight import demand_of_left, left_to_run
         from stemcal.solvers import make_solver
@@ -49,15 +47,6 @@ class Session:
         left = left_to_run(self.study, self.folder, solver, stage)
         require_sense(demand_of_left(left, solver), self.executor.workers, yes, here)
         self.watch.expect({part.stage: (part.rows, len(part.runs)) for part in left})
-
-    def _start_workers(self) -> None:
-        """Let workers of this machine load what their runs need while this process loads what it needs itself."""
-        from stemcal.executors.local import LocalExecutor
-        from stemcal.report.figures.loading import load
-        from stemcal.solvers import get_ready
-
-        if isinstance(self.executor, LocalExecutor) and self.study.solver.kind != "table":
-            self.executor.start(partial(get_ready, self.study), load, most=len(self.study.factors) + 1)
 
 
 def read_study(spec: Path) -> Study:
@@ -121,11 +110,12 @@ def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) ->
     """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
     from stemcal.executors.machine import machine_memory
     from stemcal.overview.foresight import excess
+    from stemcal.text.plan import sentences
 
-    for sentence in excess(demand, workers, machine_memory() if here else None):
+    for said in sentences(excess(demand, workers, machine_memory() if here else None)):
         if not yes:
-            raise UsageError(f"{sentence}; --yes begins it all the same")
-        warn(sentence)
+            raise UsageError(f"{said} --yes begins it all the same.")
+        warn(said)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from stemcal.cli.console import height, note, say, say_json, say_whole, warn
-from stemcal.files.typed import to_json
-from stemcal.words import counted
 
 if TYPE_CHECKING:
     from stemcal.folder.store import StudyFolder
@@ -34,13 +31,14 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
+        from stemcal.text.names import Names
         from stemcal.text.results import remarks_of, shown_remarks
+        from stemcal.text.verdict import opening
 
         for remark in shown_remarks(result, verdict.may_hold):
             note(f"note: {remark.sentence}")
         if any(remark.claims for remark in remarks_of(result)) and not verdict.holds:
-            reasons = [reason for reason in verdict.reasons if reason.rule != "unfinished"] or list(verdict.reasons)
-            note(f"note: {verdict.word}: {reasons[0].sentence}.")
+            note(f"note: {opening(verdict, Names(result.naming))}")
     warn_of_runs(result, folder)
     leave_if_failed(result)
 
@@ -72,9 +70,12 @@ def show_run(
     The last part fits on a screen. With `as_json` all stages as JSON. Leaves with exit code 3 if runs failed.
     """
     if as_json:
+        from stemcal.text.names import Names
+        from stemcal.text.verdict import verdict_json
+
         stages = {result.name: result.to_json() for result in results.done()}
-        told = {"verdict": to_json(verdict), "report": str(page)}
-        say_json({"schema_version": 1, "stage": "run", **stages, **told})
+        told = {**verdict_json(verdict, Names(study.naming)), "report": str(page)}
+        say_json({"schema_version": 2, "stage": "run", **stages, **told})
     else:
         _show_findings(results, verdict, folder, quiet)
     failed = warn_of_failed(*results.done())
@@ -90,8 +91,9 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     from stemcal.report.tables.findings import spoken
     from stemcal.report.tables.stages import joint_tables
     from stemcal.report.tables.terminal import drawn, stage_tables
+    from stemcal.text.calibration import KNOWN
     from stemcal.text.names import Names
-    from stemcal.text.results import MOST, read_first, said_by_all, warned
+    from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
     found = results.inversion
     if found is not None and found.joint is not None:
@@ -100,27 +102,27 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
         say(*stage_tables(results.mesh, verdict.holds))
     if found is not None and verdict.holds:
         say(*spoken(found))
-    physics = any(reason.rule == "physics" for reason in verdict.reasons)
-    warnings = [] if physics else warned(run_warnings(read_records(results, folder)))
-    told = {sentence for part in (found.known if found is not None else []) for sentence in part.sentences}
+    warnings = [] if verdict.says("physics") else warned(run_warnings(read_records(results, folder)))
     said = read_first([*warnings, *said_by_all(results, verdict.holds)])
-    said = [(title, remark) for title, remark in said if remark.sentence not in told]
+    said = [(title, remark) for title, remark in said if remark.kind != KNOWN]
     if quiet:
         return
     for title, remark in said[:MOST]:
         note(f"note: {title}: {remark.sentence}")
     if len(said) > MOST:
-        note(f"{counted(len(said) - MOST, 'more note')} in the report")
+        note(say_more(len(said) - MOST))
 
 
 def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
     from stemcal.report.tables.final import final_tables
     from stemcal.report.tables.terminal import drawn
+    from stemcal.text.names import Names
+    from stemcal.text.verdict import lines
 
-    lines = verdict.lines()
-    taken = sum(height(line) for line in lines) + 2
+    told = lines(verdict, Names(study.naming))
+    taken = sum(height(line) for line in told) + 2
     tables = final_tables(study, results, verdict.holds, taken)
-    say(*lines, "", *(part for table in tables for part in drawn(table)))
+    say(*told, "", *(part for table in tables for part in drawn(table)))
     say_whole(f"Report: {page}")
 
 
@@ -132,13 +134,9 @@ def leave_if_failed(*results: StageResult) -> None:
 
 def warn_of_failed(*results: StageResult) -> bool:
     """Count the failed runs of each stage with their reasons; returns whether there are any."""
-    any_failed = False
-    for result in results:
-        outcomes = [outcome for _, outcome in result.runs()]
-        failed = [outcome for outcome in outcomes if not outcome.ok]
-        if failed:
-            any_failed = True
-            reasons = Counter(outcome.reason or "no reason given" for outcome in failed)
-            listed = ", ".join(f"{reason} ({count})" for reason, count in reasons.items())
-            warn(f"{result.name}: {len(failed)} of {len(outcomes)} runs failed: {listed}; see {result.name}.json")
-    return any_failed
+    from stemcal.text.runs import failed_runs
+
+    failed = [told for result in results if (told := failed_runs(result))]
+    for told in failed:
+        warn(told)
+    return bool(failed)

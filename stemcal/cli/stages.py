@@ -57,14 +57,16 @@ def _run(
     from stemcal.cli.console import warn
     from stemcal.cli.session import opened
     from stemcal.cli.show import show_stage
-    from stemcal.stages.making import make
+    from stemcal.stages.fresh import make
+    from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.text.refinement import shortfall
 
     with opened(spec, out, workers, executor, quiet) as work:
         if stage.simulates:
             work.foresee(yes, stage.name)
         result = make(stage, work.study, work.folder, work.executor, work.watch)
         verdict = verdict_of(work.study, work.folder)
-    if shortfall := result.shortfall():
-        warn(shortfall)
+    if isinstance(result, RefineResult) and not result.converged:
+        warn(shortfall(result))
     show_stage(result, verdict, work.folder, as_json, quiet)

@@ -1,9 +1,8 @@
-"""A rich console that leaves broken pipes to the guard. Imported only when something is printed."""
+"""A rich console for texts of others. Imported only when something is printed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NoReturn
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
@@ -12,7 +11,7 @@ from stemcal.files.showing import visible
 
 
 class Terminal(Console):
-    """At most 80 columns, text printed as it stands, no leaving of its own on a closed pipe."""
+    """At most 80 columns, text printed as it stands."""
 
     WIDEST = 80
 
@@ -25,7 +24,3 @@ class Terminal(Console):
         """Yield what is printed; control characters that a text brings along command nothing, they are spelled out."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else Segment(visible(segment.text), segment.style)
-
-    def on_broken_pipe(self) -> NoReturn:
-        """Raise instead of leaving with exit code 1."""
-        raise BrokenPipeError

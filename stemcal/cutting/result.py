@@ -14,6 +14,7 @@ from stemcal.cutting.parts import ShearTest
 from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
+from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
 
 Array = NDArray[np.float64]
 
@@ -22,7 +23,8 @@ Array = NDArray[np.float64]
 class ForceHistory:
     """The whole test over time (a quarter model's sums already times four).
 
-    Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm.
+    Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm. `contact` is the sum of what the
+    blade's edge, its flanks, the supports and friction hold back of the blade's work.
     """
 
     time: Array
@@ -34,6 +36,10 @@ class ForceHistory:
     hourglass: Array
     eroded: Array
     contact: Array
+    contact_edge: Array
+    contact_flanks: Array
+    contact_supports: Array
+    contact_friction: Array
     external: Array
     balance: Array
     deleted: NDArray[np.int64]
@@ -62,6 +68,9 @@ class CuttingResult:
         the first tenth of the work.
     hourglass_ratio_percent : float
         Largest hourglass over internal energy on the way to the peak, after the first tenth of the work.
+    contact_energy_percent : float
+        Smallest share of the blade's work that contact has held back until the stem breaks, after the first tenth of
+        the work. Friction and damping only take: a share below 0 is energy that the numbers have created.
     break_travel : float or None
         Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond tells of the mesh and of the
         swinging stem rather than of the material. None if it does not break.
@@ -79,6 +88,7 @@ class CuttingResult:
     energy_drift_percent: float
     kinetic_ratio_percent: float
     hourglass_ratio_percent: float
+    contact_energy_percent: float
     stroke_was_enough: bool
     warnings: tuple[str, ...]
     history: ForceHistory
@@ -107,6 +117,10 @@ def force_history(test: ShearTest, history: History, scale: float) -> ForceHisto
         hourglass=scale * history.hourglass,
         eroded=scale * history.eroded,
         contact=scale * history.contact,
+        contact_edge=scale * history.held[:, EDGE].sum(axis=1),
+        contact_flanks=scale * history.held[:, SURFACE, 0],
+        contact_supports=scale * history.held[:, SURFACE, 1:].sum(axis=1),
+        contact_friction=scale * history.held[:, FRICTION].sum(axis=1),
         external=scale * history.external,
         balance=scale * history.balance,
         deleted=history.deleted,
@@ -214,6 +228,7 @@ def evaluate(
         energy_drift_percent=checks["energy_drift_percent"],
         kinetic_ratio_percent=checks["kinetic_ratio_percent"],
         hourglass_ratio_percent=checks["hourglass_ratio_percent"],
+        contact_energy_percent=_least_contact_percent(curve, broken),
         stroke_was_enough=end.was_enough,
         stroke_end=end.kind,
         warnings=(*_warnings(end, **checks), *_after_break(curve, peak, broken)),
@@ -247,6 +262,13 @@ def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
     rows = np.arange(len(part))
     counted = (rows <= until) & (curve.external > _BEGINNING * max(curve.external[until], 1e-12))
     return float(100.0 * np.max(part[counted] / curve.internal[counted], initial=0.0))
+
+
+def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
+    """Return the smallest contact/work in percent until the break, past the first tenth of the work done by then."""
+    work, contact = curve.external[:broken], curve.contact[:broken]
+    counted = work > _BEGINNING * max(work.max(), 1e-12)
+    return float(100.0 * np.min(contact[counted] / work[counted], initial=100.0))
 
 
 def _warnings(

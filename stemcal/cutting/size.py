@@ -9,8 +9,6 @@ from stemcal.cutting.build import EVEN_SHARE, around_half, pairs_along, through_
 from stemcal.cutting.parts import Discretisation, Stem
 from stemcal.fem.model import ElementKind
 
-__all__ = ["MeshSize", "mesh_size"]
-
 # What building and integrating a model takes at its most, bytes per element; `tests/cutting/test_size.py` measures it.
 _BYTES: dict[ElementKind, float] = {"one_point": 2900.0, "full": 3800.0}
 

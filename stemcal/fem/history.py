@@ -22,10 +22,12 @@ class History:
         Mean force of the body on each tool over the interval that ends there: impulse over its length.
     height : array (R, T)
         z of each tool, mm.
-    kinetic, internal, hourglass, eroded, external, contact : array (R,)
+    kinetic, internal, hourglass, eroded, external : array (R,)
         Energies. `internal` and `hourglass` are of standing elements, `eroded` what eroded elements and nodes took
-        with them, `external` the work of tools and loads, `contact` what of it friction, damping and the penalty
-        springs hold.
+        with them, `external` the work of tools and loads.
+    held : array (R, 3, T)
+        What of that work contact holds or has turned into heat: the surface of each tool by penalty springs and
+        damping, its edge, and the friction of both. No share of it can be negative but by numerical error.
     deleted : array (R,)
         Eroded elements.
     steps : int
@@ -46,12 +48,17 @@ class History:
     hourglass: Array
     eroded: Array
     external: Array
-    contact: Array
+    held: Array
     deleted: NDArray[np.int64]
     steps: int
     x: Array
     state: Array
     standing: NDArray[np.bool_]
+
+    @property
+    def contact(self) -> Array:
+        """All that contact holds (R,), mJ."""
+        return np.asarray(self.held.sum(axis=(1, 2)))
 
     @property
     def balance(self) -> Array:

@@ -31,7 +31,7 @@ from stemcal.fem.kernels.element import MaterialNumbers
 from stemcal.fem.kernels.erosion import Exchange
 from stemcal.fem.kernels.full import POINT_RATE_FACTOR, POINT_ROWS
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
-from stemcal.fem.kernels.nodes import CHUNK, Pushes, see
+from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, see
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
@@ -152,7 +152,14 @@ def _precision(model: Model) -> np.dtype[Any]:
 
 def _ledger(tools: int, nodes: int) -> Ledger:
     sums = np.zeros((-(-nodes // CHUNK), 2))
-    return Ledger(np.zeros((tools, 3)), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), sums)
+    return Ledger(
+        impulse=np.zeros((tools, 3)),
+        held=np.zeros(KINDS * tools),
+        external_work=np.zeros(1),
+        lost_kinetic=np.zeros(1),
+        kinetic=np.zeros(1),
+        node_sums=sums,
+    )
 
 
 def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topology, volumes: Array) -> Body:
@@ -175,7 +182,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         v=v,
         seen=_seen(x, v, mesh, element_state.dtype),
         f=nodal_zeros(len(x) + RUN + len(lanes.late), element_state.dtype),
-        pushes=no_pushes(len(x)),
+        pushes=no_pushes(len(x), len(model.tools)),
         loads=none if model.loads is None else np.array(model.loads, dtype=float, order="F"),
         mass=mass,
         inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
@@ -194,13 +201,14 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
     return body
 
 
-def no_pushes(nodes: int) -> Pushes:
-    """Return room for the forces of contact on so many nodes."""
+def no_pushes(nodes: int, tools: int) -> Pushes:
+    """Return room for the forces of contact of so many tools on so many nodes."""
+    sources = KINDS * tools
     return Pushes(
-        np.zeros((nodes, 3), order="F"),
-        np.zeros(nodes, dtype=np.int32),
-        np.zeros(1, dtype=np.int64),
-        np.zeros(nodes, dtype=bool),
+        np.zeros((sources, nodes, 3)),
+        np.zeros((sources, nodes), dtype=np.int32),
+        np.zeros(sources, dtype=np.int64),
+        np.zeros((sources, nodes), dtype=bool),
     )
 
 

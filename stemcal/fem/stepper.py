@@ -13,7 +13,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
 from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED
-from stemcal.fem.kernels.nodes import kinetic_energy
+from stemcal.fem.kernels.nodes import KINDS, kinetic_energy
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, start
 from stemcal.fem.threads import March, Marching
@@ -138,7 +138,7 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
         "hourglass": float(hourglass[alive].sum()),
         "eroded": float(internal[~alive].sum() + hourglass[~alive].sum() + ledger.lost_kinetic[0]),
         "external": float(ledger.external_work[0]),
-        "contact": float(ledger.tool_work[0] - ledger.contact_work[0]),
+        "held": ledger.held.reshape(KINDS, -1).copy(),
         "deleted": int((~state.topology.standing).sum()),
     }
 

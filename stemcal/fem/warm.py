@@ -5,12 +5,9 @@ from __future__ import annotations
 import functools
 import logging
 import os
+import pickle
 import platform
 import shutil
-import signal
-import subprocess
-import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -21,6 +18,7 @@ import llvmlite.binding
 import numba
 from filelock import FileLock
 
+from stemcal.child import Child, ChildDied
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels import march
 from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
@@ -32,16 +30,13 @@ from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
 from stemcal.fem.threads import shares_of
-from stemcal.interrupts import HEARTBEAT_S, put_off
+from stemcal.interrupts import put_off
 
 logger = logging.getLogger(__name__)
 
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
 _LOCK = ".compiling"
-_loading = threading.Lock()
-# How a process ends that Ctrl-C has ended, on POSIX and on Windows.
-_INTERRUPTED = (-signal.SIGINT, 0xC000013A)
 _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
 
@@ -71,16 +66,15 @@ def compile_once(precision: Precision = "double") -> None:
     """
     _tell_of_spare()
     with _one_at_a_time(_mark(precision)):
-        if is_compiled(precision) or _done_elsewhere(compile_all, precision):
+        if is_compiled(precision) or _compiled_elsewhere(precision):
             return
         _empty_cache()  # there may be damaged entries of a compilation that was broken off
-        if not _done_elsewhere(compile_all, precision):
+        if not _compiled_elsewhere(precision):
             _load(precision)
 
 
 def _load(precision: Precision) -> None:
-    with put_off():  # in the middle of numba or LLVM an interrupt gets lost, or memory is freed twice
-        _load_numba()
+    with put_off():  # in the middle of LLVM's code an exception may have memory freed twice
         _smallest_simulation(precision)
 
 
@@ -105,22 +99,6 @@ def _tell_of_spare() -> None:
         "temporary folder; set STEMCAL_CACHE_DIR to a folder of your own",
         unusable(own_folder()) or own_folder(),
     )
-
-
-def _load_numba() -> None:
-    """Load what numba needs to compile, but not SciPy's linear algebra, only to see that it is there: a third of it.
-
-    Whatever needs that looks for it once more.
-    """
-    with _loading:
-        from numba.np import linalg
-
-        real: Any = linalg.ensure_blas
-        linalg.ensure_blas = lambda: None
-        try:
-            from numba.np import arraymath  # noqa: F401
-        finally:
-            linalg.ensure_blas = real
 
 
 @contextmanager
@@ -173,57 +151,32 @@ def sweep(cache: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-def _done_elsewhere(function: Callable[[Precision], None], precision: Precision) -> bool:
-    """Call a function of this module in a process of its own; tell whether it came to its end.
-
-    That process ends with this one, or with the wait for it.
-    """
-    if not sys.executable:
-        return False
+def _compiled_elsewhere(precision: Precision) -> bool:
+    """Compile in a process of its own; tell whether that came to its end."""
     try:
-        with _process(function, precision) as other:
-            _wait_for(other)
-    except OSError:
+        with _calling(compile_all, precision):
+            return True
+    except (ChildDied, OSError):
         return False
-    if other.returncode in _INTERRUPTED:  # by the terminal that this process, or a thread of it, also heard
-        raise KeyboardInterrupt
-    return other.returncode == 0
 
 
 @contextmanager
-def _process(function: Callable[[Precision], None], precision: Precision) -> Iterator[subprocess.Popen[bytes]]:
-    call = f"import {__name__} as warm; warm.get_ready_to_compile(); warm.{function.__name__}({precision!r})"
-    line = [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
-    none = subprocess.DEVNULL
-    with subprocess.Popen(line, stdin=subprocess.PIPE, stdout=none, stderr=none) as other:
-        try:
-            yield other
-        except BaseException:
-            other.kill()
-            other.wait()  # after Ctrl-C `Popen` itself does not
-            raise
-
-
-def _wait_for(other: subprocess.Popen[bytes]) -> None:
-    while other.poll() is None:
-        with suppress(subprocess.TimeoutExpired):
-            other.wait(HEARTBEAT_S)
-
-
-def get_ready_to_compile() -> None:
-    """Load what compiling needs, and let this process end when the one does that has started it."""
-    _load_numba()  # first: on Windows some libraries cannot be loaded while a thread reads from stdin
-
-    def end_with_stdin() -> None:
-        os.read(sys.stdin.fileno(), 1)
-        os._exit(1)
-
-    threading.Thread(target=end_with_stdin, daemon=True).start()
+def _calling(function: Callable[[Precision], None], precision: Precision) -> Iterator[None]:
+    """Have a function called by a process of its own and wait for it at the end of the block."""
+    child = Child()
+    try:
+        child.tell(pickle.dumps((function, (precision,), {})))
+        yield
+        _, error = child.answer()
+        if error is not None:
+            raise error
+    finally:
+        child.kill()
 
 
 def compile_all(precision: Precision) -> None:
     """Compile what a step calls, contact in a second process beside this one, and then what calls all that."""
-    with _process(compile_contact, precision) as beside:
+    with _calling(compile_contact, precision):
         state = start(_smallest_model(precision))
         body, topology, clock = state.body, state.topology, state.clock
         _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
@@ -232,7 +185,6 @@ def compile_all(precision: Precision) -> None:
         _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
         _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
         _compile(march.finish_step, body, state.tools, clock, state.ledger)
-        _wait_for(beside)
     _smallest_simulation(precision)
 
 

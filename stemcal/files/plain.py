@@ -5,17 +5,17 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
-__all__ = ["open_plain", "read_plain"]
+__all__ = ["MIB", "open_plain", "read_plain"]
 
-_MEGA = 1_000_000
+MIB = 2**20
 # A pipe without a writer must not wait for one, a terminal must not become ours. Windows has neither flag.
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 
 
-def open_plain(path: Path) -> BinaryIO:
+def open_plain(path: Path) -> BufferedReader:
     """Open a plain file for reading; a link to one is one.
 
     Raises
@@ -44,12 +44,12 @@ def read_plain(path: Path, most: int) -> bytes:
     with open_plain(path) as file:
         content = file.read(most + 1)
     if len(content) > most:
-        raise OSError(errno.EFBIG, f"is larger than {most / _MEGA:.3g} MB", str(path))
+        raise OSError(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
     return content
 
 
 def _refuse_others(found: os.stat_result, path: Path) -> None:
     if stat.S_ISDIR(found.st_mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder, not a file", str(path))
+        raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
     if not stat.S_ISREG(found.st_mode):
         raise OSError(errno.EINVAL, "is no plain file but a device, a pipe or a socket", str(path))

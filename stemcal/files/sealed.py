@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from stemcal.files.durable import as_json, digest
+from stemcal.files.plain import MIB, read_plain
 
-__all__ = ["SEAL", "Broken", "opened", "sealed", "take_as_agreed"]
+__all__ = ["SEAL", "Broken", "opened", "sealed"]
 
 SEAL = "sha256"
-MAX_BYTES = 64 * 2**20
+MAX_BYTES = 64 * MIB
 # SHA-256 of the bytes that agreed with their seal: a file is read many times in a command, but worked out anew once.
 _AGREED: set[bytes] = set()
 
@@ -42,25 +43,18 @@ def opened(path: Path) -> tuple[dict[str, Any], bool]:
         If a bit of it has changed since it was sealed, or it never held a JSON object.
     """
     try:
-        with path.open("rb") as file:
-            blob = file.read(MAX_BYTES + 1)
+        blob = read_plain(path, MAX_BYTES)
     except FileNotFoundError:
         raise
-    except OSError as error:  # a folder in its place, a file that may not be read
-        raise Broken("is a folder" if path.is_dir() else f"cannot be read: {error.strerror}") from None
-    if len(blob) > MAX_BYTES:
-        raise Broken(f"is larger than {MAX_BYTES // 2**20} MiB")
+    except OSError as error:  # a folder or a device in its place, a file that may not be read, or is too large
+        why = error.strerror or ""
+        raise Broken(why if why.startswith("is ") else f"cannot be read: {why}") from None
     content = _parsed(blob)
     if SEAL not in content:
         return content, False
     if not _agrees(blob, content, content.pop(SEAL)):
         raise Broken("does not agree with its SHA-256")
     return content, True
-
-
-def take_as_agreed(sums: Iterable[bytes]) -> None:
-    """Take the word of an earlier command that files with these SHA-256 agree with their seals."""
-    _AGREED.update(sums)
 
 
 def _parsed(blob: bytes) -> dict[str, Any]:

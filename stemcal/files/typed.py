@@ -24,9 +24,9 @@ class Tagged:
     kinds: ClassVar[dict[str, type[Tagged]]] = {}
     """Every kind of the modules that are imported, by its name."""
 
-    def __init_subclass__(cls) -> None:
-        """Name the kind after its class: ``FlatResponse`` is ``flat_response``."""
-        cls.kind = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+    def __init_subclass__(cls, kind: str = "") -> None:
+        """Name the kind, after its class if not otherwise: ``FlatResponse`` is ``flat_response``."""
+        cls.kind = kind or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         Tagged.kinds[cls.kind] = cls
 
     def tags(self) -> dict[str, str]:

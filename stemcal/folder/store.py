@@ -27,6 +27,7 @@ from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import as_json, plain, remove_leftovers, write_durably
+from stemcal.files.plain import read_plain
 from stemcal.files.rows import Table
 from stemcal.files.sealed import Broken, opened, sealed
 from stemcal.files.typed import absent, from_json, to_json
@@ -37,6 +38,7 @@ logger = logging.getLogger(__name__)
 
 SCHEMA_VERSION = 2  # of stage files
 SPEC_PLACE = "spec-path.txt"
+_MOST_NOTE = 1 << 16  # bytes
 UNSEALED = "has no SHA-256 by which a changed digit could be seen: an earlier version wrote it, or somebody took it out"
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
@@ -162,7 +164,7 @@ class StudyFolder:
 
     def _signature(self) -> Holder:
         try:
-            return from_json(Holder, json.loads(self._holder_file.read_text(encoding="utf-8")))
+            return from_json(Holder, json.loads(read_plain(self._holder_file, _MOST_NOTE)))
         except (OSError, ValueError):
             return Holder()
 
@@ -274,7 +276,7 @@ class StudyFolder:
     def remembered_spec(self) -> Path | None:
         """Return the place of the spec, None if nobody has told it."""
         try:
-            return Path((self.path / SPEC_PLACE).read_text(encoding="utf-8").strip())
+            return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode().strip())
         except OSError:
             return None
 

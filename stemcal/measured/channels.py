@@ -14,7 +14,7 @@ from stemcal.errors import UsageError
 from stemcal.measured.columns import columns_of, given_column, matching
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
 from stemcal.measured.numerals import shown
-from stemcal.measured.reading import Table
+from stemcal.measured.text_tables import TextTable
 from stemcal.measured.vocabulary import FORCE, TIME, TRAVEL, plain
 
 NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
@@ -50,7 +50,7 @@ class Channels:
     label: str = ""
 
 
-def channels_of(table: Table, choice: Choice) -> tuple[list[Channels], list[str]]:
+def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[str]]:
     """Return the channels of every specimen in a table, and what must be said about the choice.
 
     Raises
@@ -71,7 +71,7 @@ def channels_of(table: Table, choice: Choice) -> tuple[list[Channels], list[str]
     return [Channels(a, u, timed, label) for (a, u), label in zip(pairs, labels, strict=True)], remarks
 
 
-def _forces(table: Table, choice: Choice) -> list[int]:
+def _forces(table: TextTable, choice: Choice) -> list[int]:
     if choice.force is not None:
         return _given(table, choice.force, "force")
     found = matching(table, FORCE, NEWTONS)
@@ -80,7 +80,7 @@ def _forces(table: Table, choice: Choice) -> list[int]:
     return found
 
 
-def _acrosses(table: Table, choice: Choice, remarks: list[str]) -> tuple[list[int], bool]:
+def _acrosses(table: TextTable, choice: Choice, remarks: list[str]) -> tuple[list[int], bool]:
     """Return the columns of displacement; those of time if there are none, and whether it is time."""
     if choice.displacement is not None:
         return _given(table, choice.displacement, "displacement"), False
@@ -99,7 +99,7 @@ def _acrosses(table: Table, choice: Choice, remarks: list[str]) -> tuple[list[in
     raise UsageError(f"{where}; name it with --displacement-column")
 
 
-def _given(table: Table, given: str, what: str) -> list[int]:
+def _given(table: TextTable, given: str, what: str) -> list[int]:
     """Return the columns of one name, or of several numbers or names between commas."""
     if given in table.columns or "," not in given:
         return [given_column(table, given, what)]
@@ -107,7 +107,7 @@ def _given(table: Table, given: str, what: str) -> list[int]:
 
 
 def _paired(
-    table: Table, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, remarks: list[str]
+    table: TextTable, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, remarks: list[str]
 ) -> list[tuple[int, int]]:
     """Return displacement (or time) and force of every specimen."""
     named = (choice.displacement or choice.time) is not None
@@ -133,7 +133,7 @@ def _paired(
     return [(acrosses[0], ups[0])]
 
 
-def _as_given(table: Table, acrosses: Sequence[int], ups: Sequence[int]) -> list[tuple[int, int]]:
+def _as_given(table: TextTable, acrosses: Sequence[int], ups: Sequence[int]) -> list[tuple[int, int]]:
     """Pair columns in the order in which they were given; one displacement may serve all forces."""
     if len(acrosses) == 1:
         acrosses = [acrosses[0]] * len(ups)
@@ -145,18 +145,18 @@ def _as_given(table: Table, acrosses: Sequence[int], ups: Sequence[int]) -> list
     return list(zip(acrosses, ups, strict=True))
 
 
-def _unclear(table: Table) -> UsageError:
+def _unclear(table: TextTable) -> UsageError:
     return UsageError(
         f"{table.source}: the headings {columns_of(table)} do not tell whether these are several specimens or several "
         f"channels of one; {NAME_THEM}, several as in --force-column 2,4 --displacement-column 1,3"
     )
 
 
-def _name(table: Table, column: int) -> str:
+def _name(table: TextTable, column: int) -> str:
     return shown(table.columns[column])
 
 
-def _are_alike(table: Table, columns: Sequence[int]) -> bool:
+def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
     """Tell whether names differ in numbers or single letters at most, and units not at all."""
     roots = {tuple(filter(_is_word, re.split(r"[\W\d_]+", plain(table.columns[i])))) for i in columns}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
@@ -173,7 +173,7 @@ def _alternate(acrosses: Sequence[int], ups: Sequence[int]) -> bool:
     return kinds in ("au" * count, "ua" * count, "a" * count + "u" * count, "u" * count + "a" * count)
 
 
-def _labels(table: Table, pairs: Sequence[tuple[int, int]]) -> list[str]:
+def _labels(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[str]:
     """Return a name for every specimen: what stands over its columns, else its number."""
     found, end = [], -1
     for pair in pairs:

@@ -6,14 +6,19 @@ from collections.abc import Collection, Sequence
 
 from stemcal.errors import UsageError
 from stemcal.measured.numerals import shown
-from stemcal.measured.reading import Table
+from stemcal.measured.text_tables import TextTable
 from stemcal.measured.vocabulary import OTHERS, is_called
 
 _MOST_SHOWN = 12
 
 
 def find_column(
-    table: Table, words: Sequence[str], what: str, remedy: str, given: str | None = None, known: Collection[str] = ()
+    table: TextTable,
+    words: Sequence[str],
+    what: str,
+    remedy: str,
+    given: str | None = None,
+    known: Collection[str] = (),
 ) -> int:
     """Return the column that `given` names (or numbers from 1), else the first of those that `matching` gives.
 
@@ -30,7 +35,7 @@ def find_column(
     return found[0]
 
 
-def matching(table: Table, words: Sequence[str], known: Collection[str] = ()) -> list[int]:
+def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()) -> list[int]:
     """Return the columns whose names hold one of the words: of several those with a unit that is `known`.
 
     Stress, strain and speeds are none: 应力 holds the word for force.
@@ -41,7 +46,7 @@ def matching(table: Table, words: Sequence[str], known: Collection[str] = ()) ->
     return [i for i in found if table.units[i] in known] or [i for i in found if not table.units[i]] or found
 
 
-def scale_of(table: Table, column: int, known: dict[str, float], default: str, given: str | None = None) -> float:
+def scale_of(table: TextTable, column: int, known: dict[str, float], default: str, given: str | None = None) -> float:
     """Return the factor that turns a column into `default` (N, mm or s)."""
     unit = given or table.units[column] or default
     for name, factor in known.items():
@@ -51,7 +56,7 @@ def scale_of(table: Table, column: int, known: dict[str, float], default: str, g
     raise UsageError(f"{where}: unknown unit {shown(unit)}; use one of {', '.join(known)}")
 
 
-def given_column(table: Table, given: str, what: str) -> int:
+def given_column(table: TextTable, given: str, what: str) -> int:
     """Return the column of a name or number that was given."""
     if given in table.columns:
         return table.columns.index(given)
@@ -60,7 +65,7 @@ def given_column(table: Table, given: str, what: str) -> int:
     raise UsageError(f"{table.source}: no column {shown(given)} for {what}; there are {columns_of(table)}")
 
 
-def columns_of(table: Table) -> str:
+def columns_of(table: TextTable) -> str:
     """Return the names of the columns; of columns without names the range of their numbers."""
     names = table.columns[:_MOST_SHOWN]
     listed = [shown(name) if table.headed else f"{name} ({_range(table, i)})" for i, name in enumerate(names)]
@@ -68,6 +73,6 @@ def columns_of(table: Table) -> str:
     return ", ".join(listed) + (f" and {more} more" if more else "")
 
 
-def _range(table: Table, column: int) -> str:
+def _range(table: TextTable, column: int) -> str:
     values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]
     return f"{min(values):g} to {max(values):g}" if values else "no numbers"

@@ -17,8 +17,8 @@ from stemcal.measured.columns import columns_of, given_column, matching, scale_o
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.normality import LEAST, NormalityTest, anderson_darling, shapiro_wilk
 from stemcal.measured.numerals import is_missing, shown
-from stemcal.measured.reading import Form, Table, read_table
 from stemcal.measured.samples import Summary, summarise
+from stemcal.measured.text_tables import Form, TextTable, read_table
 from stemcal.measured.vocabulary import DIAMETER, LABEL, is_called
 
 SHARE = 0.95  # of the stems that proposed grades must hold
@@ -39,7 +39,7 @@ class Grade:
 
 
 @dataclass(frozen=True)
-class Stem:
+class MeasuredStem:
     """A stem and the mean of its readings, mm."""
 
     stem: str
@@ -51,7 +51,7 @@ class Diameters:
     """The stems of a field in numbers; `share_percent` of them lie in a grade."""
 
     source: str
-    stems: Rows[Stem]
+    stems: Rows[MeasuredStem]
     readings: int
     summary: Summary = inline()
     normality: tuple[NormalityTest, ...]
@@ -85,7 +85,7 @@ def measure_diameters(
     shared = graded(values, summary, sorted(grades) or proposed_grades(values, step), step)
     return Diameters(
         source=path.name,
-        stems=Rows(map(Stem, stems, values)),
+        stems=Rows(map(MeasuredStem, stems, values)),
         readings=sum(map(len, stems.values())),
         summary=summary,
         normality=tests,
@@ -109,7 +109,7 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
             raise UsageError(f"--grades: {low:g} and {high:g} mm overlap at a width of {step:g} mm; see --step")
 
 
-def stems_of(table: Table, given: str | None = None) -> dict[str, list[float]]:
+def stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float]]:
     """Return the readings (mm) of every stem: those of its row, and of all rows that carry its label."""
     label = _label_column(table)
     columns = _given_columns(table, given) if given else [i for i in _reading_columns(table, label) if i != label]
@@ -136,7 +136,7 @@ def checked_diameter(value: float, place: str) -> float:
     return value
 
 
-def _label_column(table: Table) -> int | None:
+def _label_column(table: TextTable) -> int | None:
     """Return the column that names the stems: by its name, or because it counts them or holds words."""
     names = table.columns if table.headed else ()
     named = [index for index, name in enumerate(names) if is_called(name, LABEL)]
@@ -148,14 +148,14 @@ def _label_column(table: Table) -> int | None:
     return 0 if len(table.columns) > 1 and (counts or words) else None
 
 
-def _given_columns(table: Table, given: str) -> list[int]:
+def _given_columns(table: TextTable, given: str) -> list[int]:
     """Return the columns of one name, or of several between commas."""
     if given in table.columns:
         return [table.columns.index(given)]
     return [given_column(table, part.strip(), "diameters") for part in given.split(",")]
 
 
-def _reading_columns(table: Table, label: int | None) -> list[int]:
+def _reading_columns(table: TextTable, label: int | None) -> list[int]:
     """Return the columns called diameters, or the only one of numbers beside the labels if none has a heading."""
     named = matching(table, DIAMETER, MILLIMETRES)
     if named:

@@ -25,7 +25,7 @@ class Line(NamedTuple):
     remark: bool = False
 
 
-class Run(NamedTuple):
+class DataRun(NamedTuple):
     """First line of the data, the line past the last, and how many cells a full line has."""
 
     begin: int
@@ -55,9 +55,9 @@ def cells_of(text: str, separator: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
-def data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> Run:
+def data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> DataRun:
     """Return the longest run of data; with `ragged`, shorter lines go on with it."""
-    best, most, begin, width, filled = Run(0, 0, 0), 0, 0, 0, 0
+    best, most, begin, width, filled = DataRun(0, 0, 0), 0, 0, 0, 0
     for index, line in enumerate(lines):
         if not line.cells:
             continue  # an empty line ends nothing
@@ -69,11 +69,11 @@ def data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> Run:
             begin, width, filled = index, len(line.cells), 0
         filled += 1
         if filled > most:
-            best, most = Run(begin, index + 1, width), filled
+            best, most = DataRun(begin, index + 1, width), filled
     return best
 
 
-def data_rows(lines: Sequence[Line], run: Run) -> Iterator[tuple[str, ...]]:
+def data_rows(lines: Sequence[Line], run: DataRun) -> Iterator[tuple[str, ...]]:
     """Yield the rows of a run, shorter ones filled up with empty cells."""
     for line in lines[run.begin : run.end]:
         if line.cells:
@@ -87,7 +87,7 @@ def like_data(lines: Sequence[Line], width: int, decimal: str) -> int:
     )
 
 
-def broken_line(lines: Sequence[Line], run: Run, decimal: str) -> int | None:
+def broken_line(lines: Sequence[Line], run: DataRun, decimal: str) -> int | None:
     """Return the line that cuts a table in two: of another number of cells, with like rows on both sides of it.
 
     A line of words alone, as between two cycles of a test, cuts nothing.
@@ -120,7 +120,7 @@ class Heading(NamedTuple):
     found: bool
 
 
-def heading_of(lines: Sequence[Line], run: Run, decimal: str) -> Heading:
+def heading_of(lines: Sequence[Line], run: DataRun, decimal: str) -> Heading:
     """Return the heading of a run: the line above it, a line of units between, a line of labels over that."""
     above: list[tuple[int, Sequence[str]]] = []
     for index in range(run.begin - 1, -1, -1):

@@ -11,13 +11,13 @@ from pathlib import Path
 from stemcal.errors import UsageError
 from stemcal.files.typed import inline
 from stemcal.measured.columns import find_column, matching, scale_of
-from stemcal.measured.curves import Curve, CurveOptions, read_curves
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.numerals import shown
 from stemcal.measured.outliers import Grubbs, grubbs
-from stemcal.measured.reading import Form, read_table
 from stemcal.measured.samples import Summary, summarise
+from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
+from stemcal.measured.text_tables import Form, read_table
 from stemcal.measured.vocabulary import DIAMETER, FILE, GRADE
 from stemcal.power_law import PowerLaw, fit_power_law
 
@@ -26,13 +26,13 @@ _MOST_NAMES = 10  # of specimens in one remark
 
 
 @dataclass(frozen=True)
-class Specimen:
+class TestedSpecimen:
     """One piece of stem: its grade, its diameter (mm) and its curve."""
 
     name: str
     grade: float
     diameter: float
-    curve: Curve
+    curve: ShearCurve
     excluded: bool = False
 
 
@@ -51,7 +51,7 @@ class SpecimenRow:
     remarks: tuple[str, ...]
 
     @classmethod
-    def of(cls, specimen: Specimen) -> SpecimenRow:
+    def of(cls, specimen: TestedSpecimen) -> SpecimenRow:
         """Return a specimen in numbers."""
         s, c = specimen, specimen.curve
         numbers = (c.max_force, c.travel_at_max, c.work_to_max, c.trimmed)
@@ -77,7 +77,7 @@ class GradeForces:
 class ShearTests:
     """A whole campaign; `notes` are on what belongs to no specimen."""
 
-    specimens: tuple[Specimen, ...]
+    specimens: tuple[TestedSpecimen, ...]
     grades: tuple[GradeForces, ...]
     power_law: PowerLaw | None
     synthetic: bool
@@ -151,7 +151,7 @@ def measure_shear(
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
 
-def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[Specimen]) -> list[str]:
+def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]) -> list[str]:
     """Return a remark on what the index names and nobody has brought."""
     there = {path.name for path in files} | {path.stem for path in files} | {s.name for s in specimens}
     missing = [name for name in index if name not in there and _without_suffix(name) not in there]
@@ -174,7 +174,7 @@ def _equal_names(files: Sequence[Path]) -> Iterator[str]:
             yield f"{' and '.join(names)} have one name: one specimen twice? narrow with --pattern"
 
 
-def _equal_curves(specimens: Sequence[Specimen]) -> Iterator[str]:
+def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[str]:
     """Yield a remark on specimens whose curves are the same to the last digit."""
     alike: dict[bytes, list[str]] = {}
     for specimen in specimens:
@@ -239,7 +239,7 @@ def _specimens(
     how: CurveOptions,
     index: Mapping[str, tuple[float, float | None]],
     exclude: Collection[str],
-) -> list[Specimen]:
+) -> list[TestedSpecimen]:
     """Return the specimens of one file; `repeated` tells that another file has the same name but for its end."""
     try:
         curves = read_curves(path, how)
@@ -252,8 +252,8 @@ def _specimens(
 
 
 def _specimen(
-    path: Path, name: str, curve: Curve, index: Mapping[str, tuple[float, float | None]], exclude: Collection[str]
-) -> Specimen:
+    path: Path, name: str, curve: ShearCurve, index: Mapping[str, tuple[float, float | None]], exclude: Collection[str]
+) -> TestedSpecimen:
     """Return one specimen with its diameter and grade."""
     entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
     listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
@@ -268,7 +268,7 @@ def _specimen(
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
     checked_diameter(nominal, f"{path}: specimen {shown(name)}: grade")
-    return Specimen(name, nominal, diameter, curve, name in exclude)
+    return TestedSpecimen(name, nominal, diameter, curve, name in exclude)
 
 
 def named_grade(path: Path) -> float | None:
@@ -284,7 +284,7 @@ def named_grade(path: Path) -> float | None:
     return None
 
 
-def _grade(diameter: float, specimens: Sequence[Specimen], alpha: float) -> GradeForces:
+def _grade(diameter: float, specimens: Sequence[TestedSpecimen], alpha: float) -> GradeForces:
     forces = [specimen.curve.max_force for specimen in specimens]
     test = grubbs(forces, alpha)
     suspect = specimens[test.index].name if test and test.is_outlier else None

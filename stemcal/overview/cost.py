@@ -1,43 +1,40 @@
 """What a study takes on this machine: its runs, and what comes beside them.
 
 How long a run takes is known best from the runs that the study already has, else from half a second of a run like it,
-else from the solver's own guess. What comes beside, starting, statistics and page, is Python's: it is told in times of
-a small task of calls, texts and tables, which is measured; an empty loop is no likeness of them.
+else from the solver's own guess. What comes beside it is a constant of a small machine; compiling is told by the last
+time.
 """
 
 from __future__ import annotations
 
-import gc
 import socket
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heapreplace
 from itertools import islice
+from typing import Literal
 
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
 from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Timed
-from stemcal.words import counted
-
-__all__ = ["Costs", "beside", "costs_of", "elapsed"]
 
 _MOST_RECORDS = 50  # that are looked at
-# In thousands of small tasks (1.8 to 3.5 ms each where this was measured): starting and statistics; what workers add;
-# compiling.
-_STARTING, _WORKERS, _COMPILING = 1.0, 0.75, 9.5
+# Of two cores at 2.1 GHz, s: starting and statistics; what workers add; compiling, as long as it was never timed.
+_STARTING, _WORKERS, _COMPILING = 2.5, 1.5, 30.0
 # So too: the page, and loading what draws; figures, which workers share.
-_PAGE, _FIGURES = 0.2, 1.5
-_WATCHED_S = 0.3  # how long small tasks are timed
+_PAGE, _FIGURES = 0.5, 4.0
+
+Source = Literal["none", "guess", "tried", "recorded"]
+"""How costs are known: by the solver's guess, by half a second of a run here, by runs recorded here."""
 
 
 @dataclass(frozen=True)
 class Costs:
-    """The seconds of a run on one core, None where nobody can tell, and how they are known."""
+    """The seconds of a run on one core, None where nothing tells, how they are known, from how many recorded runs."""
 
     of: Callable[[Request], float] | None
-    source: str = ""
+    source: Source = "none"
+    recorded: int = 0
 
 
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs:
@@ -46,13 +43,13 @@ def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs
     recorded = [] if folder is None else list(islice(_recorded(solver, folder, guess), _MOST_RECORDS))
     if taken := sum(seconds for seconds, _ in recorded):
         pace = taken / sum(guessed for _, guessed in recorded)
-        return Costs(lambda request: pace * guess(request), f"{counted(len(recorded), 'run')} recorded on this machine")
+        return Costs(lambda request: pace * guess(request), "recorded", len(recorded))
     if not isinstance(solver, Estimating):
         return Costs(None)
     tried = solver.pace(like) if isinstance(solver, Timed) else None
     if tried is None:
-        return Costs(guess, "a guess" if isinstance(solver, Timed) else "")
-    return Costs(lambda request: tried * guess(request), "half a second of a run on this machine")
+        return Costs(guess, "guess" if isinstance(solver, Timed) else "none")
+    return Costs(lambda request: tried * guess(request), "tried")
 
 
 def _alike(_request: Request) -> float:
@@ -90,47 +87,7 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
 
 def beside(solver: Solver, workers: int) -> float:
     """Return the seconds that compiling, starting, statistics and, drawn by so many workers, the page take."""
-    tasks = 1000.0 * _small_task(_WATCHED_S)
     compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
     if isinstance(solver, Immediate):
-        needed = _STARTING + _PAGE + _FIGURES
-    else:
-        needed = _STARTING + _WORKERS + _PAGE + _FIGURES / workers
-    return needed * tasks + (_COMPILING * tasks if compiling is None else compiling)
-
-
-@dataclass(frozen=True)
-class _Place:
-    x: float
-    y: float
-
-    def moved(self) -> _Place:
-        return _Place(self.x + 1.0, 0.5 * self.y)
-
-
-def _small_task(watched: float) -> float:
-    """Return how many seconds Python takes to make some objects, write them as text and keep them in a table.
-
-    The mean over so many seconds: machines change their pace many times in one. What the collector of garbage takes
-    depends on all that this process has loaded, so it is kept still.
-    """
-    begun, done = time.perf_counter(), 0
-    with _uncollected():
-        while done == 0 or time.perf_counter() - begun < watched:
-            place, table = _Place(1.0, 2.0), {}
-            for i in range(1500):
-                place = place.moved()
-                table[f"{i % 97}:{place.x:.1f}"] = (place, i)
-            done += 1
-    return (time.perf_counter() - begun) / done
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collects:
-            gc.enable()
+        return _STARTING + _PAGE + _FIGURES
+    return _STARTING + _WORKERS + _PAGE + _FIGURES / workers + (_COMPILING if compiling is None else compiling)

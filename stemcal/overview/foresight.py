@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from stemcal.folder.store import StudyFolder
+from stemcal.notes import Note
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Weighing
 from stemcal.study.model import EmbeddedSolver, Study
-
-__all__ = ["MOST_HOURS", "Demand", "Left", "demand_of_left", "demand_of_one", "excess", "in_bytes", "left_to_run"]
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
 
@@ -67,44 +66,29 @@ def _demand(requests: Iterable[Request], solver: Solver) -> Demand:
     return Demand(len(runs), seconds, memory)
 
 
-def excess(demand: Demand, workers: int, memory: float | None) -> list[str]:
-    """Say what is more than this machine's memory (bytes, None if it is not known), or than `MOST_HOURS`."""
-    said = []
+@dataclass(frozen=True)
+class TooMuchMemory(Note):
+    """Runs need more memory than this machine has, bytes; with at most `workers` at a time they would not, 0: none."""
+
+    each: float
+    at_a_time: int
+    machine: float
+    workers: int
+
+
+@dataclass(frozen=True)
+class TooLong(Note):
+    """The runs would take more hours than a command begins unasked."""
+
+    hours: float
+    most: float
+
+
+def excess(demand: Demand, workers: int, memory: float | None) -> Iterator[Note]:
+    """Yield what is more than this machine's memory (bytes, None if it is not known), or than `MOST_HOURS`."""
     at_a_time = max(1, min(workers, demand.runs))
-    needed = at_a_time * demand.memory
-    if memory is not None and needed > memory:
-        each = "" if at_a_time == 1 else f", {at_a_time} at a time {in_bytes(needed)}"
-        remedy = "take coarser elements (solver.element_size) or a shorter specimen"
-        if demand.memory <= memory:
-            remedy = f"take fewer workers (--workers {int(memory // demand.memory)})"
-        have = f"this machine has {in_bytes(memory)}"
-        said.append(f"a run needs about {in_bytes(demand.memory)} of memory{each}; {have}: {remedy}")
+    if memory is not None and at_a_time * demand.memory > memory:
+        yield TooMuchMemory(demand.memory, at_a_time, memory, int(memory // demand.memory))
     hours = demand.seconds / 3600.0 / at_a_time
     if hours > MOST_HOURS:
-        said.append(
-            f"the runs would take {_in_hours(hours)}, more than {MOST_HOURS:g} h: take coarser elements "
-            "(solver.element_size), a larger time_step or mass_scaling, or fewer runs"
-        )
-    return said
-
-
-def in_bytes(count: float) -> str:
-    """Return an amount of memory as people say it.
-
-    >>> in_bytes(2.5e8), in_bytes(7.1e9), in_bytes(3e15), in_bytes(float('inf'))
-    ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB')
-    """
-    if count < 1e12:
-        return f"{max(count / 1e9, 0.1):.1f} GB"
-    return f"{count / 1e12:.1f} TB" if count < 1e15 else "more than 1000 TB"
-
-
-def _in_hours(hours: float) -> str:
-    """Return a long time as people say it.
-
-    >>> _in_hours(49.6), _in_hours(2e4), _in_hours(float('inf'))
-    ('about 50 h', 'about 833 days', 'more than 100 years')
-    """
-    if hours > 100 * 8766:
-        return "more than 100 years"
-    return f"about {hours:.0f} h" if hours < 240 else f"about {hours / 24:.0f} days"
+        yield TooLong(hours, MOST_HOURS)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.designs.power import DesignQuality, judge_design
+from stemcal.doe.designs.power import RATIOS, DesignQuality, judge_design
 from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
 from stemcal.notes import Note
-from stemcal.overview.cost import Costs, beside, costs_of, elapsed
+from stemcal.overview.cost import Costs, Source, beside, costs_of, elapsed
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
@@ -24,7 +24,6 @@ from stemcal.stages.repeating import second_time
 from stemcal.stages.surface.stage import read_before
 from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
-from stemcal.words import counted
 
 USUAL_FACTORS = 3
 _USUAL_ROUNDS = 2  # of a refinement
@@ -48,11 +47,58 @@ class PlannedStage:
 
 
 @dataclass(frozen=True)
+class FactorsAssumed(Note):
+    """The screening decides which factors the surface has; so many are assumed."""
+
+    factors: int
+
+
+@dataclass(frozen=True)
+class DecidedLater(Note):
+    """A stage decides its runs one by one: so many at most."""
+
+    stage: str
+    most: int
+
+
+@dataclass(frozen=True)
+class OtherMeshes(Note):
+    """The solution is simulated at so many places of the mesh, with so many element sizes, at so many conditions."""
+
+    places: int
+    sizes: int
+    conditions: int
+
+
+@dataclass(frozen=True)
+class CannotCarry(Note):
+    """A design cannot carry its model, for this reason."""
+
+    stage: str
+    design: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class DesignPower(Note):
+    """Chance that a design finds its weakest term, by the change in standard deviations of the scatter."""
+
+    stage: str
+    design: str
+    runs: int
+    coefficients: int
+    df: int
+    weakest: dict[str, float]
+    leverage: float
+
+
+@dataclass(frozen=True)
 class Plan:
     """What a study would run.
 
-    `seconds` are those of one core for the runs, known from `source`; `beside` what compiling, starting, statistics and
-    page take, and `elapsed` all of it with so many `workers`, runs that are decided one by one counted as usual.
+    `seconds` are those of one core for the runs, known from `source` (so many `recorded_runs`); `beside` what
+    compiling, starting, statistics and page take, and `elapsed` all of it with so many `workers`, runs that are decided
+    one by one counted as usual.
     """
 
     schema_version: int
@@ -61,9 +107,10 @@ class Plan:
     stages: Rows[PlannedStage]
     to_run: int
     seconds: float | None
-    notes: tuple[Note | str, ...]
+    notes: tuple[Note, ...]
     memory: float | None = None
-    source: str = ""
+    source: Source = "none"
+    recorded_runs: int = 0
     workers: int = 1
     beside: float = 0.0
     elapsed: float | None = None
@@ -76,7 +123,7 @@ class Asked:
     stage: str
     requests: Sequence[Request]
     settled: bool
-    remark: str = ""
+    note: Note | None = None
     design: Design | None = None
 
 
@@ -92,7 +139,7 @@ def plan(
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
     rest = beside(solver, workers)
-    notes = [part.remark for part in wanted if part.remark]
+    notes = [part.note for part in wanted if part.note is not None]
     foretold = [
         note
         for part in wanted
@@ -109,6 +156,7 @@ def plan(
         (*notes, *_decided_later(study), *foretold),
         max((stage.memory for stage in stages if stage.memory is not None), default=None),
         costs.source,
+        costs.recorded,
         workers,
         rest,
         None if costs.of is None else rest + elapsed([*_timed(left, costs.of), *later], workers),
@@ -129,15 +177,14 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
     return [*climbs, *refinements, *places]
 
 
-def _decided_later(study: Study) -> list[str]:
-    """Say how many runs may come on top, one by one."""
-    later = {"climb": study.climb and study.climb.steps + 1, "refine": study.refine and study.refine.budget}
-    notes = [f"{name} decides its runs one by one: {most} at most come on top." for name, most in later.items() if most]
+def _decided_later(study: Study) -> Iterator[Note]:
+    """Yield how many runs may come on top, one by one."""
+    if study.climb is not None:
+        yield DecidedLater("climb", study.climb.steps + 1)
+    if study.refine is not None:
+        yield DecidedLater("refine", study.refine.budget)
     if study.mesh is not None:
-        where, sizes = study.naming.counted(max(len(study.joint_targets), 1)), len(study.mesh.sizes)
-        places = f"{study.mesh.phases} places of the mesh" + (f" and {counted(sizes, 'element size')}" if sizes else "")
-        notes.append(f"mesh simulates the solution at {places}, at {where}.")
-    return notes
+        yield OtherMeshes(study.mesh.phases, len(study.mesh.sizes), max(len(study.joint_targets), 1))
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
@@ -189,8 +236,7 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
         for condition in dict.fromkeys(conditions)
         for request in requested(condition)
     ]
-    remark = f"The screening decides which factors the surface has; {len(names)} are assumed for the plan."
-    return Asked("rsm", requests, known is not None, "" if known else remark, design)
+    return Asked("rsm", requests, known is not None, None if known else FactorsAssumed(len(names)), design)
 
 
 def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
@@ -234,15 +280,18 @@ def _without_copies(design: Design, requests: Sequence[Request], solver: Solver)
     return replace(design, coded=design.coded[kept], levels=tuple(design.levels[row] for row in kept), blocks=None)
 
 
-def foretell(design: Design) -> list[Note | str]:
-    """Return what the design can find and what its main effects hide."""
+def foretell(design: Design) -> Iterator[Note]:
+    """Yield what the design can find and what its main effects hide."""
     try:
-        said: list[Note | str] = [f"{design.stage}, {design.kind}: {_judge(design).describe()}"]
+        found = _judge(design)
     except UsageError as error:
-        return [f"{design.stage}, {design.kind}: {error}"]
+        yield CannotCarry(design.stage, design.kind, str(error))
+        return
+    weakest = {f"{ratio:g}": found.least_power(ratio) or 0.0 for ratio in RATIOS}
+    leverage = max(found.leverage)
+    yield DesignPower(design.stage, design.kind, found.runs, len(found.terms) + 1, found.residual_df, weakest, leverage)
     if design.stage == "screen":
-        said.append(aliases_note(design.coded, design.names))
-    return said
+        yield aliases_note(design.coded, design.names)
 
 
 def _quality(design: Design) -> DesignQuality | None:

@@ -19,13 +19,12 @@ from stemcal.runs.policy import is_censored, judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.base import STAGES, stage_called
-from stemcal.stages.lineage import VERSION, changes_since
-from stemcal.stages.making import read
+from stemcal.stages.fresh import CODE, changes_since, read
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 _SHORTEST_KEY = 4
 
 
@@ -200,7 +199,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
         return "none", []
     try:
         changed = changes_since(study, solver, folder, stage)
-        if VERSION not in changed:
+        if CODE not in changed:
             read(stage_called(stage), folder)
     except UsageError:
         return "damaged", []

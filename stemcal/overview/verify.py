@@ -12,8 +12,7 @@ from stemcal.runs.key import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage
-from stemcal.stages.lineage import VERSION, changes_since
-from stemcal.stages.making import kind_of
+from stemcal.stages.fresh import CODE, changes_since, kind_of
 from stemcal.study.model import Study
 
 
@@ -84,7 +83,7 @@ def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> S
     try:
         content, sealed = folder.examine_stage(stage.name)
         changed = changes_since(study, solver, folder, stage.name)
-        if VERSION not in changed:
+        if CODE not in changed:
             kind_of(stage).from_json(content)
     except UsageError as error:
         return StageState(stage.name, _without_place(str(error), folder, stage), ())

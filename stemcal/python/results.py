@@ -29,6 +29,8 @@ from stemcal.stages.validate import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
+from stemcal.text.names import Names
+from stemcal.text.verdict import lines
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
@@ -234,6 +236,11 @@ class StudyResults:
     def verdict(self) -> Verdict:
         """Whether the study is calibrated, with reservations or not, for which reasons, and what would mend it."""
         return verdict_of(self.study, self.folder, self._results)
+
+    @property
+    def verdict_text(self) -> str:
+        """The verdict in three lines at most, as `stemcal run` ends with it."""
+        return "\n".join(lines(self.verdict, Names(self.study.naming)))
 
     @property
     def parameters(self) -> dict[str, float]:

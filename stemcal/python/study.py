@@ -23,6 +23,7 @@ from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.reading import load_study as read_spec
 from stemcal.study.rules.factors import wrong_levels
+from stemcal.text.plan import sentences
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
@@ -74,9 +75,9 @@ def calibrate(
 
 def _require_sense(demand: Demand, workers: int, yes: bool) -> None:
     """Refuse what needs more than this machine's memory, or days, unless that is meant."""
-    too_much = [] if yes else excess(demand, workers, machine_memory())
+    too_much = [] if yes else sentences(excess(demand, workers, machine_memory()))
     if too_much:
-        raise UsageError(f"{'; '.join(too_much)}; yes=True begins it all the same")
+        raise UsageError(f"{' '.join(too_much)} yes=True begins it all the same.")
 
 
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:

@@ -1,24 +1,29 @@
-"""Page and figures of a study, drawn where something they are made from has changed."""
+"""Page and figures of a study, drawn where something they are made of has changed."""
 
 from __future__ import annotations
 
-import hashlib
+import os
+import pickle
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
+from stemcal.files.plain import read_plain
+from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
-from stemcal.outputs import write_output
-from stemcal.version import __version__
 
 if TYPE_CHECKING:
-    from stemcal.report.figures.beside import Drawers
+    from stemcal.executors.base import RunExecutor
+    from stemcal.report.figures.gallery import Plot
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
 
-MARK = "drawn-for.txt"
+_MOST = 200  # bytes of the last line
 
 
 def draw(
@@ -28,62 +33,60 @@ def draw(
     verdict: Verdict,
     figures: bool = True,
     again: bool = False,
-    drawers: Drawers | None = None,
+    executor: RunExecutor | None = None,
 ) -> Path:
-    """Write page and figures unless they are there for the same inputs; returns the page.
+    """Write page and figures unless both are there, made of the same by the same code; returns the page.
 
-    With `again` the page is written anyway. `drawers` may have begun some of the figures, see `begin_early`.
+    The page tells in its last line what it was made of. With `again` it is written anyway. Workers of this machine
+    that the `executor` has share the figures out.
     """
-    page, mark = folder.path / "report.html", folder.path / "figures" / MARK
-    made_for = inputs_of(study, folder, results, verdict)
-    drawn = mark.read_text("utf-8").split() if mark.is_file() else []
-    old_page, old_figures = again or drawn != [made_for, _sum(page)], figures and drawn[:1] != [made_for]
-    if not (old_page or old_figures):
+    page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
+    if figures:
+        made_of += ", with figures"
+    if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.figures.gallery import write_figures
     from stemcal.report.page.render import shown, write_page
 
     what = shown(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
-    if old_figures and drawers is not None:
-        drawers.draw(plots)
-    if old_page:
-        write_page(study, folder, what)
-    if old_figures:
-        write_figures(plots, mark.parent)
+    if executor is not None:
+        draw_by_workers(plots, executor)
     if figures:
-        write_output(mark, f"{made_for}\n{_sum(page)}\n")
-    return page
+        write_figures(plots, folder.path / "figures")
+    return write_page(study, folder, what, f"{made_of} -->\n")
 
 
-def begin_early(study: Study, folder: StudyFolder, stage: str, drawers: Drawers) -> None:
-    """Have drawn, while nothing is to be simulated, the figures of which all is known now that a stage is done."""
-    if not drawers.at_work:
+def _last_line(page: Path) -> str:
+    try:
+        with page.open("rb") as file:
+            file.seek(-min(page.stat().st_size, _MOST), os.SEEK_END)
+            return file.read().decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
+    except OSError:
+        return ""
+
+
+def draw_by_workers(plots: Sequence[Plot], executor: RunExecutor) -> None:
+    """Have figures drawn by workers that run already; one whose worker dies over it is left to be drawn here."""
+    from stemcal.executors.failures import WorkerDied
+    from stemcal.executors.local import LocalExecutor
+
+    if not isinstance(executor, LocalExecutor) or executor.started < 2:
         return
-    from stemcal.report.figures.gallery import gallery
-    from stemcal.stages.base import stages_of
-    from stemcal.stages.results import fresh_results
+    drawn = [executor.submit_pickled(pickle.dumps((_drawn, (plot,), {})), time_limit=None) for plot in plots]
+    for plot, future in zip(plots, drawn, strict=True):
+        with suppress(WorkerDied):
+            plot.take(*future.result())
 
-    # the scatter over meshes widens the intervals of the inversion
-    known_with = {"invert": "mesh"} if any(one.name == "mesh" for one in stages_of(study)) else {}
-    plots = [plot for plot in gallery(study, fresh_results(study, folder), {}) if plot.on_page]
-    drawers.begin([plot for plot in plots if known_with.get(plot.known_with, plot.known_with) == stage])
+
+def _drawn(plot: Plot) -> tuple[str, bytes]:
+    """Return a figure as SVG and PNG. Runs in a worker."""
+    return plot.document, plot.pixels
 
 
 def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
-    """Return a digest of all that page and figures are made from: spec, stage files, records, the code that draws."""
-    stages = [path.read_text("utf-8") for path in sorted(folder.path.glob("*.json"))]
+    """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
+    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
+    records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, list(study.warnings)]
-    told = [list(results.stale), to_json(verdict)]
-    code = _state(Path(__file__).parent, "*.*")
-    return digest([__version__, code, spec, told, stages, _state(folder.path / "runs", "*.json")])
-
-
-def _state(folder: Path, pattern: str) -> list[list[object]]:
-    """Return name, size and time of the files below a folder."""
-    found = [(path, path.stat()) for path in sorted(folder.rglob(pattern)) if path.suffix != ".pyc"]
-    return [[path.name, state.st_size, state.st_mtime_ns] for path, state in found]
-
-
-def _sum(page: Path) -> str:
-    return hashlib.sha256(page.read_bytes()).hexdigest() if page.is_file() else "none"
+    return digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])

@@ -8,16 +8,14 @@ says, and once more by the next command.
 from __future__ import annotations
 
 import logging
-import threading
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import asdict, dataclass
 
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.interrupts import HEARTBEAT_S
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
@@ -51,10 +49,6 @@ def ignore(_progress: Progress) -> None:
     """Watch and say nothing."""
 
 
-def nothing() -> None:
-    """Do nothing while others compute."""
-
-
 def answer_all(
     requests: Sequence[Request],
     solver: Solver,
@@ -63,11 +57,8 @@ def answer_all(
     watch: Watch = ignore,
     policy: RunsOptions | None = None,
     again: Collection[str] = (),
-    meanwhile: Callable[[], object] = nothing,
 ) -> list[Answer]:
     """Answer every request; the folder must be locked.
-
-    What is to be done `meanwhile` is done by a thread while workers compute, so that records are written all the same.
 
     Requests with equal identities are computed once, those with a record not at all, unless their key is in
     `again`. Interrupted, it leaves the records of all that was done.
@@ -92,7 +83,7 @@ def answer_all(
     tally = _Tally(stage, keys, known, watch)
     if missing:
         _prepare(solver, tally)
-    with closing(_recording(missing, solver, folder, executor, policy, meanwhile)) as answers:
+    with closing(_recording(missing, solver, folder, executor, policy)) as answers:
         for key, answer in answers:
             known[key] = judged(answer, policy)
             tally.add(key, known[key], missing[key])
@@ -161,7 +152,6 @@ def _recording(
     folder: StudyFolder,
     executor: RunExecutor,
     policy: RunsOptions,
-    meanwhile: Callable[[], object],
 ) -> Generator[tuple[str, Answer], None, None]:
     """Compute the missing answers; each is recorded before it is yielded."""
     if not missing:
@@ -170,23 +160,12 @@ def _recording(
         solver = solver.placed(folder.path.absolute() / WORK)
 
     batch = Batch(missing, solver, executor, policy.tries)
-    beside = threading.Thread(target=_tried, args=(meanwhile,), name="meanwhile", daemon=True)
     try:
-        if not isinstance(executor, InlineExecutor):
-            beside.start()
         for key, computed in batch.arriving():
             yield key, _record(key, missing[key], computed, solver, folder)
-        while beside.is_alive():
-            beside.join(HEARTBEAT_S)
     finally:
         for key, computed in batch.rest():
             _record(key, missing[key], computed, solver, folder)
-
-
-def _tried(work: Callable[[], object]) -> None:
-    """Do what can wait; if it fails, whoever needs it will tell."""
-    with suppress(Exception):
-        work()
 
 
 def _record(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:

@@ -16,7 +16,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.folder.store import now, provenance
-from stemcal.interrupts import HEARTBEAT_S
+from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.policy import ACCIDENTS, TIMEOUT
 from stemcal.solvers.protocol import RESPONSES, Answer, Readied, Request, Solver, words_of
@@ -101,7 +101,7 @@ class Batch:
         while self._waiting or self._pending:
             while self._waiting and len(self._pending) < self.executor.ahead:
                 self._submit(self._waiting.popleft())
-            future = self._next()
+            future = next_of(self._done)
             key = self._pending.pop(future)
             computed = outcome(future)
             if computed.answer.reason in ACCIDENTS and self._begun[key] < self.tries:
@@ -121,13 +121,6 @@ class Batch:
         self._pending[future] = key
         self._begun[key] += 1
         future.add_done_callback(self._done.put)
-
-    def _next(self) -> Future[Computed]:
-        while True:
-            try:
-                return self._done.get(timeout=HEARTBEAT_S)
-            except queue.Empty:
-                continue
 
     def _counted(self, key: str, computed: Computed) -> Computed:
         """Say how often a run was begun, if more than once."""

@@ -9,7 +9,6 @@ from typing import Any
 
 from stemcal.errors import RunsFailed
 from stemcal.notes import Note, Weight
-from stemcal.remarks import Remark
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.model import RunsOptions
@@ -66,25 +65,6 @@ def ending(answer: Answer) -> str:
 def is_censored(answer: Answer) -> bool:
     """Whether the force is only a lower bound: the stroke ended before the maximum was clearly passed."""
     return answer.reason == CENSORED or (answer.ok and answer.details.get("stroke_was_enough") is False)
-
-
-_LOWER_BOUND = Remark(
-    Weight.NUMBERS,
-    "In {runs} {numbers} {ended}: such a force is a lower bound. Give the blade a longer way (loading.duration) or say "
-    "what such runs count as (runs.censored).",
-)
-
-
-def censored_remarks(answers: Sequence[Answer]) -> list[str]:
-    """Return a note on the rows whose force is only a lower bound."""
-    rows: dict[str, list[str]] = {}
-    for row, answer in enumerate(answers):
-        if is_censored(answer):
-            rows.setdefault(ending(answer), []).append(str(row + 1))
-    return [
-        _LOWER_BOUND(runs="run" if len(numbers) == 1 else "runs", numbers=", ".join(numbers), ended=ended)
-        for ended, numbers in rows.items()
-    ]
 
 
 def lower_bounds(answers: Sequence[Answer]) -> list[Note]:

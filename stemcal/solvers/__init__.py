@@ -19,9 +19,9 @@ def _embedded(study: Study) -> Solver:
 
 
 def _table(study: Study) -> Solver:
-    from stemcal.solvers.table import TableSolver
+    from stemcal.solvers.table import ReplaySolver
 
-    return TableSolver(study)
+    return ReplaySolver(study)
 
 
 def _command(study: Study) -> Solver:
@@ -49,15 +49,6 @@ SOLVERS: dict[str, Callable[[Study], Solver]] = {
     "lsdyna": _lsdyna,
     "openradioss": _openradioss,
 }
-
-
-def get_ready(study: Study) -> None:
-    """Do in this process what runs of a study need done first, unless the solver has to prepare that once for all."""
-    from stemcal.solvers.protocol import Keeping, Readied
-
-    solver = make_solver(study)
-    if isinstance(solver, Readied) and not (isinstance(solver, Keeping) and solver.wait_before()):
-        solver.get_ready()
 
 
 def make_solver(study: Study) -> Solver:

@@ -9,9 +9,9 @@ from typing import Any
 
 from stemcal.naming import FIRST
 from stemcal.solvers.processes import Ended
-from stemcal.solvers.programs.aside import LEAST_READING_S
-from stemcal.solvers.programs.frame import OneCommand
+from stemcal.solvers.programs.helper_process import LEAST_READING_S
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
+from stemcal.solvers.programs.program_base import OneCommand
 from stemcal.solvers.programs.readers import read_number_within
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.model import CommandSolver

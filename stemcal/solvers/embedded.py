@@ -36,7 +36,7 @@ from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.types.lengths import Length
 
@@ -44,8 +44,12 @@ from stemcal.study.types.lengths import Length
 _CURVE_POINTS = 200
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
+# The strain rate is smoothed while the blade travels this share of the diameter.
+RATE_TRAVEL = 0.01
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
+# Nor is one whose contact has created more than this share of the blade's work, percent (`CuttingResult`).
+_LEAST_CONTACT = -1.0
 # What a step takes on one core of a small machine, s, and an element in it; and the share of the stroke that runs take
 # which end once the stem is broken. For estimates only.
 _STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.7
@@ -56,7 +60,7 @@ _PROCESS = 250.0e6
 
 
 @dataclass(frozen=True)
-class Embedded:
+class Embedded(OfSpecAlone):
     """Answers requests by explicit finite element simulation; same request, same bits."""
 
     study: Study
@@ -104,6 +108,9 @@ class Embedded:
         if result.energy_drift_percent > _WORST_DRIFT:
             message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
             return Answer("failed", reason="energy_drift", message=message, details=details)
+        if result.contact_energy_percent < _LEAST_CONTACT:
+            message = f"contact has created {-result.contact_energy_percent:.1f} % of the blade's work"
+            return Answer("failed", reason="contact_energy", message=message, details=details)
         return Answer("ok", response=result.peak_force, details=details)
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
@@ -117,12 +124,12 @@ class Embedded:
     def pace(self, request: Request) -> float | None:
         """Return what a request takes on this machine over the estimate, by half a second of a run like it.
 
-        None as long as the kernels are not compiled.
+        None as long as the kernels are not compiled, or if no such run is small enough to be tried.
         """
-        if not is_compiled(_precision(self.study)):
+        test = _small_enough(self._tests(request)[0])
+        if test is None or not is_compiled(_precision(self.study)):
             return None
         warm(_precision(self.study))
-        test = _small_enough(self._tests(request)[0])
         seconds, step = stepper.pace(cutting.build(test), _TRIED_S)
         return test.loading.duration / step * seconds * _share(test) / _seconds(test)
 
@@ -223,6 +230,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         material=Material(
             **study.parameters(levels),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
+            rate_filter=RATE_TRAVEL * diameter / study.loading.speed,
             failure_length=solver.failure_length,
             internal_length=study.material.internal_length.at(diameter),
         ),
@@ -323,13 +331,15 @@ def _share(test: ShearTest) -> float:
     return _UNTIL_BROKEN if test.discretisation.stop_after_peak else 1.0
 
 
-def _small_enough(test: ShearTest) -> ShearTest:
-    """Return the test with elements so large that it is built in a moment."""
+def _small_enough(test: ShearTest) -> ShearTest | None:
+    """Return the test with elements so large that it is built in a moment; None if no size makes it so."""
     how = test.discretisation
     excess = cutting.mesh_size(test.stem, how).elements / _TRIED_ELEMENTS
     if excess <= 1.0:
         return test
-    return replace(test, discretisation=replace(how, element_size=how.element_size * excess ** (1.0 / 3.0)))
+    coarse = replace(how, element_size=how.element_size * excess ** (1.0 / 3.0))
+    is_small = cutting.mesh_size(test.stem, coarse).elements < 3 * _TRIED_ELEMENTS
+    return replace(test, discretisation=coarse) if is_small else None
 
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:

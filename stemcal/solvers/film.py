@@ -98,7 +98,7 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
     standing = np.unpackbits(bits, axis=1)[:, :elements].astype(bool)
     moved = _restored(packed["displacement"], count).reshape(count, -1, 3)
     strains = _restored(packed["plastic_strain"], count)
-    stress = _restored(packed["von_mises"], 1)[0] if "von_mises" in packed else None  # films of before have none
+    stress = _restored(packed["von_mises"], 1)[0]
     return [
         Frame(
             packed["travel"][k],
@@ -110,7 +110,7 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
                 plastic_strain=strains[k],
                 tools=_lifted(shape, packed["stroke"] - packed["travel"][k]),
             ),
-            stress if k == packed.get("highest") else None,
+            stress if k == packed["highest"] else None,
         )
         for k in range(count)
     ]

@@ -1,8 +1,8 @@
 """Programs outside stemcal, run so that nothing of them is left behind.
 
-A program gets a process group of its own (on Windows, its process tree is taken). When it ends, runs past its time
-limit, or stemcal itself dies, the whole group is ended: first asked, then killed. A process that leaves its group on
-purpose is out of reach. What it prints is kept up to a cap.
+A program gets a process group of its own. When it ends or runs past its time limit, its group and all it has started
+are ended: first asked, then killed; when stemcal itself dies, the group (on Windows, the process tree). A process
+whose parent is gone and that has left the group is out of reach. What a program prints is kept up to a cap.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+import psutil
+
 from stemcal.files.decoding import lenient
-from stemcal.patience import Hindrance, within
+from stemcal.interrupts import wait_until
 
 __all__ = ["KEEPER", "Ended", "run_program"]
 
@@ -64,17 +66,17 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
     try:
         timed_out = _wait(process, time_limit)
     finally:
-        _end_group(process)
+        _end_all(process)
         KEEPER.forget(process.pid)
     return Ended(process.returncode, timed_out, tail.text(), time.monotonic() - started)
 
 
 def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
-    """Wait for the program; return whether it ran past its limit."""
-    return not within(time_limit, lambda seconds: _has_ended(process, seconds), Hindrance(process.pid))
+    """Wait for the program; return whether it ran past its limit, counting the time in which it had itself stopped."""
+    return not wait_until(time_limit, lambda seconds: _has_ended(process, seconds))
 
 
-def _has_ended(process: subprocess.Popen[bytes], seconds: float | None) -> bool:
+def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
     try:
         process.wait(seconds)
     except subprocess.TimeoutExpired:
@@ -82,17 +84,40 @@ def _has_ended(process: subprocess.Popen[bytes], seconds: float | None) -> bool:
     return True
 
 
-def _end_group(process: subprocess.Popen[bytes]) -> None:
-    """Ask what is left of the group to end, then kill it."""
+def _end_all(process: subprocess.Popen[bytes]) -> None:
+    """Ask the program and what it has started to end, then kill what is left."""
+    started = _descendants(process.pid)
     if process.poll() is None:
-        _signal_group(process.pid, kill=False)
+        _end(process.pid, started, kill=False)
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(GRACE_S)
-    _signal_group(process.pid, kill=True)
+        started += _descendants(process.pid)
+    _end(process.pid, started, kill=True)
     process.wait()
+    psutil.wait_procs(started, GRACE_S)
     deadline = time.monotonic() + GRACE_S
     while _group_is_there(process.pid) and time.monotonic() < deadline:
         time.sleep(_POLL_S)
+
+
+def _descendants(pid: int) -> list[psutil.Process]:
+    """Return what a process has started, and these in turn."""
+    try:
+        return psutil.Process(pid).children(recursive=True)
+    except psutil.Error:
+        return []
+
+
+def _end(pid: int, started: Sequence[psutil.Process], kill: bool) -> None:
+    """End a process, the group that it leads and what it has started."""
+    if sys.platform != "win32":
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(pid, signal.SIGKILL if kill else signal.SIGTERM)
+    with contextlib.suppress(psutil.Error):
+        started = [*started, psutil.Process(pid)]
+    for process in started:
+        with contextlib.suppress(psutil.Error):
+            process.kill() if kill else process.terminate()
 
 
 def _group_is_there(pid: int) -> bool:
@@ -104,14 +129,6 @@ def _group_is_there(pid: int) -> bool:
     except (ProcessLookupError, PermissionError):
         return False
     return True
-
-
-def _signal_group(pid: int, kill: bool) -> None:
-    if sys.platform == "win32":
-        subprocess.run(["taskkill", "/T", "/F", "/PID", str(pid)], capture_output=True, check=False)
-    else:
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(pid, signal.SIGKILL if kill else signal.SIGTERM)
 
 
 class _Tail:

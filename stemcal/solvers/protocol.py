@@ -83,7 +83,7 @@ class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
     A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Meshed`, `Belonging`,
-    `Keeping`, `Immediate`.
+    `Keeping`, `Immediate`, `OfSpecAlone`.
     """
 
     def prepare(self) -> None:
@@ -186,3 +186,7 @@ class Keeping(Protocol):
 
 class Immediate:
     """Inherited by a solver that answers in less time than a worker process takes to start."""
+
+
+class OfSpecAlone:
+    """Inherited by a solver whose answers nothing determines but the spec and stemcal's own code."""

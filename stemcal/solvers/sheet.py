@@ -11,9 +11,10 @@ from pathlib import Path
 
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.decoding import decode
+from stemcal.files.plain import MIB, read_plain
 from stemcal.words import nearest
 
-MAX_BYTES = 10_000_000
+MAX_BYTES = 10 * MIB
 MOST = 1e30  # numbers whose powers are still numbers
 PASSED_OVER = {"run", "#", ""}
 NO_NUMBER = {"", "nan", "na", "n/a", "-"}
@@ -110,13 +111,9 @@ def read_sheet(
 
 def _bytes(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            blob = file.read(MAX_BYTES + 1)
+        return read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise SpecError([_problem(path, 1, 1, "", f"{error.strerror}", "name a file that is there")]) from None
-    if len(blob) > MAX_BYTES:
-        raise SpecError([_problem(path, 1, 1, "", "is larger than 10 MB", "is it a table of runs?")])
-    return blob
+        raise SpecError([_problem(path, 1, 1, "", f"{error.strerror}", "name a table of runs")]) from None
 
 
 def read_cells(path: Path, response: str = "force") -> tuple[list[tuple[int, list[str]]], str]:

@@ -12,14 +12,13 @@ from stemcal.errors import SpecError, SpecProblem, UsageError
 from stemcal.naming import DIAMETER
 from stemcal.solvers.protocol import RESPONSES, Answer, Immediate, Request
 from stemcal.solvers.sheet import Answers, Sheet, read_sheet
-from stemcal.study.model import Study
-from stemcal.study.model import TableSolver as Tables
+from stemcal.study.model import Study, TableSolver
 
 MARKS = ("block", "weight")
 TABLE_VERSION = 1
 
 
-class TableSolver(Immediate):
+class ReplaySolver(Immediate):
     """Answers from the CSV files under ``solver`` in the spec.
 
     Parameters
@@ -43,7 +42,7 @@ class TableSolver(Immediate):
 
     def __init__(self, study: Study) -> None:
         tables = study.solver
-        if not isinstance(tables, Tables):
+        if not isinstance(tables, TableSolver):
             raise TypeError(f"the study's solver is of kind {tables.kind}, not table")
         self.naming = study.naming
         self._sheets: dict[str, Sheet] = {}

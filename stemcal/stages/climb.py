@@ -9,12 +9,12 @@ from typing import ClassVar
 from stemcal.doe.designs.catalogue import surface_reach
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
-from stemcal.doe.screening.effects import Effect
-from stemcal.doe.validation.conditions import error_percent
+from stemcal.doe.screening.effect_sizes import Effect
+from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
-from stemcal.remarks import Remark, Weight
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
@@ -22,17 +22,6 @@ from stemcal.stages.result import CodedScale, Head, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
-
-_NEAREST = Remark(
-    Weight.ASIDE,
-    "Of {steps} steps along the slope of the screening, step {step} is nearest to the target ({error:+.1f} %): the "
-    "surface is centred there.",
-)
-_SHORT = Remark(
-    Weight.NUMBERS,
-    "The walk ended at the edge of the ranges before the {response} passed the target: the target may lie outside; "
-    "widen the ranges, or see whether the {response} can reach it at all.",
-)
 
 
 @dataclass(frozen=True)
@@ -64,7 +53,7 @@ class ClimbResult(StageResult):
     coding: dict[str, CodedScale]
     effects: Rows[Effect]
     significant: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def shares(self) -> dict[str, float]:
@@ -100,12 +89,12 @@ def climb(work: Work) -> ClimbResult:
 
 
 def _climbed(
-    study: Study, head: Head, names: list[str], chosen: list[str], screening: ScreenResult, simulate: SimulateAt
+    study: Study, head: Head, names: list[str], chosen: list[Note], screening: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
     options, target = study.climb or ClimbOptions(), study.calibration_target.response
     rows = _walk(study, names, [screening.effect(name).effect for name in names], options, simulate)
     responses = [row.outcome.response for row in rows]
-    best, through = rows[nearest_step(responses, target)], passed(responses, target)
+    best = rows[nearest_step(responses, target)]
     return ClimbResult(
         head=head,
         target=target,
@@ -113,13 +102,13 @@ def _climbed(
         names=tuple(names),
         rows=Rows(rows),
         best_step=best.step,
-        passed=through,
+        passed=passed(responses, target),
         solution={name: best.levels[name] for name in names},
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
         effects=screening.effects,
         significant=screening.matter,
-        notes=(*chosen, *_notes(rows, best, through, study.naming.response.noun)),
+        notes=tuple(chosen),
     )
 
 
@@ -164,8 +153,3 @@ def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions
     span = options.shrink * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
-
-
-def _notes(rows: Sequence[ClimbRow], best: ClimbRow, through: bool, response: str) -> list[str]:
-    nearest = _NEAREST(steps=len(rows), step=best.step, error=best.error_percent)
-    return [nearest] if through else [nearest, _SHORT(response=response)]

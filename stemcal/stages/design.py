@@ -22,13 +22,48 @@ from stemcal.doe.regression.fidelity import spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
+from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import outcome_of
 from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import CoarseOptions, RsmOptions, Study, factors_taken, strongest_asked
-from stemcal.words import joined
 
 _LEVEL_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class TableVaries(Note):
+    """A table's runs vary other factors than the screening would have chosen."""
+
+    weight = Weight.USE
+    columns: tuple[str, ...]
+    chosen: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class StrongestAsked(Note):
+    """The surface takes as many of the strongest factors as asked: weak ones among them, significant ones left out."""
+
+    chosen: tuple[str, ...]
+    weak: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FewSignificant(Note):
+    """Fewer factors are significant than the surface needs; it takes those of largest contribution."""
+
+    significant: tuple[str, ...]
+    chosen: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ManySignificant(Note):
+    """More factors are significant than the design takes."""
+
+    significant: tuple[str, ...]
+    design: str
+    taken: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +236,7 @@ def half_spaces(study: Study, coding: Coding) -> tuple[HalfSpace, ...]:
     return tuple(found)
 
 
-def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[str]]:
+def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[Note]]:
     """Return the factors of the surface, the strongest first, and notes on how they were chosen."""
     given = solver.given_design("rsm")
     if not isinstance(study.rsm.factors, str):
@@ -213,11 +248,11 @@ def surface_factors(study: Study, solver: Solver, screening: Screened | None) ->
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
     if set(columns) != set(chosen):
-        notes = [f"The table varies {', '.join(columns)}; the screening would have chosen {', '.join(chosen)}."]
+        notes = [TableVaries(tuple(columns), tuple(chosen))]
     return columns, notes
 
 
-def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[str]]:
+def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[Note]]:
     """Return the significant factors, or those of largest contribution where the spec or the design want so many."""
     shares = screening.shares
     ranked = sorted(shares, key=lambda name: -shares[name])
@@ -225,21 +260,15 @@ def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[st
     asked, (least, most) = strongest_asked(rsm.factors), factors_taken(rsm.design)
     if asked:
         chosen = ranked[:asked]
-        weak = [name for name in chosen if name not in found]
-        said = f"; {joined(weak)} {'is' if len(weak) == 1 else 'are'} not significant" if weak else ""
-        left = [name for name in found if name not in chosen]
-        said += f"; {joined(left)} would be significant too" if left else ""
-        return chosen, [f"As asked, the surface takes the {asked} strongest factors, {joined(chosen)}{said}."]
+        weak = tuple(name for name in chosen if name not in found)
+        left = tuple(name for name in found if name not in chosen)
+        return chosen, [StrongestAsked(tuple(chosen), weak, left)]
     if least <= len(found) <= most:
         return found, []
-    chosen, held = ranked[: min(max(len(found), least), most)], joined(found) or "no factor"
+    chosen = ranked[: min(max(len(found), least), most)]
     if len(found) < least:
-        number = {2: "two", 3: "three"}[least]
-        return chosen, [
-            f"The screening found {held} significant; the surface takes the {number} factors of largest "
-            f"contribution, {', '.join(chosen)}."
-        ]
-    return chosen, [f"The screening found {held} significant; {rsm.design} takes the {most} strongest of them."]
+        return chosen, [FewSignificant(tuple(found), tuple(chosen))]
+    return chosen, [ManySignificant(tuple(found), rsm.design, most)]
 
 
 def _levels(study: Study, coding: Coding, coded: Array) -> tuple[dict[str, float], ...]:

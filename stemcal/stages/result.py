@@ -13,21 +13,16 @@ from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
-from stemcal.folder.store import SCHEMA_VERSION, StudyFolder
+from stemcal.folder.store import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
-from stemcal.stages.lineage import inputs_of, require_fresh, tell_changes
-from stemcal.study.model import Study
-from stemcal.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from stemcal.solvers.protocol import Solver
 
 R = TypeVar("R", bound="StageResult")
 Interval = tuple[float, float]
@@ -173,10 +168,6 @@ class StageResult:
         """Yield label and outcome of every run."""
         yield from ()
 
-    def shortfall(self) -> str | None:
-        """Say what the stage was to reach and did not."""
-        return None
-
     def summary(self) -> str:
         """Return the result in a line."""
         return f"{len(self.notes)} notes"
@@ -186,13 +177,6 @@ class StageResult:
 
     def _repr_html_(self) -> str:
         return f"<p>{escape(repr(self))}</p>{''.join(table._repr_html_() for table in self.tables().values())}"
-
-
-def head_of(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> Head:
-    """Return how a stage's file begins; tells what has changed since it was written before."""
-    inputs = inputs_of(study, solver, folder, stage)
-    tell_changes(folder, stage, inputs)
-    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)
 
 
 def leave(folder: StudyFolder, result: R) -> R:
@@ -209,12 +193,6 @@ def leave(folder: StudyFolder, result: R) -> R:
 def read_result(folder: StudyFolder, kind: type[R]) -> R:
     """Return a stage's result from its file; raise `UsageError` if it is not there or cannot be read."""
     return kind.from_json(folder.read_stage(kind.name))
-
-
-def read_fresh(study: Study, solver: Solver, folder: StudyFolder, kind: type[R]) -> R:
-    """Return a stage's result; raise `UsageError` if its file, or one before it, is missing or stale."""
-    require_fresh(study, solver, folder, kind.name)
-    return read_result(folder, kind)
 
 
 @contextmanager

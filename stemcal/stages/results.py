@@ -11,9 +11,8 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.climb import ClimbResult
+from stemcal.stages.fresh import fresh, require_fresh
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.kept import kept
-from stemcal.stages.lineage import require_fresh
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult, read_result
@@ -70,7 +69,7 @@ def fresh_results(study: Study, folder: StudyFolder) -> Results:
     def read(kind: type[R]) -> R | None:
         if not folder.has_stage(kind.name):
             return None
-        if (known := kept(kind, study, folder)) is not None:
+        if (known := fresh(kind, study, folder)) is not None:
             return known
         try:
             require_fresh(study, solver(), folder, kind.name)

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from functools import partial
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.screening.analysis import Screening, analyse_screening, get_ready
+from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.curvature import Curvature
-from stemcal.doe.screening.definitive import TwoStages
-from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.doe.screening.two_stage_analysis import TwoStages
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import lower_bounds
-from stemcal.stages.audit.cells import Audited, audit_screening
 from stemcal.stages.design import Design, runs_of, screening_design
+from stemcal.stages.printed_tables import Audited, audit_screening
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult, reasons_given
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
@@ -220,7 +219,7 @@ def screen(work: Work) -> ScreenResult:
     study = work.study
     head, design = work.head("screen"), screening_design(study, work.solver)
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests, partial(get_ready, design.coded, study.screen.alpha))
+    answers = work.answers(requests)
     runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
         found = _analysed(study, design, runs, FIRST)

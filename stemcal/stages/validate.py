@@ -5,39 +5,55 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from stemcal.doe.validation.conditions import Exponent, Validation, ValidationRow, compare_conditions, error_percent
-from stemcal.doe.validation.discrepancy import Corrected, Discrepancy, corrected, discrepancy, needed
+from stemcal.doe.validation.comparison import Exponent, Validation, ValidationRow, compare_conditions, error_percent
+from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
-from stemcal.doe.validation.null_model import compared_elsewhere, formula_elsewhere
+from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import DIAMETER, FIRST
-from stemcal.remarks import Remark, Weight
+from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
-from stemcal.runs.policy import censored_remarks
+from stemcal.runs.policy import lower_bounds
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
-from stemcal.stages.audit.cells import Audited, audit_validation, sentences
+from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, Interval, StageResult, read_fresh
+from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
-from stemcal.words import an, counted, joined
 
-_FROM_A_TABLE = Remark(
-    Weight.USE,
-    "The simulated {responses} are read from a table: they belong to {where}, not to this calibration.",
-)
+
+@dataclass(frozen=True)
+class FromTable(Note):
+    """The simulated responses are a table's, which belong to these levels (none: unknown), not to this calibration."""
+
+    weight = Weight.USE
+    levels: dict[str, float]
+
+
+class RangesChosenAfter(Note):
+    """The ranges were chosen after seeing the measurements, so leaving them out in turn is no independent check."""
+
+
+@dataclass(frozen=True)
+class TooFewForDiscrepancy(Note):
+    """What the model misses takes more fitted conditions, since the parameters are seen in so many directions."""
+
+    needed: int
+    directions: int
+
 
 _COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
             "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
@@ -100,7 +116,7 @@ class ValidateRow:
     key: str = ""
     replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
-    corrected: Corrected | None = absent()
+    corrected: ScaledPrediction | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
     @property
@@ -119,6 +135,7 @@ class ValidateResult(StageResult):
     head: Head = inline()
     parameters: dict[str, float]
     rows: Rows[ValidateRow]
+    equivalent_within_percent: float = 10.0
     max_abs_error_percent: float | None
     mean_abs_error_percent: float | None
     max_abs_error_percent_independent: float | None = None
@@ -129,7 +146,7 @@ class ValidateResult(StageResult):
     formula_max_abs_error_percent: float | None = None
     discrepancy: Discrepancy | None = absent()
     published: Audited | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def compared(self) -> list[ValidationRow]:
@@ -137,11 +154,20 @@ class ValidateResult(StageResult):
         return [row.compared for row in self.rows]
 
     @property
-    def beside_formula(self) -> str:
-        """What a formula without mechanics reaches at the diameters that were not fitted; empty if there are none."""
-        return _beside_formula(
-            self.compared, self.formula_max_abs_error_percent, self.max_abs_error_percent_independent
-        )
+    def fitted(self) -> tuple[float, ...]:
+        """The conditions at which the parameters were fitted."""
+        return tuple(row.condition for row in self.compared if row.role == "calibration")
+
+    @property
+    def independent(self) -> list[ValidationRow]:
+        """The comparisons that check the result: what was not fitted, and was simulated."""
+        return [row for row in self.compared if row.role != "calibration" and row.error_percent is not None]
+
+    @property
+    def predicted(self) -> list[bool]:
+        """Whether each measured mean lies in the interval that the other fitted conditions predict for it."""
+        pairs = [(row.compared.measured, row.corrected.interval) for row in self.rows if row.corrected is not None]
+        return [low <= measured <= high for measured, (low, high) in pairs]
 
     def _tables(self) -> dict[str, Table]:
         """Return the comparison."""
@@ -170,9 +196,7 @@ class ValidateResult(StageResult):
     def summary(self) -> str:
         """Tell the largest error."""
         worst = "–" if self.max_abs_error_percent is None else f"{self.max_abs_error_percent:.1f} %"
-        if self.naming.condition is None:
-            return f"largest error {worst}"
-        return f"{self.naming.counted(len(self.rows))}, largest error {worst}"
+        return f"{len(self.rows)} comparisons, largest error {worst}"
 
 
 @a_stage
@@ -189,8 +213,8 @@ def validate(work: Work) -> ValidateResult:
     missed = _missed(work, found.rows)
     rows = _rows(study, found.rows, outcomes, meshes, missed)
     published = audit_validation(study)
-    remarks = censored_remarks(answers) + table_remarks(study, solver) + sentences(published)
-    return _result(study, head, parameters, found, missed, rows, published, remarks)
+    notes = [*found.notes, *_stage_notes(study, solver, missed), *lower_bounds(answers)]
+    return _result(study, head, parameters, found, missed, rows, published, notes)
 
 
 def _scatter_of(outcomes: Sequence[Outcome], meshes: MeshResult | None, solver: Solver) -> tuple[float, float] | None:
@@ -214,7 +238,6 @@ def _compared(study: Study, outcomes: Sequence[Outcome], scatter: tuple[float, f
         [(target.sd, target.n) for target in targets],
         study.targets.equivalent_within_percent,
         scatter,
-        study.invert.ranges_chosen == "before",
         study.naming,
     )
 
@@ -226,17 +249,17 @@ class _Missed:
     `seen` counts the directions of the parameters that these see.
     """
 
+    asked: Literal["none", "scale", "process"]
     ratios: Mapping[float, float]
     seen: int
     scale: Discrepancy | None
-    smooth: bool
 
 
 def _missed(work: Work, compared: Sequence[ValidationRow]) -> _Missed:
     asked = work.study.invert.discrepancy
     ratios = {} if asked == "none" else _ratios(compared)
     seen = _directions_seen(work) if ratios else 1
-    return _Missed(ratios, seen, discrepancy(ratios, seen), asked == "process")
+    return _Missed(asked, ratios, seen, discrepancy(ratios, seen, smooth=asked == "process"))
 
 
 def _rows(
@@ -261,15 +284,15 @@ def _result(
     missed: _Missed,
     rows: list[ValidateRow],
     published: Audited | None,
-    remarks: list[str],
+    notes: Sequence[Note],
 ) -> ValidateResult:
     errors = [abs(error) for row in rows for error in row.errors_percent]
     formula = _formula(found.rows) if study.naming.is_force_on_stems else None
-    beside = _beside_formula(found.rows, formula, found.max_abs_error_percent_independent)
     return ValidateResult(
         head=head,
         parameters=parameters,
         rows=Rows(rows),
+        equivalent_within_percent=study.targets.equivalent_within_percent,
         max_abs_error_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
@@ -280,7 +303,7 @@ def _result(
         formula_max_abs_error_percent=formula,
         discrepancy=missed.scale,
         published=published,
-        notes=(*found.notes, *([beside] if beside else []), *_discrepancy_notes(study, missed, rows), *remarks),
+        notes=tuple(notes),
     )
 
 
@@ -290,12 +313,12 @@ def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
     return {row.condition: row.measured / (row.simulated or 1.0) for row in fitted}
 
 
-def _corrected(row: ValidationRow, missed: _Missed) -> Corrected | None:
+def _corrected(row: ValidationRow, missed: _Missed) -> ScaledPrediction | None:
     """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
     if not row.simulated or len(missed.ratios) < needed(missed.seen):
         return None
     others = {condition: ratio for condition, ratio in missed.ratios.items() if condition != row.condition}
-    return corrected(row.simulated, row.condition, others, missed.seen, missed.smooth)
+    return corrected(row.simulated, row.condition, others, missed.seen, missed.asked == "process")
 
 
 def _directions_seen(work: Work) -> int:
@@ -310,30 +333,14 @@ def _directions_seen(work: Work) -> int:
     return max(1, misfit.only(responses).directions_seen(point)) if responses else 1
 
 
-def _discrepancy_notes(study: Study, missed: _Missed, rows: Sequence[ValidateRow]) -> list[str]:
-    named, scale, seen = study.naming, missed.scale, missed.seen
-    if study.invert.discrepancy == "none":
-        return []
-    if scale is None:
-        because = f" where the parameters are seen in {counted(seen, 'direction')}" if seen > 1 else ""
-        fitted = f"{needed(seen)} fitted {named.condition_plural} with {an(named.response.noun)}"
-        return [f"What the model misses needs {fitted}{because} ({named.fitted_at})."]
-    told = [(row.compared.measured, row.corrected.interval) for row in rows if row.corrected is not None]
-    held = sum(low <= measured <= high for measured, (low, high) in told)
-    smooth = f", smooth over the {named.condition_noun}" if missed.smooth else ""
-    return [
-        f"One scale for what the model misses: measured = {scale.scale:.3f}·simulated, sd {scale.sd_percent:.1f} % "
-        f"over {scale.conditions} fitted {named.condition_plural}{smooth}. The 95 % interval predicted without the "
-        f"{named.condition_noun} itself holds the measured {named.response.noun} at {held} of {len(told)}."
-    ]
-
-
-def _beside_formula(rows: Sequence[ValidationRow], formula: float | None, model: float | None) -> str:
-    """Say what formula and model reach at the diameters that were not fitted; empty if there are none."""
-    if formula is None or model is None:
-        return ""
-    fitted = [f"{row.condition:g}" for row in rows if row.role == "calibration"]
-    return compared_elsewhere(formula, model, f"{joined(fitted)} mm")
+def _stage_notes(study: Study, solver: Solver, missed: _Missed) -> Iterator[Note]:
+    """Find what the comparison itself does not know: how the ranges were chosen, where the answers come from."""
+    if len(study.joint_targets) > 1 and study.invert.ranges_chosen == "after":
+        yield RangesChosenAfter()
+    if missed.asked != "none" and missed.scale is None:
+        yield TooFewForDiscrepancy(needed(missed.seen), missed.seen)
+    if solver.given_design("validate") is not None:
+        yield FromTable(dict(study.published.solution) if study.published is not None else {})
 
 
 def _formula(rows: Sequence[ValidationRow]) -> float | None:
@@ -394,13 +401,3 @@ def _over_meshes(meshes: MeshResult | None, response: str, simulated: float | No
     """Return what holds 95 % of a response with the mesh at another place; nothing where its scatter is not told."""
     scatter = None if meshes is None else meshes.scatter_of(response)
     return None if scatter is None or simulated is None else scatter.interval(simulated)
-
-
-def table_remarks(study: Study, solver: Solver) -> list[str]:
-    """Warn that answers from a table belong to the levels the table was made with."""
-    if solver.given_design("validate") is None:
-        return []
-    published = study.published.solution if study.published is not None else {}
-    levels = ", ".join(f"{name} {value:g}" for name, value in published.items())
-    where = f"the published solution ({levels})" if levels else "the levels the table was made with"
-    return [_FROM_A_TABLE(responses=study.naming.response.plural, where=where)]

@@ -10,13 +10,14 @@ from typing import Protocol, TypeVar
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.runs.answer import Watch, answer_all, ignore, nothing
+from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.stepwise import SimulateAt, simulating
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.fresh import head_of, read_fresh
 from stemcal.stages.repeating import require_same, second_time
-from stemcal.stages.result import Head, R, StageResult, head_of, leave, read_fresh
+from stemcal.stages.result import Head, R, StageResult, leave
 from stemcal.study.model import Study
 
 R_co = TypeVar("R_co", bound=StageResult, covariant=True)
@@ -41,8 +42,8 @@ class Work:
         """Return the result of a stage before; raise `UsageError` if it is missing or stale."""
         return read_fresh(self.study, self.solver, self.folder, kind)
 
-    def answers(self, requests: Sequence[Request], meanwhile: Callable[[], object] = nothing) -> list[Answer]:
-        """Answer every request, from the records or by computing; `meanwhile` statistics can get ready.
+    def answers(self, requests: Sequence[Request]) -> list[Answer]:
+        """Answer every request, from the records or by computing.
 
         Raises
         ------
@@ -51,9 +52,7 @@ class Work:
         """
         if again := second_time(self.study, requests):
             require_same(again, answer_all(again, self.solver, self.folder, self.executor, ignore, self.study.runs))
-        return answer_all(
-            requests, self.solver, self.folder, self.executor, self.watch, self.study.runs, meanwhile=meanwhile
-        )
+        return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
 
     def outcomes(self, requests: Sequence[Request], answers: Sequence[Answer] | None = None) -> list[Outcome]:
         """Return what is told of each request, answered now unless its `answers` are there already."""

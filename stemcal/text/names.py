@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from stemcal.naming import CUTTING, Named, Naming
+from stemcal.naming import CUTTING, DIAMETER, Named, Naming
 from stemcal.text.language import Writer, all_of
-from stemcal.text.numbers import fixed, interval, probability, significant
+from stemcal.text.numbers import fixed, interval, probability, short, significant
 
 __all__ = ["Names"]
 
@@ -22,8 +22,8 @@ class Names:
 
     In templates ``{x:factor}`` is a factor or a term, ``{x:factors}`` a list of them, ``{x:response}`` a value of the
     response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:responses}`` an interval of it,
-    ``{x:condition}`` a value of the condition, ``{x:p}`` a p-value, ``{x:fixed 1}`` a number with so many decimals,
-    ``{x:significant 3}`` one with so many digits.
+    ``{x:condition}`` a value of the condition, ``{x:conditions}`` several of them, ``{x:p}`` a p-value, ``{x:fixed 1}``
+    a number with so many decimals, ``{x:significant 3}`` one with so many digits.
     """
 
     naming: Naming = CUTTING
@@ -74,6 +74,26 @@ class Names:
         """
         return self.response.text(value, form).replace("-", "−")
 
+    @property
+    def condition(self) -> Named:
+        """The condition, by a general name where a study has none."""
+        return self.naming.condition or Named("condition", "Condition", "", "1")
+
+    @property
+    def placed(self) -> bool:
+        """Whether there is a condition at which things are measured."""
+        return self.naming.condition is not None
+
+    def conditions(self, values: Iterable[float]) -> str:
+        """List values of the condition; a stem's diameter goes without its name.
+
+        >>> Names().conditions([7.0, 8.0, 11.0])
+        '7, 8 and 11 mm'
+        """
+        template = "{values}{unit}" if self.condition == DIAMETER else "{condition} {values}{unit}"
+        listed = all_of(short(value) for value in values)
+        return self.say(template, condition=self.condition.long, values=listed, unit=self.condition.beside)
+
     @cached_property
     def _writer(self) -> Writer:
         return Writer(
@@ -82,7 +102,8 @@ class Names:
                 "factors": self.factors,
                 "response": self.quantity,
                 "responses": lambda ends: f"{interval(ends)}{self.response.beside}",
-                "condition": self.naming.place,
+                "condition": lambda value: self.conditions([value]),
+                "conditions": self.conditions,
                 "p": probability,
                 "all": all_of,
                 "fixed": lambda value, decimals="2": fixed(value, int(decimals)),

@@ -1,10 +1,11 @@
-"""The sentence of any note. Each topic's module says those of its kinds."""
+"""The sentence of any note, or other fact of a kind. Each topic's module says those of its kinds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import singledispatch
 
+from stemcal.files.typed import Tagged
 from stemcal.notes import Note, Weight
 from stemcal.text.names import Names
 
@@ -25,22 +26,22 @@ class Remark:
 
 
 @singledispatch
-def sentence(note: Note, names: Names) -> str:
-    """Return what a note says."""
-    raise TypeError(f"no sentence for notes of kind {note.kind}")
+def sentence(fact: Tagged, names: Names) -> str:
+    """Return what a note says, or a reason of the verdict, or its remedy."""
+    raise TypeError(f"no sentence for facts of kind {fact.kind}")
 
 
-def states(kind: type[Note], template: str, many: str = "", *, count: str = "") -> None:
-    """Give a kind of note its template, whose fields are the note's.
+def states(kind: type[Tagged], template: str, many: str = "", *, count: str = "") -> None:
+    """Give a kind of fact its template, whose fields are the fact's.
 
     Where it differs for one and for many, the field `count` tells: a number, or something to be counted.
     """
 
-    def say(note: Note, names: Names) -> str:
+    def say(fact: Tagged, names: Names) -> str:
         if not many:
-            return names.say(template, **vars(note))
-        number = getattr(note, count)
-        return names.say_number(template, many, number if isinstance(number, int) else len(number), **vars(note))
+            return names.say(template, **vars(fact))
+        number = getattr(fact, count)
+        return names.say_number(template, many, number if isinstance(number, int) else len(number), **vars(fact))
 
     sentence.register(kind, say)
 

@@ -2,37 +2,119 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 
-from stemcal.doe.validation.conditions import EQUAL
 from stemcal.notes import Note, Weight
-from stemcal.remarks import weight_of
 from stemcal.stages.base import stage_called
+from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.text import runs, screening
-from stemcal.text.language import say
+from stemcal.text import calibration, climb, mesh, published, refinement, runs, screening, surface, validation
+from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence
 
-__all__ = ["MOST", "read_first", "remarks_of", "said_by_all", "sentence", "shown_remarks", "warned", "withheld"]
+__all__ = [
+    "MOST",
+    "certainty",
+    "outcome_of",
+    "read_first",
+    "remarks_of",
+    "said_by_all",
+    "say_more",
+    "sentence",
+    "shown_remarks",
+    "warned",
+    "withheld",
+]
 
-TOPICS = (runs, screening)
+TOPICS = (calibration, climb, mesh, refinement, runs, screening, surface, validation)
 """The modules that give notes their sentences."""
 MOST = 5
 """So many remarks are read."""
+_AGREEING = (RefineResult, ValidateResult)
+_CLAIMING = (InvertResult, MeshResult, *_AGREEING)
 
 
 def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> list[Remark]:
     """Return what a stage's result says beside its tables."""
     names = Names(result.naming, labels or {})
-    if isinstance(result, ScreenResult):
-        return screening.remarks(result, names)
-    return [_remark(note, result, names) for note in result.notes]
+    match result:
+        case ScreenResult():
+            return [*screening.remarks(result, names), *published.remarks(result.published)]
+        case SurfaceResult():
+            return surface.remarks(result, names)
+        case MeshResult():
+            return mesh.remarks(result, names)
+        case ValidateResult():
+            return validation.remarks(result, names)
+    notes = (
+        remark(note, names) if isinstance(note, Note) else Remark(note, Weight.TRUST, note) for note in result.notes
+    )
+    return [*_of_numbers(result, names), *notes]
+
+
+def _of_numbers(result: StageResult, names: Names) -> Iterable[Remark]:
+    """Return the remarks that a result's numbers ask for, its notes apart."""
+    match result:
+        case ClimbResult():
+            return climb.remarks(result, names)
+        case InvertResult():
+            return calibration.remarks(result, names)
+        case RefineResult():
+            return refinement.remarks(result, names)
+    return ()
+
+
+def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
+    """Return what came out of a stage; no claim of agreement where the study does not bear it."""
+    names = Names(result.naming, labels or {})
+    if not holds and isinstance(result, _AGREEING):
+        return []
+    match result:
+        case ScreenResult():
+            return screening.outcome(result, names)
+        case ClimbResult():
+            return climb.outcome(result, names)
+        case SurfaceResult():
+            return surface.outcome(result, names)
+        case InvertResult():
+            return calibration.outcome(result, names)
+        case RefineResult():
+            return refinement.outcome(result, names)
+        case MeshResult():
+            return mesh.certainty(result, names)
+        case ValidateResult():
+            return validation.outcome(result, names)
+    return [result.summary()]
+
+
+def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
+    """Return how sure it is, as far as the finished stages tell; no interval where the study is not calibrated."""
+    told = [result for result in results.done() if holds or not isinstance(result, _CLAIMING)]
+    said = [sentence for result in told for sentence in _certainty(result, Names(result.naming, labels or {}))]
+    return said if holds else [*said, withheld()]
+
+
+def _certainty(result: StageResult, names: Names) -> list[str]:
+    match result:
+        case ScreenResult():
+            return screening.certainty(result, names)
+        case SurfaceResult():
+            return surface.certainty(result, names)
+        case InvertResult():
+            return calibration.certainty(result, names)
+        case MeshResult():
+            return mesh.certainty(result, names)
+        case ValidateResult():
+            return validation.certainty(result, names)
+    return []
 
 
 def shown_remarks(result: StageResult, holds: bool, labels: Mapping[str, str] | None = None) -> list[Remark]:
@@ -60,17 +142,11 @@ def read_first(said: Iterable[tuple[str, Remark]]) -> list[tuple[str, Remark]]:
     return list(kinds.values())
 
 
+def say_more(count: int) -> str:
+    """Say how many remarks are left to the report."""
+    return say_number("{count} more note in the report", "{count} more notes in the report", count)
+
+
 def withheld() -> str:
     """Say that intervals and agreement are not shown."""
     return say("Not calibrated: no interval of the parameters and no statement of agreement is given.")
-
-
-def _remark(note: Note | str, result: StageResult, names: Names) -> Remark:
-    """Return a note as a remark; a stage that still makes sentences has them weighed by their templates."""
-    if isinstance(note, Note):
-        return remark(note, names)
-    claims = isinstance(result, ValidateResult) and EQUAL.says(note)
-    if isinstance(result, InvertResult):
-        claims = any(note in part.sentences for part in result.known)
-    kind = re.sub(r"[\d.]+", "#", note.partition(":")[0] if len(note) > 60 else note)
-    return Remark(note, weight_of(note), kind, claims)

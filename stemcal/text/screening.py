@@ -13,8 +13,7 @@ from stemcal.doe.designs.aliases import (
     UniformlyAliased,
 )
 from stemcal.doe.screening.curvature import Curvature
-from stemcal.doe.screening.definitive import ErrorSource, TwoStages
-from stemcal.doe.screening.effects import Effect
+from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.screening.fold import FoldOverPays
 from stemcal.doe.screening.notes import (
     ExactResidual,
@@ -31,6 +30,7 @@ from stemcal.doe.screening.notes import (
     UnusedContrasts,
     WeakError,
 )
+from stemcal.doe.screening.two_stage_analysis import ErrorSource, TwoStages
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign
 from stemcal.text.language import all_of, say, say_number

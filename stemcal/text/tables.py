@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from stemcal.naming import CUTTING, Naming
-from stemcal.stages.invert.result import InvertResult
-from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.numbers import interval
 
 LINES = {
     # screening and surface
@@ -153,30 +150,3 @@ def line(name: str, names: Names | Naming = CUTTING, /, **fields: object) -> str
 def failed(reason: str) -> str:
     """Return what stands in place of the response of a run that failed."""
     return line("failed for", reason=reason) if reason else line("failed")
-
-
-def valid_for(stage: InvertResult) -> list[str]:
-    """Say what the values hold for."""
-    settings = [f"{name} {value}" for name, value in (stage.belongs_to or {}).items()]
-    return [say("These values hold for {settings:all}: cite them together.", settings=settings)] if settings else []
-
-
-def assumptions(stage: InvertResult, meshed: bool) -> list[str]:
-    """Say what the 95 % ranges assume; `meshed` tells whether the scatter over meshes is in them."""
-    if stage.certainty is None:
-        return []
-    unmeshed = "The ranges assume that the mesh stays in its place; a section `mesh` shows what that is worth."
-    taken = [say("The ranges assume: {taken}.", taken=stage.certainty.taken)] if stage.certainty.taken else []
-    return [*taken, *([say(unmeshed)] if stage.belongs_to and not meshed else [])]
-
-
-def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
-    """Explain which range to cite, beside the points where the surface alone meets the target."""
-    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
-        return []
-    exact = "; ".join(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
-    return [
-        say("Cite the 95 % range: all values that agree with the measurement, the other parameters free."),
-        say("Free: three quarters of the range or more."),
-        say("The points where the surface meets the target exactly ({exact}) leave its error out.", exact=exact),
-    ]

@@ -5,17 +5,18 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import pytest
 from commanding import REPLAY, SMOKE, command
-from fakes import SPEC, FakeSolver, force, lines
+from fakes import SPEC, SpecSolver, force, lines
 
+from stemcal.executors.code import code_version
 from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers import SOLVERS
-from stemcal.stages.kept import NOTE
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
@@ -25,15 +26,16 @@ class Known:
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self.spec, self.out, self.witness = folder / "known.yaml", folder / "out", folder / "witness"
-        self.monkeypatch = monkeypatch
+        self.monkeypatch, self.versions = monkeypatch, count()
         self.write("")
 
     def write(self, extra: str) -> None:
         self.spec.write_text(SPEC + TWO + extra, encoding="utf-8")
 
     def solver(self, **facts: Any) -> None:
-        (self.out / NOTE).unlink(missing_ok=True)  # a solver that changes without the code is a test's alone
-        solver = FakeSolver(self.witness, **facts)
+        solver, code = SpecSolver(self.witness, **facts), f"{code_version()}-{next(self.versions)}"
+        # a solver that changes without the code is a test's alone
+        self.monkeypatch.setattr("stemcal.stages.fresh.code_version", lambda: code)
         self.monkeypatch.setitem(SOLVERS, "embedded", lambda _study: solver)
 
     def __call__(self, name: str, *args: object) -> Any:
@@ -110,7 +112,7 @@ def test_a_stage_is_stale_with_the_one_before_it(replayed: Path, tmp_path: Path)
 def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
     failed.solver(version=2)
     found = stage(failed.json("status"), "screen")
-    assert (found["file"], found["changed"], found["left"]) == ("stale", ["solver version"], 12)
+    assert (found["file"], found["changed"], found["left"]) == ("stale", ["stemcal"], 12)
     assert "screen.json is stale: solver version changed" in " ".join(failed("status").stdout.split())
     again = failed("screen", "-j", 1)
     assert "screen is made anew: solver version changed" in again.stderr
@@ -248,7 +250,7 @@ def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:
     failed.solver(version=2)
     found = failed.json("verify")
     assert found["ok"] is True and len(found["stale_records"]) == 12
-    assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["solver version"], "sealed": True}]
+    assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["stemcal"], "sealed": True}]
     (failed.out / "screen.json").write_bytes(b"{")
     assert failed.json("verify")["damaged"] == [
         {"file": "screen.json", "problem": "is damaged: it holds no JSON object; run `stemcal screen SPEC` again"}

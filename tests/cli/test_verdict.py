@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from commanding import REPLAY, command
-from fakes import SPEC, FakeSolver
+from fakes import SPEC, SpecSolver
 
 import stemcal
 from stemcal.solvers import SOLVERS
@@ -18,7 +18,7 @@ from stemcal.solvers.protocol import Answer, Request
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 
-class Doubted(FakeSolver):
+class Doubted(SpecSolver):
     """The known force, from runs of which none is to be trusted."""
 
     def solve(self, request: Request) -> Answer:
@@ -37,7 +37,7 @@ def spec(tmp_path: Path) -> Path:
 def test_the_last_screen_holds_verdict_table_and_path(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 0
     lines = said.stdout.splitlines()
@@ -51,8 +51,9 @@ def test_the_last_screen_holds_verdict_table_and_path(
     assert found[0] < found[1] < said.stdout.index("Calibrated.")
     notes = [line for line in said.stderr.splitlines() if line.startswith("note: ")]
     assert len(notes) == 5 and "more notes in the report" in said.stderr
-    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["verdict"]
-    assert told == {"verdict": "calibrated", "use": "Good (within 10 %) at 7, 8 and 10 mm.", "reasons": []}
+    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)
+    assert (told["verdict"], told["verdict_reasons"]) == ("calibrated", [])
+    assert told["verdict_use"]["text"] == "Good (within 10 %) at 7, 8 and 10 mm."
     assert stemcal.open_results(tmp_path / "out").verdict.verdict == "calibrated"
 
 
@@ -63,7 +64,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
     assert re.search(
-        r"Not calibrated: in (\d+) of \1 runs the physics is doubtful: hourglass energy up to 40 %", ending
+        r"Not calibrated\. In (\d+) of \1 runs the physics is doubtful: hourglass energy up to 40 %\.", ending
     )
     assert "Next: `element: full` under `solver`" in ending
     for claim in ("95 % range", "What the measurements fix", "How well the forces fix", "95 % interval"):
@@ -85,11 +86,11 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Before the validation a sound study is only not finished: its intervals are shown, and that is said."""
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
     assert "95 % range" in said.stdout and "What the measurements fix" in said.stdout
-    assert "Not calibrated: not done yet: Validation" in " ".join(said.stderr.split())
+    assert "Not calibrated. Not done yet: Validation." in " ".join(said.stderr.split())
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: Doubted())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "bad", "-j", 1)
@@ -103,19 +104,22 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
 
 @pytest.mark.usefixtures("blank_figures")
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: FakeSolver())
+    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
     spec.write_text(spec.read_text("utf-8").replace("force: 110 N", "force: 200 N"), encoding="utf-8")
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 4
     ending = " ".join(said.stdout.split())
-    assert "Not calibrated: the measured 200 N is above what the ranges reach" in ending
-    assert "Next: raise `high` of yield_stress to about" in ending
-    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["verdict"]
-    assert told["verdict"] == "not_calibrated" and told["reasons"][0]["rule"] == "reach"
+    assert "Not calibrated. The measured 200 N is above what the ranges reach" in ending
+    assert "Next: Raise `high` of yield_stress to about" in ending
+    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)
+    assert told["verdict"] == "not_calibrated"
+    reason = told["verdict_reasons"][0]
+    assert (reason["kind"], reason["target"], reason["remedy"]["kind"]) == ("out_of_reach", 200.0, "widen_range")
+    assert reason["text"].startswith("The measured 200 N is above what the ranges reach, ")
 
 
 def test_forces_of_a_table_are_a_reservation(finished: tuple[Path, Any]) -> None:
     folder, said = finished
     ending = " ".join(said.stdout.split())
-    assert "Calibrated, with reservations: the validation forces are read from a table" in ending
+    assert "Calibrated, with reservations. The validation is read from a table" in ending
     assert "Calibrated, with reservations" in command("status", REPLAY, "--out", folder).stdout

@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.cutting.result import moving_mean
 from stemcal.cutting.stroke import stroke_end
-from stemcal.runs.policy import censored_remarks, judged
+from stemcal.runs.policy import LowerBound, judged, lower_bounds
 from stemcal.solvers.protocol import Answer
 from stemcal.study.model import RunsOptions
 
@@ -58,9 +58,7 @@ def answer(end: str | None) -> Answer:
 
 
 def test_only_what_rose_is_said_to_have_risen() -> None:
-    notes = censored_remarks([answer("rising"), answer("regained"), answer("rising"), answer(None), Answer("ok", 1.0)])
-    assert notes[0].startswith("In runs 1, 3 the force still rose when the stroke ended: such a force is a lower bound")
-    assert notes[1].startswith("In run 2 a peak was passed and partly regained when the stroke ended")
-    assert notes[2].startswith("In run 4 the force had not fallen when the stroke ended")
+    notes = lower_bounds([answer("rising"), answer("regained"), answer("rising"), answer(None), Answer("ok", 1.0)])
+    assert notes == [LowerBound((1, 3), "rising"), LowerBound((2,), "regained"), LowerBound((4,), "unknown")]
     failed = judged(answer("falling"), RunsOptions(censored="fail"))
     assert failed.message.startswith("a peak was passed, but the force had fallen little when the stroke ended: it is")

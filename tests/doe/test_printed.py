@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stemcal.doe.regression.surface import Surface
-from stemcal.stages.audit.printed import agrees, compare_cells
+from stemcal.stages.printed_numbers import agrees, compare_cells
 
 
 @pytest.mark.parametrize(

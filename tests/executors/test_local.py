@@ -11,8 +11,6 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import CancelledError, wait
-from contextlib import suppress
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -132,65 +130,6 @@ def test_a_dying_worker_costs_only_its_run(executor: LocalExecutor, how: str) ->
         deadly.result()
 
 
-# ---- what workers do beside calls
-
-
-def leave_a_trace(folder: Path, what: str) -> None:
-    (folder / f"{what} {os.getpid()}").touch()
-
-
-def test_workers_get_ready_at_once_and_use_a_spare_moment_once(tmp_path: Path) -> None:
-    def traces(what: str) -> list[str]:
-        return sorted(path.name.split()[1] for path in tmp_path.glob(f"{what} *"))
-
-    with LocalExecutor(2) as executor:
-        executor.start(partial(leave_a_trace, tmp_path, "ready"), partial(leave_a_trace, tmp_path, "spare"), most=8)
-        assert eventually(lambda: len(traces("ready")) == 2, 30.0)
-        time.sleep(0.2)
-        assert traces("spare") == []
-        workers = [str(executor.submit(whoami, 0.2).result()) for _ in range(3)]
-        assert eventually(lambda: traces("spare") == sorted(set(workers)), 30.0)
-    assert set(workers) <= set(traces("ready"))
-    assert len(traces("ready")) == 2
-
-
-def test_a_chore_that_fails_is_no_matter() -> None:
-    with LocalExecutor(1) as executor:
-        executor.start(partial(fail, "key"), partial(die, "exit"), most=1)
-        assert [executor.submit(square, x).result() for x in (2.0, 3.0)] == [4.0, 9.0]
-
-
-@pytest.mark.parametrize("broken", [False, True])
-def test_nobody_waits_for_a_chore(broken: bool) -> None:
-    begun = time.monotonic()
-    with suppress(ZeroDivisionError), LocalExecutor(2) as executor:
-        executor.start(partial(time.sleep, 60.0), partial(time.sleep, 60.0), most=2)
-        time.sleep(0.5)
-        if broken:
-            raise ZeroDivisionError
-    assert time.monotonic() - begun < 20.0
-
-
-def note_turn(file: Path, word: str, seconds: float = 0.0) -> None:
-    time.sleep(seconds)
-    with file.open("a") as lines:
-        lines.write(f"{word} ")
-
-
-def test_what_is_for_idle_workers_comes_behind_all_others_and_may_be_cancelled(tmp_path: Path) -> None:
-    file = tmp_path / "turns"
-    with LocalExecutor(1) as executor:
-        executor.submit(note_turn, file, "first", 1.0)
-        idle = [
-            executor.submit_pickled(pickle.dumps((note_turn, (file, word), {})), None, when_idle=True)
-            for word in ("idle", "never", "also")
-        ]
-        idle[1].cancel()
-        for word in ("second", "third"):
-            executor.submit(note_turn, file, word)
-    assert file.read_text().split() == ["first", "second", "third", "idle", "also"]
-
-
 # ---- time limit
 
 
@@ -256,22 +195,9 @@ def test_what_a_run_needs_loaded_does_not_count() -> None:
 
 
 def test_a_worker_that_is_never_ready_is_no_time_out_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.executors.crew.LOADING_S", 0.5)
+    monkeypatch.setattr("stemcal.child.LOADING_S", 0.5)
     with LocalExecutor(1, time_limit=60.0) as executor, pytest.raises(WorkerDied, match=r"not ready within 0\.5 s"):
         executor.submit(Prepared(30.0, 0.1)).result()
-
-
-@LINUX
-def test_time_while_the_worker_is_stopped_does_not_count() -> None:
-    with LocalExecutor(1, time_limit=1.5) as executor:
-        pid = executor.submit(whoami).result()
-        running = executor.submit(whoami, 0.5)
-        time.sleep(0.2)
-        os.kill(pid, signal.SIGSTOP)
-        time.sleep(3.0)
-        assert not running.done()
-        os.kill(pid, signal.SIGCONT)
-        assert running.result() == pid
 
 
 STOPPED = """
@@ -286,32 +212,6 @@ if __name__ == "__main__":
         print("busy", flush=True)
         print("done" if busy.result() else "", flush=True)
 """
-
-
-def spin(seconds: float, core: int) -> float:
-    """Compute for so many seconds on one core; returns how long that took."""
-    os.sched_setaffinity(0, {core})
-    began, enough = time.monotonic(), time.process_time() + seconds
-    while time.process_time() < enough:
-        pass
-    return time.monotonic() - began
-
-
-@pytest.mark.skipif(not Path("/proc/self/schedstat").exists(), reason="only Linux tells who waits for a core")
-def test_time_that_others_have_the_core_does_not_count() -> None:
-    core = min(os.sched_getaffinity(0))
-    code = f"import os; os.sched_setaffinity(0, {{{core}}}); print(flush=True)\nwhile True: pass"
-    others = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in range(4)]
-    try:
-        for other in others:
-            assert other.stdout is not None and other.stdout.readline()  # it runs
-        with LocalExecutor(1, time_limit=1.5) as executor:
-            executor.submit(square, 2.0).result()
-            assert executor.submit(spin, 1.0, core).result() > 1.5
-    finally:
-        for other in others:
-            other.kill()
-            other.wait()
 
 
 @POSIX
@@ -378,7 +278,7 @@ def test_shutdown_can_cancel_the_queue() -> None:
 
 def test_idle_executors_start_nothing() -> None:
     with LocalExecutor(4) as executor:
-        assert executor._crews == []
+        assert executor.started == 0
 
 
 def test_cores() -> None:

@@ -25,7 +25,7 @@ from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.sealed import sealed
 from stemcal.folder.store import StudyFolder
-from stemcal.solvers.programs import aside
+from stemcal.solvers.programs import helper_process
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import read_study
 
@@ -143,7 +143,7 @@ def slow_result(folder: Path, number: int, _rng: random.Random) -> None:
         result="{kind: regex, file: out.txt, pattern: 'F = (.*)'}",
     )
     assert again.ok and again.response == 12.5, again
-    assert len(aside._running) <= 1
+    assert len(helper_process._running) <= 1
 
 
 SETTINGS = (

@@ -170,7 +170,7 @@ from stemcal.cli.guard import exit_codes
 from stemcal.executors.local import LocalExecutor
 if __name__ == "__main__":
     warm._smallest_simulation = lambda *_: None
-    warm._done_elsewhere = lambda *_: True
+    warm._compiled_elsewhere = lambda *_: True
     try:
         with exit_codes():
             warm.warm()

@@ -64,8 +64,10 @@ def tried(fault: Fault, times: int, seed: int) -> Tally:
 
 
 def row(fault: Fault, tally: Tally) -> str:
-    """Return the table's row."""
-    figures = f"{tally.tried} | {tally.survived} | {tally.remark}"
+    """Return the table's row; what was lost is told in it."""
+    lost = [] if not tally.broken else [f"{len(tally.broken)} lost, the first: {' '.join(tally.broken[0].split())}"]
+    remark = "; ".join(filter(None, [tally.remark, *lost])).replace("|", "\\|")
+    figures = f"{tally.tried} | {tally.survived} | {remark}"
     return f"| {fault.name} | {fault.cause} | {fault.must} | {figures} |\n"
 
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
@@ -113,18 +110,3 @@ def test_a_place_where_everyone_may_put_folders(folder: Path) -> None:
     is_not_used(folder, "may be written by everyone")
     folder.parent.chmod(0o1777)  # as /tmp is: one's own cannot be exchanged
     assert cache.unusable(folder) == ""
-
-
-@POSIX
-def test_what_killed_commands_have_left_is_removed(folder: Path, tmp_path: Path) -> None:
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
-    days_ago = time.time() - 3 * 86400
-    cases = {"left": (gone.pid, days_ago), "new": (gone.pid, time.time()), "used": (os.getpid(), days_ago)}
-    for name, (pid, when) in cases.items():
-        (tmp_path / f"stemcal-kernels-{pid}-{name}").mkdir(mode=0o700)
-        os.utime(tmp_path / f"stemcal-kernels-{pid}-{name}", (when, when))
-    folder.chmod(0o777)
-    cache.cache_folder()
-    names = {path.name.rpartition("-")[2] for path in tmp_path.glob("stemcal-kernels-*")}
-    assert "left" not in names and {"new", "used"} < names

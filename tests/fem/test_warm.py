@@ -11,13 +11,15 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
+import psutil
 import pytest
 
 import stemcal.fem.warm as module
+from stemcal.child import Child
 from stemcal.fem.kernels.cache import SPARE, cache_folder
 from stemcal.fem.warm import sweep, warm
+from stemcal.interrupts import heard
 
 WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
 
@@ -88,20 +90,13 @@ def test_caches_of_older_sources_are_swept_after_a_month(tmp_path: Path) -> None
     assert sorted(folder.name for folder in tmp_path.iterdir()) == ["kernels-a-numba-1", "kernels-b-numba-1", "other"]
 
 
-def heeding(_number: int, _frame: object) -> None:
-    raise KeyboardInterrupt
-
-
 @pytest.fixture(params=[signal.SIGINT, signal.SIGTERM])
 def number(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[signal.Signals]:
-    """A signal that raises an exception, while nothing is compiled yet."""
+    """A signal, while nothing is compiled yet."""
     monkeypatch.setattr(module, "CACHE", tmp_path)
-    before = signal.signal(request.param, heeding)
     module.warm.cache_clear()
     yield request.param
-    left = signal.signal(request.param, before)
     module.warm.cache_clear()
-    assert left is heeding
 
 
 def test_interrupts_while_kernels_load_wait_for_the_end(
@@ -114,9 +109,9 @@ def test_interrupts_while_kernels_load_wait_for_the_end(
             signal.raise_signal(number)
             gone_on.append(turn)
 
-    monkeypatch.setattr(module, "_done_elsewhere", lambda *_: True)
+    monkeypatch.setattr(module, "_compiled_elsewhere", lambda *_: True)
     monkeypatch.setattr(module, "_smallest_simulation", loading)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt), heard():
         module.warm()
     assert gone_on == [0, 1]
 
@@ -125,19 +120,18 @@ def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
     number: signal.Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What compiles is a process of its own, and is gone."""
-    started: list[subprocess.Popen[bytes]] = []
-    real = subprocess.Popen
+    started: list[Child] = []
 
-    def noting(*args: Any, **kwargs: Any) -> subprocess.Popen[bytes]:
-        started.append(real(*args, **kwargs))
+    def noting() -> Child:
+        started.append(Child())
         threading.Timer(0.3, _thread.interrupt_main, [number]).start()
         return started[-1]
 
-    monkeypatch.setattr(module.subprocess, "Popen", noting)
+    monkeypatch.setattr(module, "Child", noting)
     monkeypatch.setattr(module, "_smallest_simulation", lambda *_: pytest.fail("goes on"))
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt), heard():
         module.warm()
-    assert [process.poll() is not None for process in started] == [True]
+    assert [psutil.pid_exists(child.pid) for child in started] == [False]
     assert not module.is_compiled()
 
 
@@ -145,11 +139,16 @@ def test_what_cannot_be_compiled_elsewhere_is_compiled_here(monkeypatch: pytest.
     here: list[str] = []
     monkeypatch.setattr(module, "CACHE", tmp_path)
     monkeypatch.setattr(module, "_smallest_simulation", here.append)
-    for executable in (str(tmp_path / "nowhere"), "", None):
+    for executable in (str(tmp_path / "nowhere"), sys.executable):
         monkeypatch.setattr(sys, "executable", executable)
+        monkeypatch.setattr(module, "compile_all", die)  # the second child dies over it
         module.compile_once("mixed")
         module._mark("mixed").unlink()
-    assert here == ["mixed"] * 3
+    assert here == ["mixed"] * 2
+
+
+def die(_precision: str) -> None:
+    os._exit(3)
 
 
 def test_a_compilation_that_fails_is_tried_again_without_what_an_earlier_one_left(
@@ -165,7 +164,7 @@ def test_a_compilation_that_fails_is_tried_again_without_what_an_earlier_one_lef
         return len(found) > 1
 
     monkeypatch.setattr(module, "CACHE", tmp_path)
-    monkeypatch.setattr(module, "_done_elsewhere", compiling)
+    monkeypatch.setattr(module, "_compiled_elsewhere", compiling)
     module.compile_once("mixed")
     assert found == [True, False] and module.is_compiled("mixed")
 
@@ -177,30 +176,3 @@ def test_one_who_waited_keeps_what_the_first_took(monkeypatch: pytest.MonkeyPatc
     with module._one_at_a_time(mark):
         mark.write_text("31.0\n")
     assert mark.read_text() == "31.0\n"
-
-
-def test_compiling_elsewhere_is_of_this_very_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not of another that is installed, nor of what lies in the current folder."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "platform.py").write_text("raise SystemExit(3)\n")
-    seen: list[list[str]] = []
-    real = subprocess.Popen
-
-    def asking(line: list[str], **kwargs: Any) -> subprocess.Popen[bytes]:
-        seen.append(line)
-        code = (
-            line[-1].split("; import ")[0]
-            + f"; import {module.__name__} as w; assert w.__file__ == {module.__file__!r}"
-        )
-        return real([*line[:-1], code], **kwargs)
-
-    monkeypatch.setattr(module.subprocess, "Popen", asking)
-    assert module._done_elsewhere(module.compile_all, "mixed") and len(seen) == 1
-
-
-def test_a_child_that_the_terminal_interrupted_is_no_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = subprocess.Popen
-    code = "import os, signal; signal.signal(signal.SIGINT, signal.SIG_DFL); os.kill(os.getpid(), signal.SIGINT)"
-    monkeypatch.setattr(module.subprocess, "Popen", lambda line, **how: real([sys.executable, "-c", code], **how))
-    with pytest.raises(KeyboardInterrupt):
-        module._done_elsewhere(module.compile_all, "mixed")

@@ -15,7 +15,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, key, to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.base import STAGES, stages_of
-from stemcal.stages.making import kind_of, read
+from stemcal.stages.fresh import kind_of, read
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.curves import CurveOptions, contact_begins, read_curves
 from stemcal.measured.diameters import measure_diameters, proposed_grades
 from stemcal.measured.shear import find_files, measure_shear, read_index
-from stemcal.measured.targets import targets_section, with_targets
+from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
+from stemcal.measured.target_entries import targets_section, with_targets
 
 DATA = Path(__file__).parents[2] / "configs" / "data"
 MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}
@@ -151,7 +151,7 @@ def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     assert "travel: 0.3 mm" in section and "work: 11 mJ, work_sd: 0.7071 mJ}" in section
     assert max(map(len, section.splitlines())) <= 72
     spec = DATA.parent / "smoke.yaml"
-    (target,) = read_study(with_targets(spec.read_text("utf-8"), section).encode(), spec).targets.forces
+    (target,) = read_study(with_targets(spec.read_text("utf-8"), section).encode(), spec).targets.means
     assert (target.work, target.work_sd, target.n) == (11.0, 0.7071, 2)
 
 
@@ -168,9 +168,9 @@ def test_targets_replace_only_their_section() -> None:
     section = targets_section(measure_shear(find_files(DATA / "measured-shear")), 8.0)
     changed = with_targets(text, section)
     study = read_study(changed.encode(), spec)
-    assert study.calibration_target.force == 159.2
-    assert [target.n for target in study.targets.forces] == [6] * 5
-    assert all(target.sd for target in study.targets.forces)
+    assert study.calibration_target.response == 159.2
+    assert [target.n for target in study.targets.means] == [6] * 5
+    assert all(target.sd for target in study.targets.means)
     outside = [line for line in text.splitlines() if line not in changed.splitlines()]
     assert all("diameter:" in line or line == "targets:" for line in outside)
     assert with_targets("name: a\n", section).startswith("name: a\n\ntargets:")

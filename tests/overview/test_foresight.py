@@ -8,7 +8,8 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from stemcal.cli.app import app
-from stemcal.overview.foresight import Demand, excess
+from stemcal.overview.foresight import Demand, TooMuchMemory, excess
+from stemcal.text.plan import sentences
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -16,14 +17,15 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 def test_what_is_usual_is_not_refused() -> None:
     result = CliRunner().invoke(app, ["plan", str(CONFIGS / "wild-chrysanthemum.yaml"), "--json"])
     plan = json.loads(result.stdout)
-    assert excess(Demand(plan["to_run"], plan["seconds"], plan["memory"]), 8, 8e9) == []
+    assert list(excess(Demand(plan["to_run"], plan["seconds"], plan["memory"]), 8, 8e9)) == []
 
 
 def test_fewer_workers_are_the_remedy_where_they_are() -> None:
-    said = excess(Demand(20, 60.0, 3.0e9), 8, 8.0e9)
-    assert said == [
-        "a run needs about 3.0 GB of memory, 8 at a time 24.0 GB; this machine has 8.0 GB: take fewer workers "
-        "(--workers 2)"
+    (said,) = excess(Demand(20, 60.0, 3.0e9), 8, 8.0e9)
+    assert said == TooMuchMemory(3.0e9, 8, 8.0e9, 2)
+    assert sentences([said]) == [
+        "A run needs about 3.0 GB of memory, 8 at a time 24.0 GB; this machine has 8.0 GB: take fewer workers "
+        "(--workers 2)."
     ]
-    assert excess(Demand(20, 60.0, 3.0e9), 2, 8.0e9) == []
-    assert excess(Demand(20, 60.0, 3.0e9), 8, None) == []
+    assert list(excess(Demand(20, 60.0, 3.0e9), 2, 8.0e9)) == []
+    assert list(excess(Demand(20, 60.0, 3.0e9), 8, None)) == []

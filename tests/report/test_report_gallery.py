@@ -15,7 +15,7 @@ from stemcal.report.figures.contour import relief, solutions
 from stemcal.report.figures.curves import energies
 from stemcal.report.figures.gallery import Plot, gallery, write_figures
 from stemcal.report.figures.validation import validation
-from stemcal.report.glossary import GLOSSARY, look_up
+from stemcal.text.glossary import GLOSSARY, look_up
 
 
 def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], results: Any) -> None:
@@ -73,7 +73,7 @@ def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
 
     words = ("PRESS", "lack of fit", "adequate precision", "p_holm", "coded radius", "prediction interval")
     for word in (*PARAMETERS, *words, "hourglass_ratio_percent", "kinetic_ratio_percent", "Lenth", "shapiro-wilk test"):
-        (entry,) = look_up(word)
+        entry = look_up(word)[0]
         assert entry.meaning.endswith(".") and entry.source
     names = [name.lower() for entry in GLOSSARY for name in (entry.term, *entry.aliases)]
     assert len(names) == len(set(names))

@@ -74,7 +74,7 @@ def test_calibration_with_ranges_and_the_published_values(stages: dict[str, Any]
     text = printed(stages["invert"])
     assert cells(text, "yield_stress") == ["yield_stress", "18.37", "15.86", "to", "19.75", "39", "%", "1.134", "17.96"]
     assert "147.1 to 171.3" in " ".join(text.split())
-    assert "meets the target exactly (yield_stress 17.63 to 18.96;" in " ".join(text.split())
+    assert "meets the target exactly at yield_stress 17.63 to 18.96," in " ".join(text.split())
 
 
 def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:

@@ -22,19 +22,20 @@ from stemcal.report.export.latex import document
 from stemcal.report.export.paper import paper_tables
 from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg
-from stemcal.report.page.render import first_pictures, kind_of, question, run_tables
-from stemcal.report.page.sentences import certainty, outcome_of
+from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
+from stemcal.report.tables.equation import equation
 from stemcal.report.tables.final import final_tables
 from stemcal.report.tables.of_designs import listed, runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.tables.stages import tables_of
-from stemcal.report.terms import equation
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.names import Names
+from stemcal.text.page import kind_of, question
+from stemcal.text.results import certainty, outcome_of, remarks_of
 from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
@@ -224,13 +225,10 @@ def test_without_a_condition_measured_and_simulated_stand_side_by_side(angle: To
 
 def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
     assert kind_of(angle[0]) == "Calibration of a simulation to the measured angle of repose"
-    assert (
-        question(angle[0])
-        == "Which values of 5 parameters make the simulated angle of repose equal the measured 32.6°?"
-    )
+    assert question(angle[0]) == "Which parameters make the simulated angle of repose equal the measured 32.6°?"
     assert question(moist[0]) == (
-        "Which values of 5 parameters make the simulated angle of repose and bulk density at moisture 12 % equal the "
-        "measured 32.6° and 745 kg/m³, and do they hold at 1 other moisture?"
+        "Which parameters make the simulated angle of repose and bulk density at moisture 12 % equal the measured "
+        "32.6° and 745 kg/m³? Do they hold at 1 other value of the moisture?"
     )
 
 
@@ -238,13 +236,15 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     outcomes = [sentence for told in (angle, moist) for stage in told[2].done() for sentence in outcome_of(stage)]
     assert of_stems(outcomes) == []
     assert of_stems(certainty(angle[2])) == []
+    remarks = [one.sentence for told in (angle, moist) for stage in told[2].done() for one in remarks_of(stage)]
+    assert of_stems(remarks) == []
     validation, joint = angle[2].validation, moist[2].inversion
     assert validation is not None and joint is not None
-    assert outcome_of(validation)[0].startswith("Simulated and measured angle of repose differ by ")
-    missed = (
-        r"Fitted to 2 moistures together, .* measured angles of repose by at most .* % and bulk densities by at most"
+    assert re.fullmatch(
+        r"Simulated and measured values differ by [\d.]+ % \(angle of repose\)\.", outcome_of(validation)[0]
     )
-    assert re.match(missed, outcome_of(joint)[0])
+    missed = r"Largest error of its surfaces: [\d.]+ % of the angle of repose and [\d.]+ % of the bulk density\."
+    assert re.fullmatch(missed, outcome_of(joint)[1])
 
 
 def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> None:

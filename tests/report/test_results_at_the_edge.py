@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from fakes import FakeSolver, make_study
+from fakes import SpecSolver, make_study
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
@@ -19,7 +19,7 @@ from stemcal.study.model import Study
 
 
 @dataclass(frozen=True)
-class LevelSolver(FakeSolver):
+class LevelSolver(SpecSolver):
     """Every run gives the same force."""
 
     def solve(self, request: Request) -> Answer:
@@ -27,7 +27,7 @@ class LevelSolver(FakeSolver):
         return Answer("ok", response=100.0)
 
 
-def reported(study: Study, solver: FakeSolver, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> str:
+def reported(study: Study, solver: SpecSolver, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> str:
     """Take a study through all stages, draw every figure and return the page."""
     monkeypatch.setitem(SOLVERS, "embedded", lambda _: solver)
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
@@ -41,14 +41,14 @@ def test_two_diameters_have_a_power_law_without_an_interval(tmp_path: Path, monk
     study = make_study(tmp_path)
     targets = study.targets.model_copy(update={"means": study.targets.means[:2]})
     two = study.model_copy(update={"targets": targets})
-    page = reported(two, FakeSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
+    page = reported(two, SpecSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
     assert "n = 2.00" in page and "n = 2.00 (" not in page
 
 
 def test_a_saturated_surface_has_no_standard_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     extra = "rsm: {design: latin-hypercube, runs: 6, factors: [yield_stress, failure_strain]}\n"
-    page = reported(make_study(tmp_path, extra), FakeSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
-    assert "Ridge of steepest ascent" in page and "its lack of fit cannot be tested" in page
+    page = reported(make_study(tmp_path, extra), SpecSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
+    assert "Ridge of steepest ascent" in page and "Its lack of fit cannot be tested" in page
 
 
 def test_equal_forces_leave_nothing_to_explain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,4 +56,4 @@ def test_equal_forces_leave_nothing_to_explain(tmp_path: Path, monkeypatch: pyte
     forces = tuple(target.model_copy(update={"response": 100.0}) for target in study.targets.means)
     level = study.model_copy(update={"targets": study.targets.model_copy(update={"means": forces})})
     page = reported(level, LevelSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
-    assert "All runs gave the same force" in page
+    assert "All runs gave the same response" in page

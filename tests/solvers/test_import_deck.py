@@ -14,10 +14,10 @@ from stemcal.cutting import Blade, Stem, Supports
 from stemcal.cutting.build import through_wall
 from stemcal.errors import UsageError
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
-from stemcal.solvers.deck.importing import imported
-from stemcal.solvers.deck.shapes import blade_of, stem_of, supports_of
-from stemcal.solvers.deck.spec_text import spec_text
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
+from stemcal.solvers.deck_import.importing import imported
+from stemcal.solvers.deck_import.shapes import blade_of, stem_of, supports_of
+from stemcal.solvers.deck_import.spec_text import spec_text
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

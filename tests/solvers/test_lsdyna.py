@@ -24,7 +24,7 @@ from stemcal.solvers.programs.rcforc import ContactForce, contact_force
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import DeckSolver, Loading, Study
+from stemcal.study.model import DeckSolver, LoadingSection, Study
 from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
@@ -257,7 +257,7 @@ def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
 
 def test_no_force_is_no_contact() -> None:
     with pytest.raises(NoResult) as caught:
-        peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), DeckSolver(filter_window=0.0), Loading())
+        peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), DeckSolver(filter_window=0.0), LoadingSection())
     assert caught.value.reason == "no_contact"
 
 
@@ -266,12 +266,12 @@ def test_peak_is_that_before_the_stem_breaks() -> None:
     force = np.array([0.0, 50.0, 100.0, 40.0, 20.0, 150.0, 10.0])
     contact = ContactForce(np.arange(7.0), force)
     unfiltered = DeckSolver(filter_window=0.0)
-    broken = peak_answer(contact, unfiltered, Loading(), failed=[2.5, 2.7])
+    broken = peak_answer(contact, unfiltered, LoadingSection(), failed=[2.5, 2.7])
     assert broken.response == 100.0
     assert broken.details["stroke_end"] == "broken"
     assert (broken.details["deleted_elements"], broken.details["deleted_in_all"]) == (0, 2)
-    assert peak_answer(contact, unfiltered, Loading()).response == 150.0
-    assert peak_answer(contact, unfiltered, Loading(), failed=[5.5]).response == 150.0
+    assert peak_answer(contact, unfiltered, LoadingSection()).response == 150.0
+    assert peak_answer(contact, unfiltered, LoadingSection(), failed=[5.5]).response == 150.0
 
 
 # ---- at check time

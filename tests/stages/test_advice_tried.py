@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
@@ -11,8 +10,9 @@ import stemcal
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
+from stemcal.stages.verdict.advice import IntegrateFully, ScaleMassLess
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.rules import DoubtfulPhysics, verdict_of
 from stemcal.study.reading import load_study
 
 SPEC = """\
@@ -58,12 +58,8 @@ def judged(folder: Path, solver: str, forces: tuple[float, float]) -> Verdict:
     return verdict_of(study, place)
 
 
-def remedy_of(verdict: Verdict, doubt: str) -> str:
-    return next(reason.remedy for reason in verdict.reasons if reason.rule == "physics" and doubt in reason.sentence)
-
-
-def doubtful(verdict: Verdict) -> list[str]:
-    return [reason.sentence for reason in verdict.reasons if reason.rule == "physics"]
+def doubtful(verdict: Verdict) -> dict[str, DoubtfulPhysics]:
+    return {reason.doubt.kind: reason for reason in verdict.reasons if isinstance(reason, DoubtfulPhysics)}
 
 
 @pytest.mark.slow
@@ -72,13 +68,12 @@ def test_a_stem_too_heavy_and_after_the_advice(tmp_path: Path) -> None:
     forces = measured_by(tmp_path / "light.yaml", "element_size: d/12, mass_scaling: 1e4, time_step: 20 us")
     before = judged(tmp_path / "before", "element_size: d/12, mass_scaling: 4e5, time_step: 160 us", forces)
     assert before.verdict == "not_calibrated"
-    advised = re.match(r"`mass_scaling: (\S+)` and `time_step: (\S+) us` under `solver`", remedy_of(before, "kinetic"))
-    assert advised is not None
-    mended = f"element_size: d/12, mass_scaling: {advised[1]}, time_step: {advised[2]} us"
+    advised = doubtful(before)["kinetic"].remedy
+    assert isinstance(advised, ScaleMassLess)
+    mended = f"element_size: d/12, mass_scaling: {advised.mass_scaling}, time_step: {advised.time_step} us"
     after = judged(tmp_path / "after", mended, forces)
     assert after.verdict != "not_calibrated"
-    told = [re.match(r"in (\d+) of \d+ runs .*kinetic", sentence) for sentence in doubtful(after)]
-    assert sum(int(match[1]) for match in told if match) <= 1
+    assert "kinetic" not in doubtful(after) or doubtful(after)["kinetic"].doubt.runs <= 1
 
 
 @pytest.mark.slow
@@ -88,8 +83,7 @@ def test_a_mesh_that_folds_and_after_the_advice(tmp_path: Path) -> None:
     forces = measured_by(tmp_path / "whole.yaml", f"{settings}, element: full")
     before = judged(tmp_path / "before", settings, forces)
     assert before.verdict == "not_calibrated"
-    advised = re.match(r"`(element: full)` under `solver`", remedy_of(before, "hourglass"))
-    assert advised is not None
-    after = judged(tmp_path / "after", f"{settings}, {advised[1]}", forces)
+    assert isinstance(doubtful(before)["hourglass"].remedy, IntegrateFully)
+    after = judged(tmp_path / "after", f"{settings}, element: full", forces)
     assert after.verdict != "not_calibrated"
-    assert doubtful(after) == []
+    assert doubtful(after) == {}

@@ -12,11 +12,13 @@ from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
-from stemcal.overview.beforehand import beforehand
+from stemcal.notes import Note
+from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TakenForDeterministic, TooFewFactors, beforehand
 from stemcal.solvers import make_solver
-from stemcal.stages.design import surface_factors
+from stemcal.stages.design import StrongestAsked, surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.text.beforehand import sentences
 
 SPEC = """\
 name: chain
@@ -52,17 +54,16 @@ class Screened:
         return dict(zip("abcde", (40.0, 30.0, 20.0, 7.0, 3.0), strict=True))
 
 
-def chosen(study: Study, *significant: str) -> tuple[list[str], str]:
-    names, notes = surface_factors(study, make_solver(study), Screened(significant))
-    return names, " ".join(notes)
+def chosen(study: Study, *significant: str) -> tuple[list[str], list[Note]]:
+    return surface_factors(study, make_solver(study), Screened(significant))
 
 
 def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     study = study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")
     names, said = chosen(study, "a")
     assert names == ["a", "b", "c"]
-    assert "b and c are not significant" in said
-    assert "d would be significant too" in chosen(study, "a", "b", "c", "d")[1]
+    assert said == [StrongestAsked(("a", "b", "c"), ("b", "c"), ())]
+    assert chosen(study, "a", "b", "c", "d")[1] == [StrongestAsked(("a", "b", "c"), (), ("d",))]
 
 
 @pytest.mark.parametrize(
@@ -98,20 +99,21 @@ def test_what_eight_runs_lose_is_said_before_any(tmp_path):
     assert np.abs(alias_matrix(plackett_burman(5, runs=8))).max() == pytest.approx(1.0)
     assert np.abs(alias_matrix(plackett_burman(5))).max() == pytest.approx(1 / 3)
     (said,) = beforehand(study_of(tmp_path, "screen: {runs: 8}"))
-    assert "wholly, and 2 residual df are left" in said and "6 df are left" in said
-    assert beforehand(study_of(tmp_path, "")) == []
+    assert said == SmallScreening(8, 5, 2, 12, 6)
+    assert "wholly aliased with two-factor interactions, and 2 residual df are left" in sentences([said])[0]
+    assert list(beforehand(study_of(tmp_path, ""))) == []
 
 
 def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
     (said,) = beforehand(study_of(tmp_path, "rsm: {design: BBD}"))
-    assert "wants 3 to 7 factors" in said and "takes the 3 of largest contribution" in said
-    assert "end after the screening" in beforehand(study_of(tmp_path, "rsm: {design: BBD}", "ab"))[0]
-    assert beforehand(study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")) == []
+    assert said == FactorsWanted(3, 7)
+    assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD}", "ab"))) == [TooFewFactors(3, 7, 2)]
+    assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}"))) == []
 
 
 def test_a_program_that_nobody_called_deterministic_is_pointed_out(tmp_path):
     (said,) = beforehand(study_of(tmp_path, "", says="time_limit: 9 s"))
-    assert said.startswith("solver.deterministic is not said")
+    assert said == TakenForDeterministic()
 
 
 def test_own_steps_walk_as_far_as_the_ranges():

@@ -15,7 +15,7 @@ from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 
@@ -58,10 +58,7 @@ def test_phases_become_pure_error(tmp_path: Path) -> None:
     left = float(np.sum((apart - apart.mean(axis=0)) ** 2)) / 4.0
     assert pure["df"] == 24 and pure["sum_of_squares"] == pytest.approx(left)
     assert stage["lack_of_fit_testable"] and rows_of(stage)["Lack of fit"]["p"] is not None
-    assert (
-        stage["pure_error_note"]
-        == "Every force is the mean over 4 places of the mesh; their scatter is the pure error."
-    )
+    assert stage["pure_error"] == {"kind": "scatter_of_places", "weight": "trust", "places": 4}
     again = SurfaceResult.from_json(stage).fitted
     assert again.df in (3, 24) and again.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from fakes import TWO_FACTORS, FakeSolver, make_study
+from fakes import TWO_FACTORS, SpecSolver, make_study
 
 from stemcal import workflow
 from stemcal.cutting import result as cutting_result
@@ -19,10 +17,28 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.verdict.advice import for_physics
+from stemcal.stages.verdict.advice import (
+    AddRefinement,
+    FitAll,
+    FitFewer,
+    IntegrateFully,
+    LengthenStroke,
+    MendInput,
+    ScaleMassLess,
+    WidenRange,
+    for_physics,
+)
 from stemcal.stages.verdict.physics import LIMITS, Doubt
-from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.result import Judged, Use, Verdict
+from stemcal.stages.verdict.rules import (
+    Conflict,
+    DoubtfulPhysics,
+    Misfit,
+    OutOfReach,
+    TargetMissed,
+    Unfinished,
+    verdict_of,
+)
 from stemcal.study.model import EmbeddedSolver, Study, TableSolver
 from stemcal.study.reading import load_study
 
@@ -39,7 +55,7 @@ ORDER = ("not_calibrated", "with_reservations", "calibrated")
 
 
 @dataclass(frozen=True)
-class Doubtful(FakeSolver):
+class Doubtful(SpecSolver):
     """The known force with the checks of a solver."""
 
     hourglass: float = 1.0
@@ -91,8 +107,8 @@ def judged(monkeypatch: pytest.MonkeyPatch) -> Judge:
     return judge
 
 
-def rules(verdict: Verdict) -> list[str]:
-    return [reason.rule for reason in verdict.reasons]
+def kinds(verdict: Verdict) -> list[str]:
+    return [reason.kind for reason in verdict.reasons]
 
 
 def better(after: Verdict, before: Verdict) -> bool:
@@ -102,18 +118,24 @@ def better(after: Verdict, before: Verdict) -> bool:
 def test_a_good_study_is_calibrated(tmp_path: Path, judged: Judge) -> None:
     verdict = judged(written(tmp_path), tmp_path)
     assert (verdict.verdict, verdict.reasons) == ("calibrated", ())
-    assert verdict.lines() == ["Calibrated.", "Good (within 10 %) at 7, 8 and 11 mm."]
+    assert verdict.use == Use(10.0, (7.0, 8.0, 11.0), None)
 
 
 def test_a_study_out_of_reach_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
     """F = 100 + 20a + 8b + …: 200 N need a yield stress of about 37 MPa, and more inside a design region."""
     study = written(tmp_path / "first", eight=200.0)
     before = judged(study, tmp_path / "first")
-    assert before.verdict == "not_calibrated" and rules(before) == ["reach"]
-    assert "the measured 200 N is above what the ranges reach" in before.lines()[0]
-    advised = re.fullmatch(r"raise `high` of yield_stress to about ([0-9.]+) MPa", before.next_step)
-    assert advised is not None and 37.0 < float(advised[1]) < 60.0
-    change = ("yield_stress, unit: MPa, low: 10, high: 20", f"yield_stress, unit: MPa, low: 10, high: {advised[1]}")
+    assert before.verdict == "not_calibrated" and kinds(before) == ["out_of_reach"]
+    reason = before.reasons[0]
+    assert isinstance(reason, OutOfReach) and reason.target == 200.0 and reason.low < 80.0 < 120.0 < reason.high < 125.0
+    advised = reason.remedy
+    assert isinstance(advised, WidenRange) and (advised.factor, advised.end, advised.unit) == (
+        "yield_stress",
+        "high",
+        "MPa",
+    )
+    assert 37.0 < advised.value < 60.0
+    change = ("yield_stress, unit: MPa, low: 10, high: 20", f"yield_stress, unit: MPa, low: 10, high: {advised.value}")
     after = judged(written(tmp_path / "second", eight=200.0, change=change), tmp_path / "second")
     assert better(after, before) and after.verdict == "calibrated"
 
@@ -122,13 +144,13 @@ def test_a_study_on_the_edge_and_after_the_advice(tmp_path: Path, judged: Judge)
     """The greatest force of the region at 8 mm is near 121.9 N: a target just below lies on its edge."""
     study = written(tmp_path / "first", eight=124.0)
     found = judged(study, tmp_path / "first")
-    assert "reach" in rules(found)
-    top = float(found.reasons[0].sentence.split(" to ")[1].split()[0])
+    reason = found.reasons[0]
+    assert isinstance(reason, OutOfReach)
+    top = reason.high
     study = written(tmp_path / "edge", eight=top * 0.9995)
     before = judged(study, tmp_path / "edge")
-    assert before.verdict == "with_reservations" and rules(before) == ["edge"]
-    advised = re.fullmatch(r"raise `high` of (\w+) to about ([0-9.]+)( MPa)?", before.next_step)
-    assert advised is not None and advised[1] == "yield_stress" and float(advised[2]) == 25.0
+    assert before.verdict == "with_reservations" and kinds(before) == ["on_the_edge"]
+    assert before.reasons[0].remedy == WidenRange("yield_stress", "high", 25.0, "MPa")
     change = ("yield_stress, unit: MPa, low: 10, high: 20", "yield_stress, unit: MPa, low: 10, high: 25")
     after = judged(written(tmp_path / "second", eight=top * 0.9995, change=change), tmp_path / "second")
     assert better(after, before)
@@ -147,12 +169,12 @@ def solver_of(study: Study) -> Doubtful:
 def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
     study = written(tmp_path / "first", extra="solver: {kind: embedded, element_size: d/16, mass_scaling: 1}\n")
     before = judged(study, tmp_path / "first", solver_of(study))
-    assert before.verdict == "not_calibrated" and rules(before) == ["physics"]
-    assert not before.holds and before.use == ""
-    assert re.search(r"in (\d+) of \1 runs the physics is doubtful: hourglass energy up to 16 %", before.lines()[0])
-    advised = re.match(r"`(element: \w+)` under `solver` .*; elements of d/26 or smaller", before.next_step)
-    assert advised is not None
-    mended = f"solver: {{kind: embedded, element_size: d/16, {advised[1]}, mass_scaling: 1}}\n"
+    assert before.verdict == "not_calibrated" and kinds(before) == ["physics"]
+    assert not before.holds and before.use is None
+    reason = before.reasons[0]
+    assert isinstance(reason, DoubtfulPhysics) and reason.doubt == Doubt("hourglass", reason.checked, 16.0)
+    assert reason.remedy == IntegrateFully("d/26", 10.0)
+    mended = "solver: {kind: embedded, element_size: d/16, element: full, mass_scaling: 1}\n"
     study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))
     assert better(after, before) and after.verdict == "calibrated"
@@ -163,9 +185,8 @@ def test_kinetic_energy_and_after_the_advice(tmp_path: Path, judged: Judge) -> N
     study = written(tmp_path / "first", extra="solver: {kind: embedded, element: full}\n")
     before = judged(study, tmp_path / "first", solver_of(study))
     assert before.verdict == "not_calibrated"
-    advised = re.match(r"`mass_scaling: (\d+)` and `time_step: (\d+) us` under `solver`", before.next_step)
-    assert advised is not None and (advised[1], advised[2]) == ("2000", "17")
-    mended = f"solver: {{kind: embedded, element: full, mass_scaling: {advised[1]}, time_step: {advised[2]} us}}\n"
+    assert before.reasons[0].remedy == ScaleMassLess(2000.0, 17.0, 5.0)
+    mended = "solver: {kind: embedded, element: full, mass_scaling: 2000, time_step: 17 us}\n"
     study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))
     assert better(after, before)
@@ -180,37 +201,39 @@ def test_a_few_doubtful_runs_are_a_reservation(tmp_path: Path, judged: Judge) ->
             return Answer("ok", answer.response, details={**answer.details, "stroke_was_enough": not bad})
 
     verdict = judged(written(tmp_path), tmp_path, Some())
-    assert verdict.verdict == "with_reservations" and rules(verdict) == ["physics"]
-    assert verdict.reasons[0].sentence.startswith("in 3 of ")
-    assert verdict.reasons[0].sentence.endswith(
-        "the physics is doubtful: the force was not clearly past its maximum when the stroke ended"
-    )
-    assert verdict.next_step == "`duration: 1 s` under `loading` doubles the blade's way"
+    assert verdict.verdict == "with_reservations" and kinds(verdict) == ["physics"]
+    reason = verdict.reasons[0]
+    assert isinstance(reason, DoubtfulPhysics) and reason.doubt == Doubt("stroke", 3, None)
+    assert reason.checked == 16
+    assert reason.remedy == LengthenStroke(1.0)
 
 
 def test_a_diameter_that_is_off_is_named_with_its_side(tmp_path: Path, judged: Judge) -> None:
     """At 11 mm the laboratory measured 1/0.58 of what the model gives: 42 % low."""
     verdict = judged(written(tmp_path, eleven=1.0 / 0.58), tmp_path)
-    assert verdict.verdict == "with_reservations" and rules(verdict) == ["validation"]
-    assert verdict.use == "Good (within 10 %) at 7 and 8 mm; 42 % low at 11 mm."
-    assert verdict.next_step.startswith("`invert: {diameters: all}`")
-    assert len(verdict.lines()) == 3
+    assert verdict.verdict == "with_reservations" and kinds(verdict) == ["validation"]
+    assert verdict.use is not None and verdict.use.good == (7.0, 8.0)
+    worst = verdict.use.worst
+    assert worst == Judged("force", 11.0, worst.error_percent, fitted=False) and round(worst.size) == 42
+    assert verdict.reasons[0].remedy == FitAll("conditions")
 
 
 def test_a_simulated_force_that_misses_its_target(tmp_path: Path, judged: Judge) -> None:
     verdict = judged(written(tmp_path), tmp_path, Doubtful(low=0.85))
-    assert verdict.verdict == "not_calibrated" and rules(verdict) == ["target", "validation"]
-    assert "15 % low at 8 mm" in verdict.reasons[0].sentence and "`refine: {}`" in verdict.next_step
+    assert verdict.verdict == "not_calibrated" and kinds(verdict) == ["target_missed", "validation"]
+    reason = verdict.reasons[0]
+    assert isinstance(reason, TargetMissed) and reason.remedy == AddRefinement()
+    assert reason.worst.condition == 8.0 and reason.worst.error_percent == pytest.approx(15.0, abs=0.5)
     slightly = judged(written(tmp_path / "b"), tmp_path / "b", Doubtful(low=0.95))
-    assert slightly.verdict == "with_reservations" and rules(slightly) == ["target"]
+    assert slightly.verdict == "with_reservations" and kinds(slightly) == ["target_missed"]
 
 
 def test_an_unfinished_study_says_what_is_missing(tmp_path: Path) -> None:
     study = make_study(tmp_path)
     verdict = verdict_of(study, StudyFolder(tmp_path / "none"))
-    assert verdict.verdict == "not_calibrated" and rules(verdict) == ["unfinished"]
-    assert "Screening, Response surface, Calibration, Validation" in verdict.lines()[0]
-    json.dumps([reason.sentence for reason in verdict.reasons])
+    assert verdict.verdict == "not_calibrated" and kinds(verdict) == ["unfinished"]
+    reason = verdict.reasons[0]
+    assert isinstance(reason, Unfinished) and reason.stages == ("screen", "rsm", "invert", "validate")
 
 
 def test_limits_are_those_the_solver_warns_of() -> None:
@@ -220,7 +243,7 @@ def test_limits_are_those_the_solver_warns_of() -> None:
 
 def test_other_solvers_are_told_what_to_aim_at(tmp_path: Path) -> None:
     study = make_study(tmp_path).model_copy(update={"solver": TableSolver()})
-    assert for_physics(study, Doubt("kinetic", 3, 8.0)).endswith("less mass scaling or a slower blade")
+    assert for_physics(study, Doubt("kinetic", 3, 8.0)) == MendInput("kinetic")
 
 
 JOINT = "invert: {diameters: all}\n"
@@ -229,9 +252,10 @@ JOINT = "invert: {diameters: all}\n"
 def test_a_joint_fit_that_no_parameters_reach(tmp_path: Path, judged: Judge) -> None:
     """Measured 11 mm is twice what d² makes of the others: the best compromise misses by a third, wherever it is."""
     verdict = judged(written(tmp_path, eight=85.0, eleven=2.0, extra=JOINT), tmp_path)
-    assert verdict.verdict == "not_calibrated" and verdict.reasons[0].rule == "reach"
-    assert "bring the largest error of 3 diameters below 33 %" in verdict.reasons[0].sentence
-    assert verdict.next_step.startswith("calibrate at the diameter of use alone")
+    assert verdict.verdict == "not_calibrated" and kinds(verdict)[0] == "conflict"
+    reason = verdict.reasons[0]
+    assert isinstance(reason, Conflict) and round(reason.least_error_percent) == 33
+    assert reason.remedy == FitFewer()
 
 
 def test_a_misfit_beyond_the_measured_scatter(tmp_path: Path, judged: Judge) -> None:
@@ -244,5 +268,6 @@ def test_a_misfit_beyond_the_measured_scatter(tmp_path: Path, judged: Judge) -> 
         assert f"{diameter:g} mm" in text
     study.source.write_text(text, encoding="utf-8")
     verdict = judged(load_study(study.source), tmp_path)
-    assert verdict.verdict == "with_reservations" and "misfit" in rules(verdict)
-    assert any("times what the measured scatter explains (p = " in reason.sentence for reason in verdict.reasons)
+    assert verdict.verdict == "with_reservations" and "misfit" in kinds(verdict)
+    (reason,) = (reason for reason in verdict.reasons if isinstance(reason, Misfit))
+    assert reason.times > 3.0 and reason.p < 0.05

@@ -88,8 +88,7 @@ def test_travel_tells_what_the_force_leaves_free(tmp_path: Path) -> None:
     assert (high - low) / 2 == pytest.approx(3.182 * 2.0 / 2 / 20.0 * 5.0, rel=0.02)
     (row,) = stage["joint"]["further"]
     assert row["unit"] == "mm" and row["predicted"] == pytest.approx(1.06, rel=1e-4)
-    assert any("The force at 8 mm alone" in note for note in stage["notes"])
-    assert any("count as independent" in note for note in stage["notes"])
+    assert (stage["certainty"]["source"], stage["certainty_alone"]["source"]) == ("joint", "single")
 
 
 def test_all_responses_over_two_diameters(tmp_path: Path) -> None:

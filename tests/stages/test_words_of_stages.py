@@ -25,6 +25,8 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.text.names import Names
+from stemcal.text.verdict import lines, verdict_json
 
 STEM_WORDS = re.compile(r"\b(forces?|diameters?|stems?|blades?|cut|cutting|stroke|travel|N|mm|mJ)\b|N²")
 FACTORS = """\
@@ -130,24 +132,27 @@ def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypa
     told = texts(place)
     assert {"screen.json", "rsm.json", "invert.json", "validate.json", "validate.csv"} <= set(told)
     results = fresh_results(study, place)
-    said = [*(label for label, _ in results.runs()), *(repr(result) for result in results.done()), *verdict.lines()]
-    said += [f"{reason.sentence} {reason.remedy}" for reason in verdict.reasons]
+    said = [*(label for label, _ in results.runs()), *(repr(result) for result in results.done())]
+    said.append(json.dumps(verdict_json(verdict, Names(study.naming))))
     said += [repr(study), *plan(study, place).notes, *(entry.message for entry in ledger(study, place))]
     for name, text in {**told, "what is said": "\n".join(said)}.items():
         assert not (found := STEM_WORDS.search(text)), f"{name}: {text[found.start() - 80 : found.end() + 80]}"
 
 
 def test_a_single_target_is_good_nowhere_in_particular(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, verdict = calibrated(tmp_path, written(tmp_path, spec_of()), monkeypatch)
-    assert verdict.use == "Good (within 10 %)."
-    (reason,) = verdict.reasons
-    assert reason.sentence == "nothing checks the result independently"
-    assert reason.remedy.startswith("measure it under another condition too")
+    study = written(tmp_path, spec_of())
+    _, verdict = calibrated(tmp_path, study, monkeypatch)
+    assert lines(verdict, Names(study.naming)) == [
+        "Calibrated, with reservations. Nothing checks the result independently.",
+        "Good (within 10 %).",
+        "Next: Measure under another condition too, or a further response that `invert.responses` leaves out.",
+    ]
 
 
 def test_a_condition_is_told_with_its_noun_and_unit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, verdict = calibrated(tmp_path, written(tmp_path, spec_of(MOISTURE, THREE)), monkeypatch)
-    assert verdict.use == "Good (within 10 %) at moisture content 12, 16 and 20 %."
+    study = written(tmp_path, spec_of(MOISTURE, THREE))
+    _, verdict = calibrated(tmp_path, study, monkeypatch)
+    assert lines(verdict, Names(study.naming))[1] == "Good (within 10 %) at moisture content 12, 16 and 20 %."
 
 
 @pytest.mark.parametrize(
@@ -156,24 +161,26 @@ def test_a_condition_is_told_with_its_noun_and_unit(tmp_path: Path, monkeypatch:
         (
             "",
             ONE,
-            "Not within 10 %; 43 % low.",
-            "the simulated angle of repose misses the one it was fitted to: 43 % low",
+            "Not within 10 %. Worst: angle of repose, 43 % low.",
+            "The simulated angle of repose misses the value that it was fitted to: 43 % low.",
         ),
         (
             MOISTURE,
             THREE,
-            "Good at no measured moisture content; ",
-            "the simulated angle of repose misses the one it was fitted to: 43 % low at moisture content 12 %",
+            "Good (within 10 %) at no measured value of the moisture content. Worst: ",
+            "The simulated angle of repose misses the value that it was fitted to: 43 % low at moisture content 12 %.",
         ),
     ],
 )
 def test_what_misses_is_told_in_these_words(
     condition: str, targets: str, use: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _, verdict = calibrated(tmp_path, written(tmp_path, spec_of(condition, targets)), monkeypatch, low=0.57)
-    assert verdict.use.startswith(use)
-    assert verdict.reasons[0].sentence == sentence
-    assert not any(STEM_WORDS.search(f"{r.sentence} {r.remedy}") for r in verdict.reasons)
+    study = written(tmp_path, spec_of(condition, targets))
+    _, verdict = calibrated(tmp_path, study, monkeypatch, low=0.57)
+    told = verdict_json(verdict, Names(study.naming))
+    assert told["verdict_use"]["text"].startswith(use)
+    assert told["verdict_reasons"][0]["text"] == sentence
+    assert not STEM_WORDS.search(json.dumps(told))
 
 
 def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
@@ -183,7 +190,8 @@ def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
     with pytest.raises(TargetUnreachable, match=r"target 70° is above what the surface reaches .* to [\d.]+°\)"):
         calibrated(tmp_path, study, monkeypatch)
     verdict = verdict_of(study, StudyFolder(tmp_path / "out"))
-    assert re.match(r"the measured 70° is above what the ranges reach, [\d.]+ to [\d.]+°", verdict.reasons[0].sentence)
+    first = lines(verdict, Names(study.naming))[0]
+    assert re.search(r"The measured 70° is above what the ranges reach, [\d.]+ to [\d.]+°\.", first)
 
 
 def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,7 +202,7 @@ def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: p
     found, joint = results.validation, results.inversion and results.inversion.joint
     assert found is not None and joint is not None and joint.null is None
     assert found.measured_exponent is found.error_slope_percent_per_unit is found.formula_max_abs_error_percent is None
-    assert not any("d^" in note or "power law" in note for note in found.notes)
+    assert found.notes == ()
 
 
 def test_a_record_has_neutral_keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

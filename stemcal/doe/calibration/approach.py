@@ -35,7 +35,7 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class ApproachStep:
     """The next point, how it was found, and the radius it was sought within."""
 
     coded: Array
@@ -48,7 +48,7 @@ def best_of(trials: Sequence[Trial], target: float) -> Trial:
     return min(trials, key=lambda trial: abs(trial.response - target))
 
 
-def next_step(surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float) -> Step:
+def next_step(surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float) -> ApproachStep:
     """Return where to simulate next.
 
     Parameters
@@ -65,9 +65,9 @@ def next_step(surface: Surface, target: float, region: Region, trials: Sequence[
     radius = radius if helped else SHRINK * radius
     other = _across(trials, best, target)
     if other is not None and not helped:
-        return Step(_between(best, other, target), "bracket", radius)
+        return ApproachStep(_between(best, other, target), "bracket", radius)
     shifted = target - (best.response - float(surface.predict(best.coded)[0]))
-    return Step(toward(surface, shifted, region, best.coded, radius), "surface", radius)
+    return ApproachStep(toward(surface, shifted, region, best.coded, radius), "surface", radius)
 
 
 def toward(surface: Surface, level: float, region: Region, start: Array, radius: float) -> Array:

@@ -19,8 +19,6 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 
-__all__ = ["Aim", "Desirable", "most_desirable"]
-
 _CLOUD, _STARTS = 12, 6
 _LEAST = 1e-9  # in place of a desirability of 0, which has no logarithm
 _AS_GOOD = 1e-6

@@ -2,7 +2,7 @@
 
 The first of a batch is the point nearest to the centre where the process takes the target. Each further one lies where
 the process knows least on which side of the target the force is: the greatest s·exp(−½((ŷ − target)/s)²), the process
-believing itself at the points chosen before (kriging believer).
+taking its own prediction at the points chosen before for runs (kriging believer).
 
 Sources: P. Ranjan, D. Bingham and G. Michailidis, Technometrics 50 (2008), 527–541; D. Ginsbourger, R. Le Riche and
 L. Carraro, in Computational Intelligence in Expensive Optimization Problems (2010), 131–162.
@@ -54,7 +54,7 @@ def next_batch(process: GaussianProcess, target: float, region: Region, count: i
         else:
             break
         chosen.append(x)
-        known = known.believing(x)
+        known = known.with_fantasy_point(x)
     return chosen
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,24 +10,29 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.levelset import extremes, level_points
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.calibration.rules import RULES, Problem
+from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
 from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
-from stemcal.naming import FORCE, Named
-from stemcal.remarks import Remark, Weight
+from stemcal.notes import Note, Weight
 
 Interval = tuple[float, float]
 _SHARE_POINTS = 13  # 2^13 points give the share to about half a per cent
 
-_FREE = Remark(Weight.USE, "The target leaves {factors} free over the whole region.")
-_SHARE = Remark(Weight.ASIDE, "The 95 % prediction interval holds the target in {percent:.0f} % of the region.")
-_OUTSIDE = Remark(
-    Weight.NUMBERS,
-    "The solution lies {radius:.2f} coded units from the centre, outside the region the design supports (radius "
-    "{limit:.2f}): the surface extrapolates there.",
-)
-_TIE = Remark(Weight.ASIDE, "A second solution lies equally far from the centre; the one given has the higher levels.")
+
+@dataclass(frozen=True)
+class FreeFactors(Note):
+    """Factors that the target leaves free over the whole region."""
+
+    weight = Weight.USE
+    factors: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SecondSolution(Note):
+    """Another solution lies equally far from the centre, at lower levels."""
+
+    weight = Weight.ASIDE
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ class Calibration:
     rule: str
     share: float | None
     radius: float | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def solve_target(
@@ -66,7 +72,7 @@ def solve_target(
     high: ArrayLike,
     radius: float | None = None,
     rule: str = "least_coded_distance",
-    response: Named = FORCE,
+    unit: str = " N",
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
 
@@ -78,8 +84,8 @@ def solve_target(
         Radius of the design sphere; beyond it the surface extrapolates.
     rule : str
         One of `RULES`.
-    response : Named
-        What the target is of.
+    unit : str
+        Of the target, as it stands behind a number.
 
     Raises
     ------
@@ -93,21 +99,20 @@ def solve_target(
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
-        raise TargetUnreachable(target, bottom, top, response.beside)
-    problem = Problem(surface, target, region, level_points(surface, target, region, ends), response)
+        raise TargetUnreachable(target, bottom, top, unit)
+    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends))
     solutions = RULES[rule](problem)
     point = assess_point(surface, solutions[0], low, high, radius)
     ranges = tuple(problem.range_of(j) for j in range(region.k))
-    share = _share(problem)
     return Calibration(
         target=float(target),
         point=point,
         ranges=ranges,
         reachable=(bottom, top),
         rule=rule,
-        share=share,
+        share=_share(problem),
         radius=radius,
-        notes=tuple(_notes(problem, point, solutions, ranges, share)),
+        notes=(*_free_factors(problem, ranges), *_second_solution(solutions)),
     )
 
 
@@ -142,7 +147,7 @@ def _interval(ends: Array) -> Interval | None:
     return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
 
 
-def _share(problem: Problem) -> float | None:
+def _share(problem: SolutionProblem) -> float | None:
     """Part of the region where |ŷ − target| is within the half-width of the 95 % prediction interval."""
     surface = problem.surface
     if surface.mean_square is None:
@@ -152,36 +157,13 @@ def _share(problem: Problem) -> float | None:
     return float(np.mean(np.abs(surface.predict(points) - problem.target) <= half_width))
 
 
-def _notes(
-    problem: Problem,
-    point: Assessment,
-    solutions: list[Array],
-    ranges: tuple[Interval, ...],
-    share: float | None,
-) -> list[str]:
-    k, region = problem.region.k, problem.region
-    notes = []
-    if k > 1:
-        notes.append(
-            f"One measured {problem.response.noun} cannot fix {k} factors: the solution is one point of a whole set, "
-            "and the ranges show how far each factor may move along it."
-        )
-    full = [
-        name
-        for name, (lo, hi), bottom, top in zip(problem.surface.names, ranges, *region.bounds(), strict=True)
-        if lo <= bottom + 1e-6 and hi >= top - 1e-6
-    ]
-    if full:
-        notes.append(_FREE(factors=", ".join(full)))
-    if share is not None:
-        notes.append(_SHARE(percent=100.0 * share))
-    if not point.inside:
-        limit = problem.surface.design_radius if region.radius is None else region.radius
-        notes.append(_OUTSIDE(radius=point.coded_radius, limit=limit))
-    return notes + _tie_note(solutions)
+def _free_factors(problem: SolutionProblem, ranges: Sequence[Interval]) -> list[Note]:
+    ends = zip(problem.surface.names, ranges, *problem.region.bounds(), strict=True)
+    free = tuple(name for name, (lo, hi), low, high in ends if lo <= low + 1e-6 and hi >= high - 1e-6)
+    return [FreeFactors(free)] if free else []
 
 
-def _tie_note(solutions: list[Array]) -> list[str]:
+def _second_solution(solutions: Sequence[Array]) -> list[Note]:
     if len(solutions) < 2 or not np.isclose(np.linalg.norm(solutions[0]), np.linalg.norm(solutions[1]), rtol=1e-5):
         return []
-    return [_TIE()]
+    return [SecondSolution()]

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.levelset import Objective, optimise
-from stemcal.doe.calibration.mesh import MeshScatter
+from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -50,7 +50,6 @@ _SEEN = 0.01
 class Observation:
     """A measured mean with the surface that predicts it; `kind` is what was measured."""
 
-    label: str
     surface: Surface
     measured: float
     sd: float | None = None
@@ -59,7 +58,7 @@ class Observation:
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class VarianceSource:
     """One source of error: its variance at each observation, and the degrees of freedom behind it.
 
     A `shared` one moves all observations of its `kind` together, each by its own standard deviation; it was told by a
@@ -73,7 +72,7 @@ class Source:
     conditions: int = 1
     kind: str = FIRST
 
-    def only(self, kept: Sequence[int]) -> Source:
+    def only(self, kept: Sequence[int]) -> VarianceSource:
         """Keep some of the observations."""
         return replace(self, variance=self.variance[list(kept)])
 
@@ -92,7 +91,7 @@ class Misfit:
     variance: Array
     scatter: Scatter
     scale_df: float = np.inf
-    sources: tuple[Source, ...] = ()
+    sources: tuple[VarianceSource, ...] = ()
     shared: Array | None = None
 
     @property
@@ -204,7 +203,11 @@ class Misfit:
         """Return it with the size of its variances told by its least misfit."""
         variance = np.maximum(self.variance * least / self.df, (_FINEST * self.measured) ** 2)
         return replace(
-            self, variance=variance, scatter="joint", scale_df=self.df, sources=(Source("misfit", variance, self.df),)
+            self,
+            variance=variance,
+            scatter="joint",
+            scale_df=self.df,
+            sources=(VarianceSource("misfit", variance, self.df),),
         )
 
     def with_mesh(self, mesh: MeshScatter, least: float, further: Mapping[str, MeshScatter] | None = None) -> Misfit:
@@ -219,15 +222,15 @@ class Misfit:
         kept = [source for source in added if source.shared or self.scale_known]
         return known.of_sources([*known.sources, *kept])
 
-    def _of_mesh(self, kind: str, mesh: MeshScatter) -> list[Source]:
+    def _of_mesh(self, kind: str, mesh: MeshScatter) -> list[VarianceSource]:
         """Return what the place of the mesh adds to the observations of a kind: by itself, and shared by them."""
         mine = np.array([observation.kind == kind for observation in self.observations])
         size = np.where(mine, self.measured, 0.0) ** 2
-        own = Source("mesh", size * mesh.own, mesh.own_df, kind=kind)
-        common = Source("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.conditions, kind)
+        own = VarianceSource("mesh", size * mesh.own, mesh.own_df, kind=kind)
+        common = VarianceSource("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.conditions, kind)
         return [own, common] if mesh.common > 0.0 else [own]
 
-    def own_part(self, shared: Source) -> int | None:
+    def own_part(self, shared: VarianceSource) -> int | None:
         """Return which source is the mesh's own part beside what the observations of its kind share."""
         return next((i for i, s in enumerate(self.sources) if s.name == "mesh" and s.kind == shared.kind), None)
 
@@ -239,7 +242,7 @@ class Misfit:
                 parts[i] += moved
                 parts[own] = np.maximum(parts[own] - moved, 0.0)
 
-    def of_sources(self, sources: Sequence[Source]) -> Misfit:
+    def of_sources(self, sources: Sequence[VarianceSource]) -> Misfit:
         """Return it with these sources of error alone."""
         own = sum((s.variance for s in sources if not s.shared), start=np.zeros_like(self.variance))
         shared = sum((s.variance for s in sources if s.shared), start=np.zeros_like(self.variance))
@@ -293,8 +296,10 @@ def misfit_of(observations: Sequence[Observation]) -> Misfit:
     surface_df = float(np.mean([o.surface.df for o in observations]))
     behind = [(laboratory[kinds == kind], surface[kinds == kind], df) for kind, df in freedom.items()]
     df = min(_satterthwaite([of_mean, of_surface], [df, surface_df]) for of_mean, of_surface, df in behind)
-    sources = [Source("laboratory", np.where(kinds == kind, laboratory, 0.0), df) for kind, df in freedom.items()]
-    sources.append(Source("surface", surface, surface_df))
+    sources = [
+        VarianceSource("laboratory", np.where(kinds == kind, laboratory, 0.0), df) for kind, df in freedom.items()
+    ]
+    sources.append(VarianceSource("surface", surface, surface_df))
     return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df, tuple(sources))
 
 

@@ -27,21 +27,22 @@ WALKERS, STEPS, BURN_IN = 40, 2000, 500
 _CLOUD, _SEED = 13, 20_011
 _NO_PART = 1e-9  # a source below this part of the variance is rounding
 _DRAWS = 8  # 2^8 draws of the variances
-# Chains shorter than this many autocorrelation times are too short to trust (emcee's own rule).
-_LONG_ENOUGH = 50
+LONG_ENOUGH = 50
+"""Chains of fewer autocorrelation times are too short to trust: emcee's own rule."""
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
     """Samples in coded units, (samples, factors), and how well they were drawn.
 
-    `effective` is the number of independent samples they are worth.
+    `length` is that of the chains in autocorrelation times, `effective` the number of independent samples that they
+    are worth.
     """
 
     names: tuple[str, ...]
     samples: Array
     acceptance: float
-    autocorrelation: float
+    length: float
     effective: float
 
     @property
@@ -69,16 +70,6 @@ class Posterior:
         keep = np.linspace(0, len(self.samples) - 1, min(count, len(self.samples))).round().astype(int)
         return np.asarray(self.samples[keep])
 
-    @property
-    def notes(self) -> list[str]:
-        """Say if the chains were too short."""
-        if self.autocorrelation * _LONG_ENOUGH <= STEPS:
-            return []
-        return [
-            f"The posterior's chains are only {STEPS / self.autocorrelation:.0f} autocorrelation times long "
-            f"({self.effective:.0f} independent samples): its intervals are rough."
-        ]
-
 
 def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in: int = BURN_IN) -> Posterior:
     """Draw from the posterior.
@@ -104,7 +95,7 @@ def sample_posterior(misfit: Misfit, region: Region, steps: int = STEPS, burn_in
         names=misfit.observations[0].surface.names,
         samples=np.asarray(sampler.get_chain(flat=True)),
         acceptance=float(np.mean(sampler.acceptance_fraction)),
-        autocorrelation=time,
+        length=steps / time,
         effective=steps * walkers / time,
     )
 

@@ -13,7 +13,6 @@ An end that reaches the edge of the region is an end of the region, not of what 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,10 +22,9 @@ from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.terms import term_gradient
-from stemcal.words import joined
 
 GRID = 25
-FIXED, FREE = 0.5, 0.75
+FREE = 0.75
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
 
@@ -176,26 +174,3 @@ def moved_together(direction: Array) -> list[float]:
     """
     scaled = direction / direction[int(np.argmax(np.abs(direction)))]
     return [float(part) if abs(part) >= _SMALL_PART else 0.0 for part in scaled]
-
-
-def identifiability(source: str, profiles: Sequence[Profile], shown: Sequence[str], taken: str = "") -> str:
-    """Say in words what the data fix; `shown` are the intervals as they are to be written, `taken` what they rest on.
-
-    >>> a = Profile("a", np.zeros(0), np.zeros(0), 3.84, -0.1, 0.2, (True, True), 0.1)
-    >>> c = Profile("c", np.zeros(0), np.zeros(0), 3.84, -1.0, 1.0, (False, False), 1.0)
-    >>> identifiability("8 mm alone", [a, c], ["16.3 to 19.5 MPa", "80 to 100 1/s"])
-    '8 mm alone fixes a to 16.3 to 19.5 MPa (10 % of its range) and leaves c free.'
-    >>> identifiability("8 mm alone", [c], ["80 to 100 1/s"], "the measured value taken as exact")
-    '8 mm alone, the measured value taken as exact, leaves c free.'
-    """
-    fixed: list[str] = []
-    bounded: list[str] = []
-    free = [profile.factor for profile in profiles if profile.free]
-    for profile, text in zip(profiles, shown, strict=True):
-        words = f"{profile.factor} to {text} ({100.0 * profile.share:.0f} % of its range)"
-        if not profile.free:
-            (fixed if profile.share <= FIXED else bounded).append(words)
-    parts = [(f"fixes {joined(fixed)}", fixed), (f"narrows {joined(bounded)}", bounded)]
-    parts.append((f"leaves {joined(free)} free", free))
-    resting = f", {taken}," if taken else ""
-    return f"{source[0].upper()}{source[1:]}{resting} {joined([text for text, given in parts if given])}."

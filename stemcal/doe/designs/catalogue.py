@@ -11,31 +11,16 @@ from itertools import product
 
 import numpy as np
 
-from stemcal.doe.designs.augment import d_optimal_runs, fold_over, rows_missing
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import Core, axes, axial_distance, blocked_composite, central_composite
-from stemcal.doe.designs.definitive import definitive_screening
+from stemcal.doe.designs.d_optimal import d_optimal_runs, fold_over, rows_missing
+from stemcal.doe.designs.definitive_screening import definitive_screening
 from stemcal.doe.designs.factorial import fraction, full_factorial
 from stemcal.doe.designs.i_optimal import HalfSpace, i_optimal, inside
 from stemcal.doe.designs.plackett_burman import cyclic_design, pydoe_design
 from stemcal.doe.designs.space_filling import latin_hypercube, sobol
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
-
-__all__ = [
-    "SCREENING",
-    "SCREENING_DESIGNS",
-    "SURFACES",
-    "SurfaceOptions",
-    "axial_distance",
-    "central_composite",
-    "plackett_burman",
-    "screening_runs",
-    "surface_blocks",
-    "surface_radius",
-    "surface_reach",
-    "surface_runs",
-]
 
 SCREENING_DESIGNS = ("plackett-burman", "plackett-burman-pydoe")
 _MOST_FOR_FIVE_LEVELS = 5

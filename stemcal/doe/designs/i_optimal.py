@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from stemcal.doe.designs.augment import d_optimal_runs
+from stemcal.doe.designs.d_optimal import d_optimal_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import UsageError

@@ -49,17 +49,6 @@ class DesignQuality:
         powers = [term.power[f"{ratio:g}"] for term in self.terms]
         return None if None in powers else min(p for p in powers if p is not None)
 
-    def describe(self) -> str:
-        """Say in a sentence what the design can find."""
-        said = f"{self.runs} runs for {len(self.terms) + 1} coefficients leave {self.residual_df} residual df"
-        if self.residual_df == 0:
-            return f"{said}: no F test is possible."
-        chances = ", ".join(f"{ratio:g}σ {100.0 * (self.least_power(ratio) or 0.0):.0f} %" for ratio in RATIOS)
-        return (
-            f"{said}; chance that the weakest term is found, for changes of so many standard deviations of "
-            f"the scatter: {chances}; largest leverage {max(self.leverage):.2f}."
-        )
-
 
 def judge_design(coded: Array, names: Sequence[str], quadratic: bool = True, alpha: float = 0.05) -> DesignQuality:
     """Judge a design for the full quadratic, or for main effects alone.

@@ -8,24 +8,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.remarks import Remark, Weight
 
 # An axis whose curvature is below this share of the largest is a ridge: the stationary point slides along it.
 _RIDGE = 0.1
 
-_SHAPE = Remark(
-    Weight.ASIDE,
-    "The stationary point is a {kind} of {predicted:.4g} at coded radius {radius:.2f}, {where} the region of the runs.",
-)
-_NO_SHAPE = Remark(
-    Weight.ASIDE, "The surface has no single stationary point: it is a plane, or level along some direction."
-)
+Kind = Literal["plane", "maximum", "minimum", "saddle"]
 _SINGULAR, _ROUNDING = 1e-10, 1e-13
 
 
@@ -33,7 +27,8 @@ _SINGULAR, _ROUNDING = 1e-10, 1e-13
 class Canonical:
     """Stationary point x_s = −½B⁻¹b and the eigenvalues of B, the largest first, with their axes as columns.
 
-    `point` is None where B is singular: then there is no single stationary point.
+    `point` is None where B is singular: then there is no single stationary point. `ridge`: along some axis the surface
+    is nearly level.
     """
 
     names: tuple[str, ...]
@@ -43,14 +38,8 @@ class Canonical:
     inside: bool
     eigenvalues: Array
     axes: Array
-    kind: str
-
-    def describe(self) -> str:
-        """Say in a sentence what the surface looks like."""
-        if self.point is None:
-            return _NO_SHAPE()
-        where = "inside" if self.inside else "outside"
-        return _SHAPE(kind=self.kind, predicted=self.predicted, radius=self.radius, where=where)
+    kind: Kind
+    ridge: bool
 
 
 def quadratic_form(surface: Surface) -> tuple[float, Array, Array]:
@@ -72,20 +61,20 @@ def analyse_shape(surface: Surface) -> Canonical:
     if largest <= _ROUNDING * float(np.abs(surface.beta).max()):
         values, largest = np.zeros(len(b)), 0.0
     if largest == 0.0 or np.abs(values).min() <= _SINGULAR * largest:
-        return Canonical(surface.names, None, None, None, False, values, axes, _kind(values, largest))
+        return Canonical(surface.names, None, None, None, False, values, axes, *_kind(values, largest))
     point = np.asarray(-0.5 * np.linalg.solve(b_matrix, b), dtype=float)
     radius = float(np.linalg.norm(point))
     predicted = float(surface.predict(point)[0])
     inside = radius <= surface.design_radius * (1.0 + 1e-9)
-    return Canonical(surface.names, point, predicted, radius, inside, values, axes, _kind(values, largest))
+    return Canonical(surface.names, point, predicted, radius, inside, values, axes, *_kind(values, largest))
 
 
-def _kind(values: Array, largest: float) -> str:
+def _kind(values: Array, largest: float) -> tuple[Kind, bool]:
     if largest == 0.0:
-        return "plane"
+        return "plane", False
     firm = values[np.abs(values) >= _RIDGE * largest]
-    shape = "maximum" if np.all(firm < 0.0) else "minimum" if np.all(firm > 0.0) else "saddle"
-    return shape if firm.size == values.size else f"{shape} with a ridge"
+    shape: Kind = "maximum" if np.all(firm < 0.0) else "minimum" if np.all(firm > 0.0) else "saddle"
+    return shape, firm.size < values.size
 
 
 @dataclass(frozen=True, eq=False)

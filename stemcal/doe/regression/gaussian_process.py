@@ -62,7 +62,7 @@ class GaussianProcess:
         n = len(self.response)
         return np.asarray(np.sqrt(np.maximum(rest, 0.0) * self.variance * n / (n - 1)))
 
-    def believing(self, coded: Array) -> GaussianProcess:
+    def with_fantasy_point(self, coded: Array) -> GaussianProcess:
         """Return the process with its own prediction at a point taken for a run: the errors near it are smaller."""
         response = np.append(self.response, self.predict(coded))
         grown = _process(self.scales, self.nugget, np.vstack([self.design, coded]), response)
@@ -73,12 +73,15 @@ class GaussianProcess:
 class SecondOpinion:
     """Quadratic against Gaussian process: predicted R² of both, and how far they lie apart in the region."""
 
-    polynomial_q2: float | None
-    process_q2: float | None
+    polynomial_predicted_r2: float | None
+    process_predicted_r2: float | None
     largest_difference: float
     typical_difference: float
-    sentence: str
-    warns: bool = False
+
+    @property
+    def process_is_better(self) -> bool:
+        """Whether the process predicts runs left out clearly better: the quadratic bends too little."""
+        return clearly_better(self.polynomial_predicted_r2, self.process_predicted_r2)
 
 
 def fit_process(coded: ArrayLike, response: ArrayLike) -> GaussianProcess:
@@ -155,23 +158,9 @@ def second_opinion(surface: Surface) -> SecondOpinion | None:
     points = points[np.linalg.norm(points, axis=1) <= surface.design_radius + 1e-9]
     gaps = np.abs(process.predict(points) - surface.predict(points))
     largest, typical = float(gaps.max()), float(np.sqrt(np.mean(gaps**2)))
-    warns = clearly_better(surface.predicted_r2, process.q2)
-    sentence = _sentence(surface.predicted_r2, process.q2, largest, typical)
-    return SecondOpinion(surface.predicted_r2, process.q2, largest, typical, sentence, warns)
+    return SecondOpinion(surface.predicted_r2, process.q2, largest, typical)
 
 
 def clearly_better(polynomial: float | None, process: float | None) -> bool:
     """Whether a process predicts the runs left out better than a polynomial, by five points of R²."""
     return polynomial is not None and process is not None and process > polynomial + _CLEARLY_BETTER
-
-
-def _sentence(polynomial: float | None, process: float | None, largest: float, typical: float) -> str:
-    apart = f"they differ by {typical:.3g} typically and {largest:.3g} at most within the runs' region"
-    if polynomial is None or process is None:
-        return f"A Gaussian process through the same runs: {apart}."
-    shown = f"predicted R² {process:.3f} against {polynomial:.3f}"
-    if clearly_better(polynomial, process):
-        return (
-            f"A Gaussian process predicts the runs better than the quadratic ({shown}; {apart}): it bends too little."
-        )
-    return f"A Gaussian process through the same runs predicts no better than the quadratic ({shown}; {apart})."

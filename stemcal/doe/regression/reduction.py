@@ -26,7 +26,7 @@ Terms = frozenset[str]
 
 
 @dataclass(frozen=True)
-class Step:
+class ReductionStep:
     """One term taken out or in, with the p of its F test or the AICc it leads to."""
 
     action: str
@@ -40,17 +40,8 @@ class Reduction:
 
     method: str
     surface: Surface
-    steps: tuple[Step, ...]
+    steps: tuple[ReductionStep, ...]
     dropped: tuple[str, ...]
-
-    def describe(self) -> str:
-        """Say in a sentence what is left."""
-        if not self.dropped:
-            return f"Reduction ({self.method}): every term stays."
-        return (
-            f"Reduction ({self.method}) leaves out {', '.join(self.dropped)}. The terms were chosen by the same "
-            "runs, so p-values and intervals are somewhat too favourable."
-        )
 
 
 def reduce_surface(
@@ -146,7 +137,7 @@ def _aicc(fit: LeastSquares) -> float:
     return float(n * math.log(rss / n) + 2.0 * q + 2.0 * q * (q + 1.0) / (n - q - 1.0))
 
 
-Search = tuple[Terms, list[Step]]
+Search = tuple[Terms, list[ReductionStep]]
 
 
 def _backward(problem: _Problem, alpha: float) -> Search:
@@ -157,7 +148,7 @@ def _backward(problem: _Problem, alpha: float) -> Search:
         if p <= alpha:
             break
         chosen -= {weakest}
-        steps.append(Step("out", weakest, p))
+        steps.append(ReductionStep("out", weakest, p))
     return chosen, steps
 
 
@@ -182,14 +173,14 @@ def _p_of_loss(problem: _Problem, fit: LeastSquares | None, chosen: Terms, term:
 
 def _forward(problem: _Problem, alpha: float) -> Search:
     chosen: Terms = frozenset()
-    steps: list[Step] = []
+    steps: list[ReductionStep] = []
     while True:
         tried = [(t, _p_of_gain(problem, chosen, t)) for t in problem.terms[1:] if t not in chosen]
         strongest, p = min(tried, key=lambda pair: pair[1], default=("", 1.0))
         if p >= alpha:
             return chosen, steps
         chosen = problem.with_parents(chosen, strongest)
-        steps.append(Step("in", strongest, p))
+        steps.append(ReductionStep("in", strongest, p))
 
 
 def _p_of_gain(problem: _Problem, chosen: Terms, term: str) -> float:
@@ -211,7 +202,7 @@ def _by_aicc(problem: _Problem, _alpha: float) -> Search:
 
 
 def _descend(problem: _Problem, chosen: Terms) -> Search:
-    steps: list[Step] = []
+    steps: list[ReductionStep] = []
     while True:
         moves = [("out", t, chosen - {t}) for t in problem.removable(chosen)]
         moves += [("in", t, problem.with_parents(chosen, t)) for t in problem.terms[1:] if t not in chosen]
@@ -220,7 +211,7 @@ def _descend(problem: _Problem, chosen: Terms) -> Search:
         if best is None or not best[0] < problem.aicc(chosen) - 1e-9:
             return chosen, steps
         chosen = best[3]
-        steps.append(Step(best[1], best[2], best[0]))
+        steps.append(ReductionStep(best[1], best[2], best[0]))
 
 
 METHODS: dict[str, Callable[[_Problem, float], Search]] = {

@@ -22,12 +22,11 @@ from stemcal.doe.regression.fit_statistics import (
 )
 from stemcal.doe.regression.influence import RunDiagnostics, press, run_diagnostics
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable, t_quantile
-from stemcal.doe.regression.surface_notes import DETERMINISTIC, Losses, surface_notes
+from stemcal.doe.regression.surface_notes import Losses, surface_notes
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.doe.regression.within import Within
 from stemcal.errors import UsageError
-
-__all__ = ["DETERMINISTIC", "Coefficient", "Surface", "fit_surface"]
+from stemcal.notes import Note
 
 ErrorSource = Literal["residual", "within"]
 _REMEDY = {
@@ -58,7 +57,7 @@ class Surface:
     lack_of_fit_testable: bool
     runs_diagnostics: tuple[RunDiagnostics, ...]
     runs_failed: int
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     design: Array
     beta: Array
     unscaled_covariance: Array

@@ -16,26 +16,18 @@ import numpy as np
 from stemcal.doe.regression.least_squares import Array, t_quantile
 
 _LOW, _HIGH, _STEPS = -3.0, 3.0, 121
-# The transformations people use, and how they are called.
-_USUAL = {
-    -1.0: "the reciprocal 1/y",
-    -0.5: "1/√y",
-    0.0: "the logarithm",
-    0.5: "the square root",
-    1.0: "no transformation",
-    2.0: "the square",
-}
+_USUAL = (-1.0, -0.5, 0.0, 0.5, 1.0, 2.0)
+"""The powers people use."""
 
 
 @dataclass(frozen=True)
 class BoxCox:
-    """Best power λ̂ with its 95 % interval (an end is None where it lies beyond −3 … 3), and the advice."""
+    """Best power λ̂ with its 95 % interval (an end is None where it lies beyond −3 … 3), and the power advised."""
 
     best: float
     low: float | None
     high: float | None
     advised: float
-    sentence: str
 
 
 def box_cox(matrix: Array, response: Array, level: float = 0.95) -> BoxCox | None:
@@ -66,8 +58,7 @@ def box_cox(matrix: Array, response: Array, level: float = 0.95) -> BoxCox | Non
         float(brentq(lambda power: sse(power) - limit, best, end)) if sse(end) > limit else None
         for end in (_LOW, _HIGH)
     )
-    advised, sentence = _advice(best, low, high)
-    return BoxCox(best, low, high, advised, sentence)
+    return BoxCox(best, low, high, _advised(best, low, high))
 
 
 def _transformed(y: Array, power: float) -> Array:
@@ -81,11 +72,10 @@ def _residual(basis: Array, z: Array) -> float:
     return float(np.sum((z - basis @ (basis.T @ z)) ** 2))
 
 
-def _advice(best: float, low: float | None, high: float | None) -> tuple[float, str]:
+def _advised(best: float, low: float | None, high: float | None) -> float:
+    """Return 1 where the interval holds it, else the usual power in the interval that is nearest to the best."""
     bottom, top = _LOW if low is None else low, _HIGH if high is None else high
-    span = f"best power {best:.2f}, 95 % interval {bottom:.2f} to {top:.2f}"
     if bottom <= 1.0 <= top:
-        return 1.0, f"Box–Cox: the response needs no transformation ({span})."
-    within = [power for power in _USUAL if bottom <= power <= top]
-    advised = min(within or list(_USUAL), key=lambda power: abs(power - best))
-    return advised, f"Box–Cox: {_USUAL[advised]} of the response would fit better ({span})."
+        return 1.0
+    inside = [power for power in _USUAL if bottom <= power <= top]
+    return min(inside or _USUAL, key=lambda power: abs(power - best))

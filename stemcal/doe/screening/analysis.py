@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.designs.aliases import alias_matrix
-from stemcal.doe.loading import load
 from stemcal.doe.regression.least_squares import (
     ROUNDING,
     Array,
@@ -22,13 +21,12 @@ from stemcal.doe.regression.least_squares import (
     t_quantile,
 )
 from stemcal.doe.screening.curvature import Curvature, centre_runs, curvature_of, with_centre
-from stemcal.doe.screening.definitive import TwoStages, two_stages
-from stemcal.doe.screening.effects import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
+from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
 from stemcal.doe.screening.holm import adjusted_p
-from stemcal.doe.screening.lenth import Lenth, critical_t, lenth
+from stemcal.doe.screening.lenth import Lenth, lenth
 from stemcal.doe.screening.notes import conclusion, screening_notes, stands_out
-from stemcal.doe.screening.unused import unused_columns
+from stemcal.doe.screening.two_stage_analysis import TwoStages, two_stages
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.notes import Note
 
@@ -91,16 +89,6 @@ class Screening:
         weights = np.where(np.abs(found := alias_matrix(self.design)) < 1e-12, 0.0, found)
         pairs = tuple(f"{a}:{b}" for a, b in combinations(names, 2))
         return AliasMatrix(pairs, dict(zip(names, map(tuple, weights.tolist()), strict=True)))
-
-
-def get_ready(coded: Array, alpha: float) -> None:
-    """Load and draw beforehand what the analysis of a design will need: chance does not depend on the responses."""
-    load()
-    factors, unused = coded.shape[1], unused_columns(coded)
-    with_unused = [] if unused is None else [factors + unused.shape[1]]
-    for effects in (*with_unused, factors):
-        if factors >= 3:
-            critical_t(effects, alpha)
 
 
 def analyse_screening(

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, f_test
 from stemcal.doe.screening.error_term import ErrorTerm
 
-__all__ = ["Curvature", "centre_runs", "curvature_of", "with_centre"]
-
 
 @dataclass(frozen=True)
 class Curvature:

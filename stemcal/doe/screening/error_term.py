@@ -9,8 +9,8 @@ import numpy as np
 
 from stemcal.doe.regression.anova import lack_of_fit
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, LeastSquares
-from stemcal.doe.screening.definitive import Mirrored
 from stemcal.doe.screening.lenth import Lenth
+from stemcal.doe.screening.two_stage_analysis import Mirrored
 from stemcal.errors import UsageError
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.regression.least_squares import Array, LeastSquares
-from stemcal.doe.screening.effects import Conclusion, Effect
+from stemcal.doe.screening.effect_sizes import Conclusion, Effect
 from stemcal.doe.screening.error_term import ErrorTerm
 from stemcal.doe.screening.fold import fold_over_gain
 from stemcal.doe.screening.lenth import Lenth, lenth

@@ -22,6 +22,7 @@ from math import exp, log, sqrt
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array, t_quantile
+from stemcal.files.typed import absent
 
 FEWEST = 3
 # Lengths in units of the mean distance of two diameters, and shares of the variance that no neighbour tells.
@@ -30,15 +31,19 @@ _LENGTHS, _SHARES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0), (0.02, 0.1, 0.3, 0.6, 0.9, 
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """The scale ρ of so many fitted diameters, and the standard deviation about it, percent."""
+    """The scale ρ of so many fitted diameters, and the standard deviation about it, percent.
+
+    Where `smooth`, a process over the diameters predicts, not the scale alone.
+    """
 
     scale: float
     sd_percent: float
     conditions: int
+    smooth: bool = absent(False)
 
 
 @dataclass(frozen=True)
-class Corrected:
+class ScaledPrediction:
     """A force, or other response, predicted with the scale, and where a measured one lies with 95 %."""
 
     response: float
@@ -50,7 +55,7 @@ def needed(seen: int) -> int:
     return max(FEWEST, seen + 2)
 
 
-def discrepancy(ratios: Mapping[float, float], seen: int = 1) -> Discrepancy | None:
+def discrepancy(ratios: Mapping[float, float], seen: int = 1, smooth: bool = False) -> Discrepancy | None:
     """Return the scale of measured over simulated forces by diameter; None of too few.
 
     `seen` counts the directions of the parameters that were fitted to these forces, at least one.
@@ -63,7 +68,7 @@ def discrepancy(ratios: Mapping[float, float], seen: int = 1) -> Discrepancy | N
         return None
     logs = np.log(list(ratios.values()))
     spread = float(((logs - logs.mean()) ** 2).sum() / (logs.size - seen))
-    return Discrepancy(exp(float(logs.mean())), 100.0 * sqrt(spread), logs.size)
+    return Discrepancy(exp(float(logs.mean())), 100.0 * sqrt(spread), logs.size, smooth)
 
 
 def corrected(
@@ -73,13 +78,13 @@ def corrected(
     seen: int = 1,
     smooth: bool = False,
     level: float = 0.95,
-) -> Corrected | None:
+) -> ScaledPrediction | None:
     """Return the prediction of a measured force by the ratios at other diameters; None of too few."""
     if len(ratios) < needed(seen) - 1:
         return None
     d, logs = np.array(list(ratios)), np.log(list(ratios.values()))
     low, middle, high = (_by_process if smooth else _by_scale)(d, logs, condition, seen, level)
-    return Corrected(simulated * exp(middle), (simulated * exp(low), simulated * exp(high)))
+    return ScaledPrediction(simulated * exp(middle), (simulated * exp(low), simulated * exp(high)))
 
 
 def _fitted(d: Array | float, seen: int) -> Array:

@@ -12,15 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
-from stemcal.remarks import Remark, Weight
 
 # Bending and shearing of similar sections grow between d² and d³.
 FIXED_EXPONENT = 2.5
 _EXPONENTS = (-2.0, 8.0)
-
-_NO_BETTER = Remark(Weight.USE, "Without mechanics {told}: it predicts the diameters no better than a formula.")
-_BETTER = Remark(Weight.ASIDE, "Without mechanics {told}: it predicts the diameters better than a formula.")
-_NOT_COMPARED = Remark(Weight.TRUST, "Without mechanics {told}: nothing is left out to compare them by.")
 
 
 @dataclass(frozen=True)
@@ -36,6 +31,16 @@ class NullModel:
     max_abs_left_out_error_percent: float | None
     fixed_max_abs_error_percent: float | None
     fixed_max_abs_left_out_error_percent: float | None
+
+    def beaten_by(self, left_out_error_percent: float | None) -> bool | None:
+        """Whether a fit predicts what it leaves out in turn better than both formulas; None if nothing was left out.
+
+        >>> NullModel(5, 2.6, 3.0, 5.0, 3.8, 4.7).beaten_by(4.6)
+        True
+        """
+        formulas = [self.max_abs_left_out_error_percent, self.fixed_max_abs_left_out_error_percent]
+        least = min((error for error in formulas if error is not None), default=None)
+        return None if left_out_error_percent is None or least is None else left_out_error_percent < least
 
 
 def null_model(conditions: Sequence[float], responses: Sequence[float]) -> NullModel | None:
@@ -102,43 +107,3 @@ def formula_elsewhere(fitted: Sequence[tuple[float, float]], others: Sequence[tu
         return None
     (d, f), (at, measured) = np.array(fitted, dtype=float).T, np.array(others, dtype=float).T
     return _worst(d, f, at, measured, FIXED_EXPONENT)
-
-
-def compared(null: NullModel, error: float, left_out: float | None) -> str:
-    """Say in a sentence what the formulas reach and whether a joint fit does better, by what was left out in turn.
-
-    >>> compared(NullModel(5, 2.6, 3.0, 5.0, 3.8, 4.7), 4.6, 6.0)
-    'Without mechanics F = a·d^2.60 through the same 5 forces misses by at most 3.0 % (left out in turn 5.0 %), \
-F = a·d^2.5 by 3.8 % (4.7 %), the joint fit by 4.6 % (6.0 %): it predicts the diameters no better than a formula.'
-    """
-    through = f"through the same {null.conditions} forces misses by at most"
-    fixed = f"{null.fixed_max_abs_error_percent:.1f} % ({_shown(null.fixed_max_abs_left_out_error_percent)})"
-    if null.exponent is None:
-        told = f"F = a·d^{FIXED_EXPONENT:g} {through} {fixed}"
-    else:
-        own = f"{null.max_abs_error_percent:.1f} % (left out in turn {_shown(null.max_abs_left_out_error_percent)})"
-        told = f"F = a·d^{null.exponent:.2f} {through} {own}, F = a·d^{FIXED_EXPONENT:g} by {fixed}"
-    formulas = [null.max_abs_left_out_error_percent, null.fixed_max_abs_left_out_error_percent]
-    least = min((value for value in formulas if value is not None), default=None)
-    return _judged(left_out, least)(told=f"{told}, the joint fit by {error:.1f} % ({_shown(left_out)})")
-
-
-def compared_elsewhere(formula: float, model: float, conditions: str) -> str:
-    """Say in a sentence whether a model predicts other diameters better than one constant does.
-
-    >>> compared_elsewhere(6.7, 17.8, "8 mm")
-    'Without mechanics F = a·d^2.5 through 8 mm misses the other diameters by at most 6.7 %, the model by 17.8 %: \
-it predicts the diameters no better than a formula.'
-    """
-    misses = f"F = a·d^{FIXED_EXPONENT:g} through {conditions} misses the other diameters by at most {formula:.1f} %"
-    return _judged(model, formula)(told=f"{misses}, the model by {model:.1f} %")
-
-
-def _judged(model: float | None, formula: float | None) -> Remark:
-    if model is None or formula is None:
-        return _NOT_COMPARED
-    return _BETTER if model < formula else _NO_BETTER
-
-
-def _shown(percent: float | None) -> str:
-    return "–" if percent is None else f"{percent:.1f} %"

@@ -15,8 +15,6 @@ import os
 import shutil
 import stat
 import tempfile
-import time
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -25,8 +23,6 @@ import platformdirs
 
 PLAIN = os.environ.get("STEMCAL_PLAIN_KERNELS", "") not in ("", "0")  # see `vectors`
 SPARE = "STEMCAL_SPARE_CACHE"  # tells worker processes of the command's temporary folder
-_PREFIX = "stemcal-kernels-"
-_LITTER_DAYS = 2.0  # after which the temporary folder of a killed command is removed
 _ROOM = 2**20  # bytes that must go in
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _OTHERS_ENTER = stat.S_IXGRP | stat.S_IXOTH
@@ -101,8 +97,7 @@ def _strange(path: Path, status: os.stat_result, open_to_others: bool) -> str:
 
 def _spare_folder() -> Path:
     """Make a temporary folder for this command; it is removed when this process ends."""
-    _remove_litter()
-    folder = Path(tempfile.mkdtemp(prefix=f"{_PREFIX}{os.getpid()}-"))
+    folder = Path(tempfile.mkdtemp(prefix="stemcal-kernels-"))
     os.environ[SPARE] = str(folder)
     atexit.register(_remove, folder, os.getpid())
     return folder
@@ -111,31 +106,6 @@ def _spare_folder() -> Path:
 def _remove(folder: Path, owner: int) -> None:
     if os.getpid() == owner:  # not a copy of the process
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _remove_litter() -> None:
-    """Remove what commands have left that were killed."""
-    for folder in _spare_folders():
-        with suppress(OSError, ValueError):
-            old = time.time() - folder.lstat().st_mtime > _LITTER_DAYS * 86400.0
-            if old and not mistrust(folder) and not _lives(int(folder.name.split("-")[2])):
-                shutil.rmtree(folder, ignore_errors=True)
-
-
-def _spare_folders() -> Iterator[Path]:
-    yield from Path(tempfile.gettempdir()).glob(f"{_PREFIX}*-*")
-
-
-def _lives(pid: int) -> bool:
-    if os.name == "nt":
-        return True  # what is in use cannot be removed there; it is left to the system's own tidying
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
 
 
 def _sources() -> str:

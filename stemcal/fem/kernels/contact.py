@@ -19,7 +19,7 @@ from numpy import exp, sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined, kernel
-from stemcal.fem.kernels.nodes import push
+from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE, push
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -139,7 +139,8 @@ def push_nodes_out(
     friction: Floats,
 ) -> None:
     """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`."""
-    for t in range(tools.radius.shape[0]):
+    tool_count = tools.radius.shape[0]
+    for t in range(tool_count):
         for m in range(counts[t]):
             n = near[t, m]
             px, pz = x[n, 0], x[n, 2] - tools.height[t]
@@ -157,7 +158,8 @@ def push_nodes_out(
             )
             for i in range(3):
                 old[i] = spring[i]
-                push(pushes, n, i, force[i])
+                push(pushes, SURFACE * tool_count + t, n, i, force[i] - spring[i])
+                push(pushes, FRICTION * tool_count + t, n, i, spring[i])
                 tools.force[t, i] -= force[i]
 
 
@@ -246,7 +248,7 @@ def push_faces_out(
     A sample that lies inside the body below a face pushes that face out along its normal; the four nodes share the
     force by their shape functions, and the tool gets the opposite.
     """
-    t = edge.tool
+    t, tool_count = edge.tool, tools.radius.shape[0]
     tip = tools.height[t]
     touched = np.zeros(edge.traction.shape[0], dtype=np.bool_)
     for m in range(count):
@@ -288,7 +290,8 @@ def push_faces_out(
                 node = faces[m, corner]
                 if mass[node] > 0.0:  # a ghost follows its source, which feels the mirror image of this force
                     for i in range(3):
-                        push(pushes, node, i, shape[corner] * force[i])
+                        push(pushes, EDGE * tool_count + t, node, i, shape[corner] * (force[i] - spring[i]))
+                        push(pushes, FRICTION * tool_count + t, node, i, shape[corner] * spring[i])
                         tools.force[t, i] -= shape[corner] * force[i]
     for slot in range(touched.shape[0]):
         if not touched[slot]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
-from stemcal.fem.kernels.element import add_internal_forces
+from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
 from stemcal.fem.kernels.nodes import (
@@ -40,6 +40,8 @@ Array = NDArray[np.float64]
 
 # How many steps the time step, the mean strains and the hold of a spread edge serve before they are worked out again.
 STEP_LIFE = 20
+# How many the rate factors do where the rate is smoothed, over many times as long.
+RATE_LIFE = 5
 
 # How often a thread that waits for others looks whether they have come before it lets others have its core.
 _PATIENCE = 1000
@@ -90,8 +92,7 @@ class Ledger(NamedTuple):
     """Sums that one output interval adds to."""
 
     impulse: Array  # (T, 3) of the stem on each tool
-    contact_work: Array  # (1,) of the contact forces on the nodes
-    tool_work: Array  # (1,) of the moving tools
+    held: Array  # (S,) what contact holds back of the tools' work, by what pushes (`nodes.Pushes`)
     external_work: Array  # (1,) of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) carried away by nodes without elements
     kinetic: Array  # (1,) of the last step
@@ -181,11 +182,12 @@ def add_forces_inside(share: Floats, body: Floats, topology: Floats, clock: Floa
 
     Returns how many elements may have failed.
     """
-    dt = clock.step_before[0]
+    dt, mine = clock.step_before[0], slice(share.blocks[0], share.blocks[1])
+    if clock.steps[0] % RATE_LIFE == 0:
+        follow_smooth_rates(body.state[mine], material)
     if body.points.shape[0] > 0:  # one thread does all of them
         add_full_internal_forces(topology, body.points, body.x, body.v, body.state, body.f, dt, material)
         return 1
-    mine = slice(share.blocks[0], share.blocks[1])
     runs, targets, state = body.runs[mine], body.targets[mine], body.state[mine]
     return add_internal_forces(share.scratch, runs, targets, body.seen, state, body.f, dt, material)
 
@@ -245,9 +247,7 @@ def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
     for t in range(tools.speed.shape[0]):
         for i in range(3):
             ledger.impulse[t, i] += kick * tools.force[t, i]
-        work = -kick * tools.force[t, 2] * tools.speed[t]
-        ledger.tool_work[0] += work
-        ledger.external_work[0] += work
+        ledger.external_work[0] -= kick * tools.force[t, 2] * tools.speed[t]
         tools.height[t] += dt * tools.speed[t]
         fastest = max(fastest, abs(tools.speed[t]))
     return fastest
@@ -282,7 +282,7 @@ def meet_tools(
 
 
 @kernel
-def kick_by_contact(until: float, body: Floats, clock: Floats, ledger: Floats) -> None:
+def kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> None:
     """Kick what the tools push; before, if the step reaches the time `until`, book its kinetic energy.
 
     That is the moment for it: all forces are there and nothing has moved.
@@ -290,7 +290,7 @@ def kick_by_contact(until: float, body: Floats, clock: Floats, ledger: Floats) -
     kick = mean_step(clock)
     if clock.time[0] + clock.step[0] >= until:
         ledger.kinetic[0] = kinetic_energy_within(body, kick)
-    ledger.contact_work[0] += 0.5 * kick * take_pushes(body, kick)
+    take_pushes(body, kick, tools.speed, ledger.held)
 
 
 @kernel
@@ -299,7 +299,7 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
     dt, kick = clock.step[0], mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
     mirror_ghosts(body)
-    ledger.contact_work[0] += 0.5 * kick * leave_pushes(body)
+    leave_pushes(body, kick, tools.speed, ledger.held)
     ledger.external_work[0] += work
     clock.reach[0] += dt * (fastest + move_tools(tools, ledger, kick, dt))
     clock.time[0] += dt
@@ -346,7 +346,7 @@ def march(
         if leads:
             failed = team.failed.sum() > 0 or apart
             meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-            kick_by_contact(until, body, clock, ledger)
+            kick_by_contact(until, body, tools, clock, ledger)
         meet(team)
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])
         meet(team)

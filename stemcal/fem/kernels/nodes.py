@@ -19,13 +19,21 @@ Array = NDArray[np.float64]
 CHUNK = 512
 
 
-class Pushes(NamedTuple):
-    """The forces of contact on the nodes, and which nodes have any: few of many."""
+# What pushes: a tool's surface against nodes, a tool's edge against the faces under it, and the friction of either.
+SURFACE, EDGE, FRICTION = 0, 1, 2
+KINDS = 3
 
-    force: Array  # (N, 3) takes no memory where nobody writes
-    nodes: NDArray[np.int32]  # (N,) those with a force, the first `many`
-    many: NDArray[np.int64]  # (1,)
-    listed: NDArray[np.bool_]  # (N,) whether a node is one of them
+
+class Pushes(NamedTuple):
+    """The forces of contact on the nodes by what pushes, and which nodes have any: few of many.
+
+    Source s is kind s // T of tool s % T; arrays take no memory where nobody writes.
+    """
+
+    force: Array  # (S, N, 3)
+    nodes: NDArray[np.int32]  # (S, N) those with a force, the first `many`
+    many: NDArray[np.int64]  # (S,)
+    listed: NDArray[np.bool_]  # (S, N) whether a node is one of them
 
 
 @entry
@@ -67,9 +75,18 @@ def move_component(body: Any, i: int, kick: float, drift: float, first: int, las
 
 
 @inlined
+def contact_on(pushes: Any, n: int, i: int) -> float:
+    """Return component i of the contact forces on a node."""
+    force = 0.0
+    for s in range(pushes.force.shape[0]):
+        force += pushes.force[s, n, i]
+    return force
+
+
+@inlined
 def force_on(body: Any, n: int, i: int) -> float:
     """Return component i of all forces on a node."""
-    force = body.f[n, i] + body.pushes.force[n, i]
+    force = body.f[n, i] + contact_on(body.pushes, n, i)
     return float(force + body.loads[n, i] if body.loads.shape[0] > 0 else force)
 
 
@@ -116,45 +133,62 @@ def bear_loads(body: Any, kick: float, first: int, last: int) -> float:
     for n in range(first, last):
         for i in range(3):
             gain = kick * body.inverse_mass[n] * body.free[n, i]
-            before += body.loads[n, i] * (body.v[n, i] - gain * body.pushes.force[n, i])
+            before += body.loads[n, i] * (body.v[n, i] - gain * contact_on(body.pushes, n, i))
             body.v[n, i] += gain * body.loads[n, i]
     return before
 
 
 @inlined
-def push(pushes: Any, n: int, i: int, force: float) -> None:
+def push(pushes: Any, source: int, n: int, i: int, force: float) -> None:
     """Add component i of a contact force on a node."""
-    if not pushes.listed[n]:
-        pushes.listed[n] = True
-        pushes.nodes[pushes.many[0]] = n
-        pushes.many[0] += 1
-    pushes.force[n, i] += force
+    if not pushes.listed[source, n]:
+        pushes.listed[source, n] = True
+        pushes.nodes[source, pushes.many[source]] = n
+        pushes.many[source] += 1
+    pushes.force[source, n, i] += force
 
 
 @kernel
-def take_pushes(body: Any, kick: float) -> float:
-    """Advance the velocities of what contact touches under its forces; returns their power before."""
-    before, pushes = 0.0, body.pushes
-    for m in range(pushes.many[0]):
-        n = pushes.nodes[m]
-        for i in range(3):
-            before += pushes.force[n, i] * body.v[n, i]
-            body.v[n, i] += kick * pushes.force[n, i] * body.inverse_mass[n] * body.free[n, i]
-    return before
+def take_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
+    """Advance the velocities of what contact touches under its forces.
+
+    What contact holds back, ½ kick·f·(V − v) with the tools' speed V and the velocities before, is added to `held`
+    (S,); `leave_pushes` adds the other half, with those after the kick.
+    """
+    pushes = body.pushes
+    for s in range(pushes.force.shape[0]):
+        held[s] += 0.5 * kick * power_held(body, s, speed)
+    for s in range(pushes.force.shape[0]):
+        for m in range(pushes.many[s]):
+            n = pushes.nodes[s, m]
+            for i in range(3):
+                body.v[n, i] += kick * pushes.force[s, n, i] * body.inverse_mass[n] * body.free[n, i]
 
 
 @kernel
-def leave_pushes(body: Any) -> float:
-    """Forget the contact forces; returns their power now."""
-    after, pushes = 0.0, body.pushes
-    for m in range(pushes.many[0]):
-        n = pushes.nodes[m]
+def power_held(body: Any, source: int, speed: Array) -> float:
+    """Return f·(V − v) summed over what a source pushes: the power that does not reach the nodes."""
+    pushes, power = body.pushes, 0.0
+    for m in range(pushes.many[source]):
+        n, force = pushes.nodes[source, m], pushes.force[source]
+        power += force[n, 2] * speed[source % speed.shape[0]]
         for i in range(3):
-            after += pushes.force[n, i] * body.v[n, i]
-            pushes.force[n, i] = 0.0
-        pushes.listed[n] = False
-    pushes.many[0] = 0
-    return after
+            power -= force[n, i] * body.v[n, i]
+    return power
+
+
+@kernel
+def leave_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
+    """Forget the contact forces, once what they hold back with the velocities of now is added to `held`."""
+    pushes = body.pushes
+    for s in range(pushes.force.shape[0]):
+        held[s] += 0.5 * kick * power_held(body, s, speed)
+        for m in range(pushes.many[s]):
+            n = pushes.nodes[s, m]
+            for i in range(3):
+                pushes.force[s, n, i] = 0.0
+            pushes.listed[s, n] = False
+        pushes.many[s] = 0
 
 
 @summing

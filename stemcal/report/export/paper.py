@@ -10,9 +10,9 @@ from stemcal.files.rows import Column, Table
 from stemcal.files.showing import in_a_line
 from stemcal.naming import FIRST, FORCE, Named
 from stemcal.report.tables.columns import ERROR, condition, simulated, starred, to_decimals
+from stemcal.report.tables.equation import equation
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table
 from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
-from stemcal.report.terms import equation
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult, ValidateRow

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, styled
 from stemcal.stages.invert.result import Certainty, InvertResult, PosteriorSummary
+from stemcal.text.calibration import source
+from stemcal.text.names import Names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,15 +22,15 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
 
     `labels` has what to write at the axis of a factor, its name by default.
     """
-    names = list(invert.point.solution)
+    names, called = list(invert.point.solution), Names(invert.naming)
     figure = new_figure(height=1.5 * len(names) + 0.4)
     with styled():
         for row, name in enumerate(names, 1):
             axes = figure.add_subplot(len(names), 1, row)
             if invert.certainty_alone is not None:
-                _profile(axes, invert.certainty_alone, name, ORANGE)
+                _profile(axes, invert.certainty_alone, name, ORANGE, source(invert.certainty_alone, invert, called))
             if invert.certainty is not None:
-                _profile(axes, invert.certainty, name, BLUE)
+                _profile(axes, invert.certainty, name, BLUE, source(invert.certainty, invert, called))
             axes.axhline(1.0, color=FAINT, linestyle="--", linewidth=1)
             axes.axvline(invert.point.solution[name], color=INK, linewidth=0.8)
             axes.set_ylim(0.0, 3.0)
@@ -39,9 +41,9 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
     return figure
 
 
-def _profile(axes: Axes, part: Certainty, name: str, colour: str) -> None:
+def _profile(axes: Axes, part: Certainty, name: str, colour: str, label: str) -> None:
     points = profile_points(part, name)
-    axes.plot(*zip(*points, strict=True), color=colour, label=part.source)
+    axes.plot(*zip(*points, strict=True), color=colour, label=label)
     axes.axvspan(*part.intervals[name], color=colour, alpha=0.12, linewidth=0)
 
 

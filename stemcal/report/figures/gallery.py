@@ -37,12 +37,15 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 
+CLAIMING = ("profiles", "posterior", "solutions")
+"""Figures of intervals, which suppose that the model fits: not shown where nothing is calibrated."""
+
+
 @dataclass(frozen=True)
 class Plot:
     """A figure: its name, the section it belongs to, its caption, and what draws it, which a worker may do too.
 
     Figures that are not `on_page` are drawn by `stemcal plot` alone, not with the report; a `detail` is folded on it.
-    All that a figure is made of is known with the stage of its section, or with a later one, `awaits`.
     """
 
     name: str
@@ -52,12 +55,6 @@ class Plot:
     on_page: bool = True
     wide: bool = False
     detail: bool = False
-    awaits: str = ""
-
-    @property
-    def known_with(self) -> str:
-        """The stage with which all is known that the figure is made of."""
-        return self.awaits or self.section
 
     def draw(self) -> Figure:
         """Return the figure, made once: page and files share it."""
@@ -140,7 +137,7 @@ def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mappi
             "two standard errors, and the coded values that give it."
         )
         along = partial(ridge, rsm, invert, labels)
-        plots.append(Plot("ridge", "rsm", text, along, wide=True, detail=True, awaits="invert"))
+        plots.append(Plot("ridge", "rsm", text, along, wide=True, detail=True))
     return plots
 
 
@@ -176,8 +173,8 @@ def _pair_plots(
     relieved = f"Relief of the {noun} over {over}; its lines on the floor.{raised}"
     flat, lifted = (partial(draw, rsm, pair, invert, labels) for draw in (contours, relief))
     return [
-        Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat, awaits="invert"),
-        Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, lifted, awaits="invert"),
+        Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),
+        Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, lifted),
     ]
 
 
@@ -295,7 +292,7 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
                 detail=True,
             )
         )
-    if film and "von_mises" in film:
+    if film:
         told = (
             f"Stress and displacement in the stem of {label} where the force is largest, in section; travel of the "
             "blade and force above. Each has its own scale."

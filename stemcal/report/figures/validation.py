@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import geometric_mean
 from typing import TYPE_CHECKING
 
-from stemcal.doe.validation.conditions import Exponent
+from stemcal.doe.validation.comparison import Exponent
 from stemcal.naming import DIAMETER, FORCE, Named
 from stemcal.report.figures.style import BLUE, INK, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.stages.validate import ValidateResult

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.report.tables.of_parameters import cited_ranges
 from stemcal.stages.invert.result import InvertResult
+from stemcal.text.language import say
 from stemcal.text.numbers import interval, significant, unit_written
 
 if TYPE_CHECKING:
@@ -33,13 +34,14 @@ def headline(
     """
     if invert is None:
         return []
-    called, ranges = cited_ranges(invert)
+    _, ranges = cited_ranges(invert)
+    ranged = "{range} (exact solutions)" if invert.certainty is None else "{range} (95 %)"
     return [
         Card(
             study.factor(name).label or name,
             significant(value),
             unit_written(study.factor(name).unit),
-            f"{interval(ranges.get(name))} ({called.removesuffix(' range')})" if holds else "",
+            say(ranged, range=interval(ranges.get(name))) if holds else "",
         )
         for name, value in (invert.point.solution if values is None else values).items()
         if name in invert.point.solution

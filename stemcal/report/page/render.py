@@ -15,35 +15,32 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
 from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder
-from stemcal.report.figures.gallery import Plot, gallery
+from stemcal.naming import small
+from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
-from stemcal.report.page import sentences
 from stemcal.report.page.headline import headline
-from stemcal.report.page.labels import named_all
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.tables.stages import borne, tables_of
-from stemcal.report.verdict import CLAIMING
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
+from stemcal.text.notes import sentence
 from stemcal.text.numbers import short
-from stemcal.text.results import shown_remarks
-from stemcal.text.tables import assumptions, valid_for
-from stemcal.words import counted, joined
+from stemcal.text.page import failures, folded, kind_of, question
+from stemcal.text.results import certainty, outcome_of, shown_remarks
+from stemcal.text.verdict import use, word
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
     from stemcal.study.model import Study
-
-
-_LATER = ("climb", "refine")  # their runs follow from each other; a failed one is answered by the next
 
 
 @dataclass(frozen=True)
@@ -68,10 +65,7 @@ class Part:
     @property
     def folded(self) -> str:
         """What is folded, in words; nothing if nothing is."""
-        pictures = [counted(len(self.plates), "figure")] if self.plates else []
-        notes = [counted(len(self.notes), "note")] if self.notes else []
-        titles = [table.title[0].lower() + table.title[1:] for table in self.details]
-        return joined([*titles, *pictures, *notes])
+        return folded([small(table.title) for table in self.details], len(self.plates), len(self.notes))
 
 
 @dataclass(frozen=True)
@@ -101,10 +95,10 @@ def shown(study: Study, folder: StudyFolder, results: Results | None = None, ver
     return Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
 
 
-def write_page(study: Study, folder: StudyFolder, what: Shown | None = None) -> Path:
+def write_page(study: Study, folder: StudyFolder, what: Shown | None = None, last_line: str = "") -> Path:
     """Write ``report.html`` from the stages that are done; returns its path."""
     path = folder.path / "report.html"
-    write_durably(path, render(study, folder, what))
+    write_durably(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
     return path
 
 
@@ -122,7 +116,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     first = first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
-    told_by_verdict = any(reason.rule == "physics" for reason in verdict.reasons)
+    said_of = Names(study.naming)
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -136,17 +130,17 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
             *study.warnings,
             *results.stale,
             *failures(done),
-            *([] if told_by_verdict else run_warnings(records)),
+            *([] if verdict.says("physics") else run_warnings(records)),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
-        word=verdict.word,
+        word=word(verdict),
+        use="" if verdict.use is None else use(verdict.use, said_of),
+        reasons=[(sentence(reason, said_of), sentence(reason.remedy, said_of)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
-        certainty=named_all(
-            [*sentences.certainty(results, verdict.holds, labels), *from_table(study, results)], labels
-        ),
+        certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
-        belonging=_beside_values(results, verdict.holds),
+        valid_for=_beside_values(results, verdict.holds),
         setting=part_of(setting_tables(study), ()),
         sections=[section(result, plots, verdict, labels) for result in done],
         runs=part_of(run_tables(results, records), _plots_of("runs", plots)),
@@ -161,65 +155,12 @@ def coded(text: str) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
-def kind_of(study: Study) -> str:
-    """Return what is calibrated here."""
-    if study.naming.is_cutting:
-        return "Calibration of a stem cutting model"
-    fitted = [study.naming.named(name).long for name in study.invert.responses]
-    return f"Calibration of a simulation to the measured {joined(fitted)}"
-
-
 def _beside_values(results: Results, holds: bool) -> list[str]:
-    """Say what the calibrated values hold for, and what their ranges rest on where these are shown."""
+    """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
     if results.inversion is None:
         return []
     assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
     return [*valid_for(results.inversion), *assumed]
-
-
-def question(study: Study) -> str:
-    """Return what the study asks."""
-    target = study.calibration_target
-    count = counted(len(study.factors), "parameter")
-    if not study.naming.is_cutting:
-        return f"Which values of {count} {_asked(study)}?"
-    return (
-        f"Which values of {count} make a simulated stem of {short(target.condition)} mm diameter resist "
-        f"cutting with the measured maximum force of {short(target.response)} N, and do they hold at "
-        f"{counted(len(study.targets.means) - 1, 'other diameter')}?"
-    )
-
-
-def _asked(study: Study) -> str:
-    """Return what the parameters are to bring about, and where else, in a study's own words."""
-    target, naming = study.calibration_target, study.naming
-    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
-    nouns = joined([named.noun for named, mean in means if mean is not None])
-    measured = joined([f"{short(mean)}{named.beside}" for named, mean in means if mean is not None])
-    others = len(study.targets.means) - 1
-    elsewhere = f", and do they hold at {naming.counted(others, 'other ')}" if others else ""
-    return f"make the simulated {nouns}{naming.at(target.condition)} equal the measured {measured}{elsewhere}"
-
-
-def from_table(study: Study, results: Results) -> list[str]:
-    """Say that a table cannot simulate what was calibrated here."""
-    if study.solver.kind != "table" or results.validation is None:
-        return []
-    return [
-        f"The validation {study.naming.values} were read from a table, not simulated with the parameters found here."
-    ]
-
-
-def failures(done: list[StageResult]) -> list[str]:
-    """Name the runs of designs and of the validation that gave no response."""
-    return [
-        f"{stage_called(result.name).title}, run {label.removeprefix(f'{result.name} ')} failed: "
-        f"{outcome.message or outcome.reason}"
-        for result in done
-        if result.name not in _LATER
-        for label, outcome in result.runs()
-        if not outcome.ok
-    ]
 
 
 def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:
@@ -229,15 +170,12 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
         borne(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
-        labels,
     )
-    told = named_all(sentences.outcome_of(result, verdict.holds, labels), labels)
+    told = outcome_of(result, verdict.holds, labels)
     return Section(result.name, stage_called(result.name).title, " ".join(told), part)
 
 
-def part_of(
-    tables: Iterable[Table], plots: Iterable[Plot], notes: Sequence[str] = (), labels: Mapping[str, str] | None = None
-) -> Part:
+def part_of(tables: Iterable[Table], plots: Iterable[Plot], notes: Sequence[str] = ()) -> Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
     pictures = [(plot.detail, drawn(plot, f"{plot.section}{number}")) for number, plot in enumerate(plots)]
@@ -246,7 +184,7 @@ def part_of(
         tuple(picture for detail, picture in pictures if not detail),
         tuple(table for table in tables if table.detail),
         tuple(picture for detail, picture in pictures if detail),
-        tuple(named_all(notes, labels or {})),
+        tuple(notes),
     )
 
 

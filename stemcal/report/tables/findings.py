@@ -9,6 +9,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
+from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.names import Names
 from stemcal.text.screening import judgement
 
@@ -22,8 +23,11 @@ def spoken(stage: StageResult) -> list[RenderableType]:
         names = Names(stage.naming)
         judged = [(effect.symbol, judgement(effect, stage, names)) for effect in stage.ranked()]
         return _lines("Verdicts", [" ".join([symbol, *sentences]) for symbol, sentences in judged if sentences])
-    known = stage.known if isinstance(stage, InvertResult | MeshResult) else []
-    lines = [line for part in known for line in (*part.sentences, *part.direction_sentences)]
+    if not isinstance(stage, InvertResult | MeshResult):
+        return []
+    names = Names(stage.naming)
+    each = [(known(part, stage, names), unseen_changes(part, names)) for part in stage.known]
+    lines = [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
     return _lines("What the measurements fix", lines)
 
 

@@ -22,7 +22,7 @@ from stemcal.report.tables.columns import (
     starred,
     to_decimals,
 )
-from stemcal.report.terms import equation, written
+from stemcal.report.tables.equation import equation, written
 from stemcal.stages.result import DesignRuns
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
@@ -31,6 +31,7 @@ from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, percent, probability, short, significant, unit_written
 from stemcal.text.screening import standing
+from stemcal.text.surface import shape_name
 from stemcal.text.tables import line
 
 MANY = {"surface": 3, "design": 4}  # factors beyond which columns are headed by symbols in place of names
@@ -139,7 +140,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     point = line("no stationary point")
     if shape.natural is not None:
         place = "inside" if shape.inside else "outside"
-        found = {"kind": shape.kind, "value": shape.predicted, "radius": shape.coded_radius}
+        found = {"kind": shape_name(shape), "value": shape.predicted, "radius": shape.coded_radius}
         point = line(place, names, levels=level_list(shape.natural, names), **found)
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, line("canonical"), (point, line("curvature", names)), detail=True)

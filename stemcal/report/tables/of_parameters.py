@@ -11,10 +11,11 @@ from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.mesh.result import MeshResult, MeshRun
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Interval
+from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, short, significant
-from stemcal.text.tables import line, range_to_cite, valid_for
+from stemcal.text.tables import line
 
 
 def calibration_table(stage: InvertResult, names: Names) -> Table:
@@ -54,7 +55,7 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
     """Return the interval of each parameter from one measured value and from all of them, side by side."""
     columns = [factor(names)]
     for part in stage.known:
-        columns.append(Column(part.source, form=interval))
+        columns.append(Column(part.source, source(part, stage, names), form=interval))
         columns.append(Column(f"share {part.source}", "of range", form=str))
     rows = [
         {"factor": name}
@@ -62,7 +63,7 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
         | {f"share {part.source}": share_of_range(part, name) for part in stage.known}
         for name in stage.point.solution
     ]
-    assumed = dict.fromkeys(f"{part.source}: {part.taken}." for part in stage.known if part.taken)
+    assumed = dict.fromkeys(sentence for part in stage.known for sentence in assumption(part))
     return Table.of(columns, rows, line("known"), (line("profile"), *assumed), claims=True)
 
 
@@ -143,7 +144,6 @@ def budget_table(stage: MeshResult, names: Names) -> Table:
         Column("share_percent", "Share of variance", "%", to_decimals(0)),
         Column("df", "df", "", to_decimals(1), lambda row: say("known") if row.df is None else row.df),
     ]
-    taken, one = stage.certainty.taken, stage.prediction_interval
-    foot = line("sources"), *([f"Laboratory: {taken}."] if taken else [])
+    one, foot = stage.prediction_interval, (line("sources"), *assumption(stage.certainty))
     claimed = (line("at any place", names, one=one),) if one is not None else ()
     return Table.of(columns, stage.budget, line("budget", names), foot, claimed=claimed)

@@ -11,13 +11,16 @@ from typing import Any, ClassVar
 
 from stemcal.errors import SimulationFailed
 from stemcal.files.decoding import lenient
+from stemcal.files.plain import open_plain
+from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, deck_text
+from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
 from stemcal.solvers.processes import Ended
-from stemcal.solvers.programs.aside import LEAST_READING_S, aside
-from stemcal.solvers.programs.frame import OneCommand
+from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
+from stemcal.solvers.programs.program_base import OneCommand
 from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
@@ -32,7 +35,7 @@ DECK = "run.k"
 _MESSAGES = ("messag", "mes0000", "d3hsp")
 _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
 # " solid element     1911 failed at time  2.8203E-01", once for each element that is taken away.
-_FAILED = re.compile(r"\belement\s+(\d+)\s+failed at time\s*(\d[.\d]*(?:[Ee][-+]?\d+)?)", re.IGNORECASE)
+_FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({NUMBER})", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -68,12 +71,12 @@ class LsDyna(OneCommand):
         self.inputs.write(folder, {})
         if not self._own():
             text = deck_text(Deck.of(self.study, request.levels, request.condition))
-            (folder / DECK).write_text(text, encoding="utf-8", newline="\n")
+            write_output(folder / DECK, text)
             return {}
         own = template_bytes(self._own_at(request.condition))
         material = find_material(own, self.options.material)
         deck, written = replaced(own, material, self.study.parameters(request.levels))
-        (folder / DECK).write_bytes(deck)
+        write_output(folder / DECK, deck)
         return {"written": written}
 
     def _values(self, _request: Request) -> Mapping[str, str]:
@@ -96,7 +99,7 @@ class LsDyna(OneCommand):
         options = self.options
         asked = folder, options.interface, options.component
         left = max(options.time_limit - ended.seconds, LEAST_READING_S)
-        contact = _contact(*asked) if is_small(folder / FILE) else aside(left, _contact, *asked)
+        contact = _contact(*asked) if is_small(folder / FILE) else run_in_helper(left, _contact, *asked)
         return peak_answer(contact, options, self.study.loading, _failed_elements(folder, ended))
 
 
@@ -108,7 +111,7 @@ def _failed_elements(folder: Path, ended: Ended) -> list[float]:
     """Return when each element was taken away, s, as far as LS-DYNA has told; an element is told of in many files."""
     times: dict[int, float] = {}
     for text in (ended.output, *(_tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
-        times.update((int(number), float(time)) for number, time in _FAILED.findall(text))
+        times.update((int(number), number_of(time) or 0.0) for number, time in _FAILED.findall(text))
     return list(times.values())
 
 
@@ -129,9 +132,9 @@ def _first_error(said: str) -> str:
 
 def _tail(path: Path, most: int = _TAIL_BYTES) -> str:
     try:
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             file.seek(0, 2)
             file.seek(max(0, file.tell() - most))
-            return lenient(file.read())
+            return lenient(file.read(most))
     except OSError:
         return ""

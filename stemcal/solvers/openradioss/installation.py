@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.solvers.programs.frame import executable
+from stemcal.solvers.programs.program_base import executable
 from stemcal.study.model import OpenRadiossSolver
 
 __all__ = ["HOME", "Installation", "installation"]

@@ -10,18 +10,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 
 __all__ = ["Problem", "contact_force", "deleted_elements", "differences", "is_normal_end", "problems"]
 
-_BLOCK = re.compile(r"^ERROR ID :\s*(\d+)\s*\n\*\* (.*)\n(?:DESCRIPTION :.*\n((?:[ \t]+\S.*\n)*))?", re.MULTILINE)
-_VALUE = re.compile(r"^\s+([A-Z][^=\n]*?)[\s.]*=\s*([-+]?\d[\d.]*(?:E[-+]?\d+)?)\s*$", re.MULTILINE)
-_MATERIAL = re.compile(r"^\s+MATERIAL NUMBER[\s.]*=\s*(\d+)\s*$", re.MULTILINE)
-_FAILURE = re.compile(r"^\s+FIRST\s+FAILURE PARAMETER \(D1\)[\s.]*=\s*(\S+)\s*$", re.MULTILINE)
-_DELETED = re.compile(r"DELETE SOLID ELEMENT NUMBER\s+(\d+)(?:\s+AT TIME :\s*(\S+))?")
-_CYCLE = re.compile(r"^\s*\d+\s+(\d\S*)\s+\d\S*\s+[A-Z]+\s+\d+")
-_COLUMN = re.compile(r"TH-INTER (\d+) (?:.* )?(F[NT]Z)")
+# No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
+_BLOCK = re.compile(
+    r"^ERROR ID :[ \t]*(\d{1,9})[ \t]*\n\*\* (.*)\n(?:DESCRIPTION :.*\n((?:[ \t]+\S.*\n)*))?", re.MULTILINE
+)
+_VALUE = re.compile(rf"^[ \t]+([A-Z][^=\n]*)=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
+_MATERIAL = re.compile(r"^[ \t]+MATERIAL NUMBER[ \t.]*=[ \t]*(\d{1,18})[ \t]*$", re.MULTILINE)
+_FAILURE = re.compile(rf"^[ \t]+FIRST[ \t]+FAILURE PARAMETER \(D1\)[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
+_DELETED = re.compile(rf"DELETE SOLID ELEMENT NUMBER[ \t]+(\d{{1,18}})(?:[ \t]+AT TIME :[ \t]*({NUMBER}))?")
+_CYCLE = re.compile(rf"[ \t]*\d+[ \t]+({NUMBER})[ \t]+\d\S*[ \t]+[A-Z]+[ \t]+\d+")
+_COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?(F[NT]Z)")
 # Echoes have 13 digits, or four.
 _CLOSE = 2e-4
 
@@ -61,7 +65,7 @@ def differences(text: str, material: int, written: Mapping[str, float]) -> tuple
     echo = _echo(text, material)
     criterion = _FAILURE.search(text)
     if criterion is not None:
-        echo["failure strain"] = float(criterion[1])
+        echo["failure strain"] = _number(criterion[1])
     wrong = []
     for name, value in _expected(written).items():
         if name not in echo:
@@ -76,7 +80,8 @@ def _echo(text: str, material: int) -> dict[str, float]:
     _, *pieces = _MATERIAL.split(text)
     for number, block in zip(pieces[::2], pieces[1::2], strict=True):
         if int(number) == material:
-            values = {" ".join(label.split()): float(value) for label, value in reversed(_VALUE.findall(block))}
+            found = reversed(_VALUE.findall(block))
+            values = {" ".join(label.rstrip(". \t").split()): _number(value) for label, value in found}
             return {ours: values[theirs] for theirs, ours in _LABELS.items() if theirs in values}
     return {}
 
@@ -120,10 +125,10 @@ def deleted_elements(listing: str, printed: str) -> list[float]:
     now = 0.0
     for line in listing.splitlines():
         if (cycle := _CYCLE.match(line)) is not None:
-            now = float(cycle[1])
+            now = _number(cycle[1])
         elif (gone := _DELETED.search(line)) is not None:
             times[int(gone[1])] = now
-    times.update((int(number), float(time)) for number, time in _DELETED.findall(printed) if time)
+    times.update((int(number), _number(time)) for number, time in _DELETED.findall(printed) if time)
     return sorted(times.values())
 
 
@@ -135,7 +140,10 @@ def contact_force(text: str, interface: int) -> ContactForce:
     NoResult
         ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
     """
-    header, *rows = csv.reader(text.splitlines())
+    try:
+        header, *rows = csv.reader(text.splitlines())
+    except (csv.Error, ValueError) as error:
+        raise NoResult("bad_result", f"the table of time histories is no CSV table: {error}") from None
     names = [" ".join(name.split()) for name in header]
     chosen = [index for index, number in _columns(names) if number == interface]
     if len(chosen) != 2:
@@ -144,9 +152,9 @@ def contact_force(text: str, interface: int) -> ContactForce:
             "no_result", f"the time histories have no contact {interface}, only {there}; see solver.interface"
         )
     try:
-        values = np.array([[float(row[index]) for index in (0, *chosen)] for row in rows if row])
-    except (ValueError, IndexError) as error:
-        raise NoResult("bad_result", f"the table of time histories cannot be read: {error}") from None
+        values = np.array([[_number(row[index]) for index in (0, *chosen)] for row in rows if row])
+    except IndexError:
+        raise NoResult("bad_result", "the table of time histories has a row that ends too early") from None
     if len(values) < 2 or not np.isfinite(values).all():
         raise NoResult("nan", f"the force of contact {interface} has no numbers")
     time, force = values[:, 0], values[:, 1] + values[:, 2]
@@ -160,3 +168,9 @@ def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
     for index, name in enumerate(names):
         if (match := _COLUMN.fullmatch(name)) is not None:
             yield index, int(match[1])
+
+
+def _number(text: str) -> float:
+    if (number := number_of(text)) is None:
+        raise NoResult("bad_result", f"{text[:40]!r} is no number")
+    return number

@@ -9,19 +9,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
 from stemcal.solvers.deck.writer import STEM
 from stemcal.solvers.openradioss.installation import Installation, installation
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, is_normal_end, problems
 from stemcal.solvers.processes import Ended
-from stemcal.solvers.programs.aside import LEAST_READING_S, aside
-from stemcal.solvers.programs.frame import Program, code_is_zero, run_in
+from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
+from stemcal.solvers.programs.program_base import Program, code_is_zero, run_in
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.solvers.programs.rooms import OUTPUT
+from stemcal.solvers.programs.run_folders import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import OpenRadiossSolver
 
@@ -80,7 +81,7 @@ class OpenRadioss(Program):
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
         self.inputs.write(folder, {})
         text = deck_text(self._deck(request))
-        (folder / DECK).write_text(text, encoding="utf-8", newline="\n")
+        write_output(folder / DECK, text)
         return {}
 
     def _deck(self, request: Request) -> Deck:
@@ -124,7 +125,7 @@ class OpenRadioss(Program):
     def _read(self, folder: Path, written: Mapping[str, float], ended: Ended) -> Answer:
         asked = folder, self.options.interface
         left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
-        contact = _contact(*asked) if is_small(folder / TABLE) else aside(left, _contact, *asked)
+        contact = _contact(*asked) if is_small(folder / TABLE) else run_in_helper(left, _contact, *asked)
         _, fails = differences(read_text(folder, STARTER_LISTING), STEM, written)
         gone = deleted_elements(read_text(folder, ENGINE_LISTING), _said(folder, OUTPUT))
         return peak_answer(contact, self.options, self.study.loading, gone, [] if fails else [_UNDELETED])
@@ -145,11 +146,14 @@ def _starter_ran(folder: Path, written: Mapping[str, float], ended: Ended) -> No
     wrong, _ = differences(listing, STEM, written)
     if wrong:
         raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
-    engine = folder / ENGINE_INPUT
-    if not engine.is_file():
-        raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT}")
+    if (folder / ENGINE_INPUT).is_symlink():
+        raise NoResult("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
+    try:
+        engine = read_text(folder, ENGINE_INPUT)
+    except NoResult as missing:
+        raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}") from None
     # the starter calls the run after the whole name of the deck, runk; its restart file is run's
-    engine.write_bytes(re.sub(rb"^/RUN/[^/\r\n]+/", b"/RUN/run/", engine.read_bytes(), flags=re.MULTILINE))
+    write_output(folder / ENGINE_INPUT, re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE))
 
 
 def _engine_ran(folder: Path, ended: Ended) -> None:

@@ -9,11 +9,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from stemcal.solvers.fortran import number_of
 from stemcal.solvers.programs.reductions import NoResult, Series
 
 __all__ = ["printed_series"]
 
-_HEADING = re.compile(r"\s*(\S.*?) \(([^()]+)\) for set (\S+) and time\s+(\S+)\s*")
+_SET = re.compile(r"(\S+) and time\s+(\S+)\s*")
 # Summed over a set: what the set as a whole carries.
 _SUMMED = "forces"
 
@@ -40,15 +41,24 @@ def _blocks(text: str) -> Iterator[_Block]:
     """Yield quantity, names of components, set, time and rows of each block."""
     block: _Block | None = None
     for line in text.splitlines():
-        if (match := _HEADING.fullmatch(line)) is not None:
+        if (heading := _heading(line)) is not None:
             if block is not None:
                 yield block
-            names = [part.strip() for part in match[2].split(",")]
-            block = match[1], names, match[3].upper(), _number(match[4]), []
+            block = heading
         elif line.strip() and block is not None:
             block[4].append(line)
     if block is not None:
         yield block
+
+
+def _heading(line: str) -> _Block | None:
+    """Return a block without rows if the line is ``quantity (names) for set NAME and time T``."""
+    before, for_set, after = line.partition(") for set ")
+    quantity, bracket, names = before.rpartition(" (")
+    found = _SET.fullmatch(after) if for_set and bracket else None
+    if found is None or ")" in names or not quantity.strip():
+        return None
+    return quantity.strip(), [part.strip() for part in names.split(",")], found[1].upper(), _number(found[2]), []
 
 
 def _value(block: _Block, component: str, node: int | None) -> float:
@@ -70,7 +80,6 @@ def _value(block: _Block, component: str, node: int | None) -> float:
 
 
 def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise NoResult("bad_result", f"{text[:40]!r} is no number") from None
+    if (number := number_of(text)) is None:
+        raise NoResult("bad_result", f"{text[:40]!r} is no number")
+    return number

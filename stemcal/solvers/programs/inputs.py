@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.files.plain import open_plain
 from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
 from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
@@ -55,7 +56,7 @@ class Inputs:
 def file_hash(path: Path) -> str:
     """Return the SHA-256 of a file."""
     try:
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; name a file that is there") from None

@@ -12,7 +12,7 @@ from stemcal.cutting.stroke import stroke_end
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer
-from stemcal.study.model import DeckSolver, Loading
+from stemcal.study.model import DeckSolver, LoadingSection
 
 __all__ = ["peak_answer"]
 
@@ -22,7 +22,7 @@ _CURVE_POINTS = 200
 def peak_answer(
     contact: ContactForce,
     options: DeckSolver,
-    loading: Loading,
+    loading: LoadingSection,
     failed: Sequence[float] = (),
     notes: Sequence[str] = (),
 ) -> Answer:

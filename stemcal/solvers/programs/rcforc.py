@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.programs.reductions import NoResult
 
 __all__ = ["FILE", "ContactForce", "contact_force"]
@@ -15,10 +16,9 @@ __all__ = ["FILE", "ContactForce", "contact_force"]
 Array = NDArray[np.float64]
 
 FILE = "rcforc"
-# A Fortran number, which may lack its E (1.234-101), or NaN, or stars where it did not fit.
-_NUMBER = r"([-+]?[0-9.]+(?:[eEdD]?[-+][0-9]+|[eEdD][0-9]+)?|[-+]?NaN|[-+]?Inf\w*|\*+)"
+_VALUE = rf"({NUMBER}|[-+]?NaN|[-+]?Inf(?:inity)?|\*+)"
 _ROW = re.compile(
-    rf"\s*(slave|master|surfa|surfb)\s+(\d+)\s+time\s*{_NUMBER}\s+x\s*{_NUMBER}\s+y\s*{_NUMBER}\s+z\s*{_NUMBER}",
+    rf"\s*(slave|master|surfa|surfb)\s+(\d{{1,18}})\s+time\s*{_VALUE}\s+x\s*{_VALUE}\s+y\s*{_VALUE}\s+z\s*{_VALUE}",
     re.IGNORECASE,
 )
 _COLUMN = {"x": 4, "y": 5, "z": 6}
@@ -47,27 +47,13 @@ def contact_force(text: str, interface: int, component: str) -> ContactForce:
         there = sorted({int(match[2]) for match in rows})
         raise NoResult("no_result", f"{FILE} has no contact {interface}, only {there}; see solver.interface")
     side = mine[0][1].lower()
-    series = [(_number(m[3]), _number(m[_COLUMN[component]])) for m in mine if m[1].lower() == side]
+    series = [(number_of(m[3]), number_of(m[_COLUMN[component]])) for m in mine if m[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
     if not np.isfinite(time).all() or not np.isfinite(force).all():
         raise NoResult("nan", f"the force of contact {interface} is NaN from {_last_good(time, force):g} s on")
     if len(time) < 2 or not (np.diff(time) > 0).all():
         raise NoResult("bad_result", f"the times of contact {interface} in {FILE} do not rise")
     return ContactForce(time, force if force.max() >= -force.min() else -force)
-
-
-def _number(text: str) -> float:
-    """Return a Fortran number, NaN for stars.
-
-    >>> _number("1.5-101"), _number("-2.5D+01")
-    (1.5e-101, -25.0)
-    """
-    text = text.upper().replace("D", "E")
-    if text.startswith("*"):
-        return float("nan")
-    if "E" not in text and not text.endswith("N") and (split := max(text.rfind("-"), text.rfind("+"))) > 0:
-        text = f"{text[:split]}E{text[split:]}"
-    return float(text)
 
 
 def _last_good(time: Array, force: Array) -> float:

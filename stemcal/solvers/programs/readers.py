@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from stemcal.files.decoding import lenient
-from stemcal.solvers.programs.aside import aside
+from stemcal.files.plain import MIB, read_plain
+from stemcal.solvers.fortran import number_of
 from stemcal.solvers.programs.calculix import printed_series
+from stemcal.solvers.programs.helper_process import run_in_helper
 from stemcal.solvers.programs.rcforc import contact_force
 from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
 from stemcal.study.model import ResultReader
 
 __all__ = ["READERS", "is_small", "read_number", "read_number_within", "read_text"]
 
-MAX_BYTES = 200_000_000
+MAX_BYTES = 200 * MIB
 LONGEST_LINE = 10_000
 _SMALL = 1_000_000  # bytes that take no time to speak of
 
@@ -43,7 +44,7 @@ def read_number_within(seconds: float, result: ResultReader, folder: Path) -> fl
     """
     if is_small(folder / result.file) and result.kind != "regex":
         return read_number(result, folder)
-    return aside(seconds, read_number, result, folder)
+    return run_in_helper(seconds, read_number, result, folder)
 
 
 def is_small(file: Path) -> bool:
@@ -61,10 +62,7 @@ def read_text(folder: Path, name: str) -> str:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not inside or not path.is_file():
             raise NoResult("no_result", f"the program has left no file {name}")
-        with path.open("rb") as file:
-            if os.fstat(file.fileno()).st_size > MAX_BYTES:
-                raise NoResult("bad_result", f"{name} is larger than {MAX_BYTES // 1_000_000} MB")
-            content = file.read(MAX_BYTES)
+        content = read_plain(path, MAX_BYTES)
     except OSError as error:
         raise NoResult("bad_result", f"{name}: {error.strerror}") from None
     if not content.strip():
@@ -76,7 +74,7 @@ def read_text(folder: Path, name: str) -> str:
 
 def _json(text: str, result: Any) -> Series:
     try:
-        data = json.loads(text)
+        data = json.loads(text, parse_int=float)  # a whole number of a thousand digits is infinite
     except (ValueError, RecursionError) as error:
         raise NoResult("bad_result", f"{result.file} is no JSON: {str(error)[:200]}") from None
     y = _numbers(_found(data, result.path, result.file), result.path)
@@ -99,18 +97,16 @@ def _numbers(found: Any, where: str) -> list[float]:
 
 
 def _number(value: Any, where: str) -> float:
-    """Return a finite number or NaN; Fortran's D exponent is one too."""
+    """Return a number, or NaN for none."""
     if value is None:
         return float("nan")
-    try:
-        if isinstance(value, bool):
-            raise ValueError
-        return float(value.strip().upper().replace("D", "E") if isinstance(value, str) and _FORTRAN(value) else value)
-    except (ValueError, TypeError, OverflowError):
-        raise NoResult("bad_result", f"{where}: {str(value)[:40]!r} is no number") from None
-
-
-_FORTRAN = re.compile(r"\s*[-+]?[0-9.]+[dD][-+]?[0-9]+\s*").fullmatch
+    if isinstance(value, str):
+        number = number_of(value)
+    else:
+        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    if number is None:
+        raise NoResult("bad_result", f"{where}: {str(value)[:40]!r} is no number")
+    return number
 
 
 def _csv(text: str, result: Any) -> Series:

@@ -11,7 +11,9 @@ import numpy as np
 from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.stages.audit.cells import (
+from stemcal.stages.audit.found import Calibrated, Check, Consequence, Found
+from stemcal.stages.audit.suspicions import EQUATION
+from stemcal.stages.printed_tables import (
     Audited,
     Difference,
     audit_surface,
@@ -20,8 +22,6 @@ from stemcal.stages.audit.cells import (
     table,
     term_of,
 )
-from stemcal.stages.audit.found import Calibrated, Check, Consequence, Found
-from stemcal.stages.audit.suspicions import EQUATION
 from stemcal.stages.result import DesignRun
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from stemcal.files.typed import absent
-from stemcal.stages.audit.cells import Audited
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.printed_tables import Audited
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
@@ -55,3 +55,21 @@ class Found:
 
 
 Check = Callable[[Study, Calibrated], Iterator[Found]]
+
+
+def ranked(found: Iterable[Found]) -> list[Found]:
+    """Return one finding for each cause by consequence; a changed sign of the equation stands before other results."""
+    causes: dict[str, list[Found]] = {}
+    for number, one in enumerate(found):
+        causes.setdefault(one.cause or f"#{number}", []).append(one)
+    return sorted(map(_together, causes.values()), key=lambda one: (CONSEQUENCES.index(one.consequence), _weight(one)))
+
+
+def _together(found: Sequence[Found]) -> Found:
+    """Return the weightiest of one cause, with what the others say."""
+    first = min(found, key=lambda one: CONSEQUENCES.index(one.consequence))
+    return replace(first, follows=tuple(one.sentence for one in found if one is not first))
+
+
+def _weight(found: Found) -> int:
+    return 0 if found.kind == "sign" else 1

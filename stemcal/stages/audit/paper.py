@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.stages.audit.cells import Agreement, audit_cells, audit_surface, printed_validation, table
 from stemcal.stages.audit.found import Calibrated, Consequence, Found
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
+from stemcal.stages.printed_tables import Agreement, audit_cells, audit_surface, printed_validation, table
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 

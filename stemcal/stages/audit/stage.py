@@ -8,15 +8,14 @@ from typing import ClassVar
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline, key
-from stemcal.stages.audit.cells import Agreement
 from stemcal.stages.audit.consistency import CONSISTENCY, explained
-from stemcal.stages.audit.found import Calibrated, Check, Found
+from stemcal.stages.audit.found import Calibrated, Check, Found, ranked
 from stemcal.stages.audit.paper import cells_differ, claims_differ, design_differs, levels_differ
-from stemcal.stages.audit.ranking import ranked
 from stemcal.stages.audit.suspicions import SUSPICIONS, solution_is_one_of_many
 from stemcal.stages.base import stage_called, stages_of
+from stemcal.stages.fresh import make
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.making import make
+from stemcal.stages.printed_tables import Agreement
 from stemcal.stages.result import Head, StageResult, read_result
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult

@@ -9,12 +9,12 @@ import numpy as np
 
 from stemcal.doe.regression.least_squares import f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.stages.audit.cells import printed_terms, term_of
 from stemcal.stages.audit.found import Calibrated, Check, Found
 from stemcal.stages.invert.single import assess_published
+from stemcal.stages.printed_tables import printed_terms, term_of
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.surface.runs import error_remark
+from stemcal.stages.surface.runs import UnequalRepeats, pure_error_of
 from stemcal.study.model import Study
 
 _STRAIN_RATE, EQUATION = "strain_rate_c", "equation: at the printed solution"
@@ -25,10 +25,14 @@ def replicates_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
     if study.published is None or study.published.runs != "computed":
         return
     for result in (stages.screen, stages.surface):
-        name, remark = result.name, error_remark(result.design)
-        if remark is not None and "differed" in remark:
+        name, found = result.name, pure_error_of(result.design)
+        if isinstance(found, UnequalRepeats):
+            sentence = (
+                f"{found.runs} runs at the same levels gave {found.low:g} to {found.high:g} N. A deterministic solver "
+                "gives one force for one set of levels, so these runs differed in something not recorded."
+            )
             yield Found(
-                f"runs: repeated runs of {name}", "design", "repeated runs differ", "one force", remark, "method"
+                f"runs: repeated runs of {name}", "design", "repeated runs differ", "one force", sentence, "method"
             )
 
 

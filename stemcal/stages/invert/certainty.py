@@ -1,14 +1,15 @@
-"""How well the measured means fix the parameters: profiles, intervals, posterior, sentences."""
+"""How well the measured means fix the parameters: profiles, intervals, posterior."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
+from typing import Literal
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import Posterior, sample_posterior
-from stemcal.doe.calibration.profile import Profile, identifiability, moved_together, profiles_of, unseen_directions
+from stemcal.doe.calibration.profile import Profile, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
@@ -42,12 +43,6 @@ class Measured:
         """Whether a fit is judged by it: the force, and every response that a study declares itself."""
         return self.response == FIRST or not self.naming.is_cutting
 
-    @property
-    def label(self) -> str:
-        """Name it as sentences do."""
-        place = self.naming.place(self.condition)
-        return place if self.response == FIRST and place else f"{self.named.noun}{self.naming.at(self.condition)}"
-
 
 def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTING) -> list[Measured]:
     """Return what was measured of these responses at one condition."""
@@ -59,45 +54,35 @@ def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface]) -> Mi
     """Return the misfit of measured means, each with its surface."""
     return misfit_of(
         [
-            Observation(mean.label, surface, mean.value, mean.sd, mean.n, mean.response)
+            Observation(surface, mean.value, mean.sd, mean.n, mean.response)
             for mean, surface in zip(measured, surfaces, strict=True)
         ]
     )
 
 
-def certainty_of(study: Study, coding: Coding, misfit: Misfit, region: Region, source: str) -> Certainty:
-    """Return what the data of `misfit` leave possible; `source` names them in sentences."""
+def certainty_of(
+    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"]
+) -> Certainty:
+    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone."""
     best = best_fit(misfit, region)
     profiles = profiles_of(misfit, region, best)
     unseen = unseen_directions(misfit, best)
-    natural = [_natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)]
-    shown = [_shown(study, p.factor, ends) for p, ends in zip(profiles, natural, strict=True)]
     return Certainty(
         source=source,
         scatter=misfit.scatter,
         level=0.95,
-        intervals=dict(zip(coding.names, natural, strict=True)),
+        intervals={p.factor: _natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)},
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
         bounded={p.factor: p.bounded for p in profiles},
         share={p.factor: p.share for p in profiles},
         free=tuple(p.factor for p in profiles if p.free),
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
-        direction_sentences=tuple(_unseen(study, coding, row) for row in unseen),
+        unseen_changes=tuple(_changes(coding, row) for row in unseen),
         posterior=_posterior(coding, misfit, region) if study.invert.posterior else None,
-        taken=taken_as(misfit),
         df=misfit.scale_df if isfinite(misfit.scale_df) else None,
-        sentences=(identifiability(source, profiles, shown, taken_as(misfit)),),
+        units={name: study.factor(name).unit for name in coding.names},
     )
-
-
-def taken_as(misfit: Misfit) -> str:
-    """Say what the intervals take for granted of the measured values; nothing where their scatter is estimated."""
-    if misfit.scatter == "surface":
-        return "the measured value taken as exact since no sd is given"
-    if misfit.scatter in ("measured", "pooled") and not isfinite(misfit.scale_df):
-        return "the sd taken as known since its n is not given"
-    return ""
 
 
 def _value(coding: Coding, j: int, coded: float) -> float:
@@ -108,24 +93,13 @@ def _natural(coding: Coding, j: int, low: float, high: float) -> Interval:
     return _value(coding, j, low), _value(coding, j, high)
 
 
-def _shown(study: Study, name: str, ends: Sequence[float]) -> str:
-    unit = study.factor(name).unit
-    return f"{ends[0]:.4g} to {ends[1]:.4g}" + ("" if unit == "1" else f" {unit}")
+def _changes(coding: Coding, direction: Array) -> dict[str, float]:
+    """Return how much each factor changes along a direction that no measurement sees, in its unit.
 
-
-def _unseen(study: Study, coding: Coding, direction: Array) -> str:
-    """Say what moves together along a direction that no measurement sees, in natural units.
-
-    The largest part moves by one half step; parts below a twentieth of it are left out.
+    The largest part changes by one half step; parts below a twentieth of it are left out.
     """
-    steps = [value * half for value, half in zip(moved_together(direction), coding.half_step, strict=True)]
-    units = [study.factor(name).unit for name in coding.names]
-    moves = [
-        f"{name} {step:+.3g}{'' if unit == '1' else f' {unit}'}".replace("-", "−")
-        for name, step, unit in zip(coding.names, steps, units, strict=True)
-        if step != 0.0
-    ]
-    return f"Not seen: {' with '.join(moves)} changes no measured response here (to first order)."
+    steps = zip(coding.names, moved_together(direction), coding.half_step, strict=True)
+    return {name: part * half_step for name, part, half_step in steps if part != 0.0}
 
 
 def _curve(coding: Coding, j: int, profile: Profile) -> ProfileCurve:
@@ -144,7 +118,7 @@ def _posterior(coding: Coding, misfit: Misfit, region: Region) -> PosteriorSumma
         acceptance=found.acceptance,
         effective_samples=found.effective,
         samples=_samples(coding, found),
-        notes=tuple(found.notes),
+        chain_length=found.length,
     )
 
 

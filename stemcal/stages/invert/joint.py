@@ -6,38 +6,31 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from stemcal.doe.calibration.desirability import Aim, most_desirable
-from stemcal.doe.calibration.joint import JointFit, best_worst_error, fit_jointly, leave_one_out
+from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.doe.validation.null_model import compared, null_model
+from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.remarks import Remark, Weight
+from stemcal.notes import Note, Weight
 from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
 
-_MISSED = Remark(
-    Weight.USE,
-    "{surfaces} miss the measured {responses} by at most {error:.1f} %; no point of the region brings the largest "
-    "error below {best:.1f} %.",
-)
-_LEFT_OUT = Remark(
-    Weight.USE,
-    "Each {left_out} predicted from a fit to the others: the {response} is missed by at most {error:.1f} %.{after}",
-)
-_WRONG = Remark(
-    Weight.USE,
-    "The misfit is {times:.1f} times what the known scatter explains (p = {p:.2g}): the model is wrong somewhere, and "
-    "the intervals below are too narrow.",
-)
+
+@dataclass(frozen=True)
+class RangesChosenAfter(Note):
+    """The factor ranges were chosen after the measured values were known."""
+
+    weight = Weight.USE
 
 
 def measured_means(study: Study) -> list[Measured]:
@@ -68,15 +61,10 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     misfit = misfit_over(means, joint_surfaces(study, surface))
     fit = fit_jointly(misfit, region)
     point = Point.of(surface.assess(study, fit.coded), coding)
-    known = certainty_of(study, coding, misfit, region, "the joint fit")
     first = measured_of(target, [FIRST], study.naming)
     there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
     single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted])
-    alone_fitted = len(study.invert.responses) == 1
-    whole = f"the {study.naming.response.noun}{study.naming.at(target.condition)}"
-    source = f"{first[0].label if alone_fitted else whole} alone"
-    alone = certainty_of(study, coding, single, region, source)
-    joint = _fitted(means, misfit, region, fit, coding)
+    known = certainty_of(study, coding, misfit, region, "joint")
     return InvertResult(
         head=head,
         target=target.response,
@@ -90,10 +78,10 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         target_sd=target.sd,
         target_n=target.n,
         parameters={**study.midlevels(), **point.solution},
-        joint=joint,
-        certainty_alone=alone,
+        joint=_fitted(means, misfit, region, fit, coding),
+        certainty_alone=certainty_of(study, coding, single, region, "single"),
         desirability=_desired(study, means, misfit, region, coding),
-        notes=(*_notes(joint, misfit, fit, study), *known.sentences, *alone.sentences),
+        notes=(RangesChosenAfter(),) if study.invert.ranges_chosen == "after" else (),
     )
 
 
@@ -156,45 +144,3 @@ def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -
         )
         for mean, predicted, error, apart in zip(means, fit.predicted, fit.errors_percent, without, strict=True)
     ]
-
-
-def _notes(joint: JointFitted, misfit: Misfit, fit: JointFit, study: Study) -> list[str]:
-    count, naming = len(joint.rows), study.naming
-    response, over = naming.response, "" if naming.condition is None else f"Over {naming.counted(count)} "
-    notes = [
-        _MISSED(
-            surfaces=f"{over}{'the' if over else 'The'} surfaces",
-            responses=response.plural,
-            error=joint.max_abs_error_percent,
-            best=joint.best_worst_error_percent,
-        )
-    ]
-    notes += [
-        f"Fitted beside the {response.noun}: {(named := naming.named(row.response)).noun}{naming.at(row.condition)}, "
-        f"measured {named.text(row.measured, '.4g')}, surface {named.text(row.predicted, '.4g')} "
-        f"({row.error_percent:+.1f} %)."
-        for row in joint.further
-    ]
-    if joint.further:
-        notes.append("Means of the same specimens count as independent here." + (_WORK if naming.is_cutting else ""))
-    if joint.max_abs_left_out_error_percent is not None:
-        left_out = naming.condition_noun if count > 1 else "response"
-        after = NO_CHECK.format(response.plural) if study.invert.ranges_chosen == "after" else ""
-        error = joint.max_abs_left_out_error_percent
-        notes.append(_LEFT_OUT(left_out=left_out, response=response.noun, error=error, after=after))
-    if joint.null is not None:
-        notes.append(compared(joint.null, joint.max_abs_error_percent, joint.max_abs_left_out_error_percent))
-    notes.append(_SCATTER[misfit.scatter].format(response.plural))
-    if fit.p_value is not None and fit.p_value < 0.05:
-        notes.append(_WRONG(times=fit.misfit / fit.df, p=fit.p_value))
-    return notes
-
-
-_WORK = " The work goes with force and travel: fitted together with both, it makes the intervals somewhat too narrow."
-NO_CHECK = " The ranges were chosen after seeing the {}: that is no independent check."
-_SCATTER = {
-    "measured": "Weights: the measured scatter, one coefficient of variation for a kind, and the surface's error.",
-    "pooled": "Weights: the measured scatter; means without sd take the coefficient of variation of the others.",
-    "misfit": "No sd is given: equal relative weights, and the scatter is told by the misfit of the fit itself.",
-    "surface": "No sd is given: the measured {} are taken as exact, and only the surface's own error is counted.",
-}

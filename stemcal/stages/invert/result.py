@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from stemcal.doe.calibration.inversion import Assessment
+from stemcal.doe.calibration.misfit import Scatter
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.notes import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 
 
@@ -60,7 +62,10 @@ class ProfileCurve:
 
 @dataclass(frozen=True)
 class PosteriorSummary:
-    """What remains possible, as some samples by factor and what all samples come to; units of the spec."""
+    """What remains possible, as some samples by factor and what all samples come to; units of the spec.
+
+    `chain_length` is in autocorrelation times.
+    """
 
     mean: dict[str, float]
     sd: dict[str, float]
@@ -69,7 +74,7 @@ class PosteriorSummary:
     acceptance: float
     effective_samples: float
     samples: dict[str, tuple[float, ...]]
-    notes: tuple[str, ...]
+    chain_length: float
 
     def to_inference_data(self) -> Any:
         """Return the samples as `arviz.InferenceData`, one chain; needs the extra bayes."""
@@ -80,16 +85,17 @@ class PosteriorSummary:
         return arviz.from_dict(posterior={name: [list(values)] for name, values in self.samples.items()})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Certainty:
-    """What the measurements named by `source` leave possible: 95 % intervals by profile likelihood.
+    """What measurements leave possible, all of a joint fit or the target alone: 95 % intervals by profile likelihood.
 
-    `free` factors are those that the data say nothing about; along `directions` nothing measured changes. `taken` tells
-    what is taken for granted, `df` the degrees of freedom behind the variances, None where they count as known.
+    `free` factors are those that the data say nothing about; along `directions` (coded) nothing measured changes, for
+    example by `unseen_changes` (in the factors' `units`). `df` are the degrees of freedom behind the variances, None
+    where they are treated as known.
     """
 
-    source: str
-    scatter: str
+    source: Literal["joint", "single"]
+    scatter: Scatter
     level: float
     intervals: dict[str, Interval]
     coded_intervals: dict[str, Interval]
@@ -98,11 +104,17 @@ class Certainty:
     free: tuple[str, ...]
     profiles: dict[str, ProfileCurve]
     directions: tuple[dict[str, float], ...] = ()
-    direction_sentences: tuple[str, ...] = ()
+    unseen_changes: tuple[dict[str, float], ...] = ()
     posterior: PosteriorSummary | None = None
-    sentences: tuple[str, ...] = ()
-    taken: str = ""
     df: float | None = None
+    units: dict[str, str]
+
+    @property
+    def assumption(self) -> Literal["exact", "known_sd"] | None:
+        """What the intervals assume of the measured values; None where their scatter is estimated."""
+        if self.scatter == "surface":
+            return "exact"
+        return "known_sd" if self.scatter in ("measured", "pooled") and self.df is None else None
 
 
 @dataclass(frozen=True)
@@ -126,7 +138,7 @@ class JointFitted:
 
     rows: Rows[JointRow]
     further: Rows[JointRow]
-    scatter: str
+    scatter: Scatter
     misfit: float | None
     df: int
     p: float | None
@@ -190,7 +202,7 @@ class InvertResult(StageResult):
     certainty_alone: Certainty | None = absent()
     desirability: Desired | None = absent()
     published: PublishedPoint | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def known(self) -> list[Certainty]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from stemcal.doe.regression.least_squares import Array
-from stemcal.remarks import Remark, Weight
+from stemcal.notes import Note, Weight
 from stemcal.solvers.protocol import Belonging
 from stemcal.stages.design import half_spaces
 from stemcal.stages.invert.joint import solve_jointly
@@ -17,10 +17,12 @@ from stemcal.study.model import Study
 
 __all__ = ["InvertResult", "invert"]
 
-_BEYOND = Remark(
-    Weight.NUMBERS,
-    "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
-)
+
+@dataclass(frozen=True)
+class ConstraintBroken(Note):
+    """The solution breaks a constraint of the surface's design, where no run lies."""
+
+    weight = Weight.NUMBERS
 
 
 @a_stage
@@ -28,14 +30,13 @@ def invert(work: Work) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
     study, surface = work.study, work.fresh(SurfaceResult)
     solved = (solve_jointly if study.joint_targets else solve)(study, work.head("invert"), surface)
-    published, remarks = assess_published(study, surface)
+    published, on_published = assess_published(study, surface)
     belongs_to = work.solver.belongings(solved.condition) if isinstance(work.solver, Belonging) else None
-    notes = (*solved.notes, *_beyond(study, surface, surface.scales.point(solved.point.coded)), *remarks)
+    broken = _broken_constraints(study, surface, surface.scales.point(solved.point.coded))
+    notes = (*solved.notes, *broken, *on_published)
     return replace(solved, belongs_to=belongs_to, published=published, notes=notes)
 
 
-def _beyond(study: Study, surface: SurfaceResult, point: Array) -> list[str]:
-    """Say that a solution breaks a constraint of the surface's design: no run lies there."""
-    if all(bool(half.holds(point[None])[0]) for half in half_spaces(study, surface.scales)):
-        return []
-    return [_BEYOND()]
+def _broken_constraints(study: Study, surface: SurfaceResult, point: Array) -> list[Note]:
+    holds = all(bool(half.holds(point[None])[0]) for half in half_spaces(study, surface.scales))
+    return [] if holds else [ConstraintBroken()]

@@ -8,8 +8,8 @@ from math import isfinite
 
 import numpy as np
 
-from stemcal.doe.calibration.joint import fit_jointly
-from stemcal.doe.calibration.mesh import MeshScatter
+from stemcal.doe.calibration.joint_fit import fit_jointly
+from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.region import Region
@@ -58,15 +58,13 @@ class Carried:
         means = measured_means(study) if jointly else response
         plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted])
         misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
-        source = "the joint fit" if jointly else f"{target.condition:g} mm alone"
-        known = certainty_of(study, coding, misfit, region, source)
+        known = certainty_of(study, coding, misfit, region, "joint" if jointly else "single")
         alone = None
         if jointly:
             there = response[0] in means
             own = misfit_over(response, [surface.fitted])
             single = misfit.only([means.index(response[0])]) if there else own.with_mesh(mesh, 0.0)
-            alone_of = solution.certainty_alone.source if solution.certainty_alone is not None else source
-            alone = certainty_of(study, coding, single, region, alone_of)
+            alone = certainty_of(study, coding, single, region, "single")
             coded, ranges = known.coded_intervals, known.intervals
         else:
             coded = _ranges(misfit, region, coding.names)

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, SizeFactor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import Head, Interval, StageResult
@@ -75,11 +76,10 @@ class MeshResult(StageResult):
     coded_ranges: dict[str, Interval]
     certainty: Certainty
     certainty_alone: Certainty | None = absent()
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def widened(self, inversion: InvertResult) -> InvertResult:
-        """Return an inversion with the intervals that hold the scatter of the mesh, and the sentences on them."""
-        old = {sentence for part in inversion.known for sentence in part.sentences}
+        """Return an inversion with the intervals that hold the scatter of the mesh."""
         mean, one = self.mean_interval, self.prediction_interval
         return replace(
             inversion,
@@ -88,10 +88,6 @@ class MeshResult(StageResult):
             coded_ranges=self.coded_ranges,
             certainty=self.certainty,
             certainty_alone=self.certainty_alone,
-            notes=(
-                *(note for note in inversion.notes if note not in old),
-                *(sentence for part in self.known for sentence in part.sentences),
-            ),
         )
 
     @property
@@ -116,9 +112,3 @@ class MeshResult(StageResult):
         """Yield label and outcome of every run."""
         for row in self.rows:
             yield f"mesh {row.mesh} at {row.condition:g} mm", row.outcome
-
-    def summary(self) -> str:
-        """Tell the scatter."""
-        return (
-            f"the force scatters by {self.scatter.sd_percent:.2g} % over {self.scatter.placements} places of the mesh"
-        )

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.calibration.mesh import MeshScatter, SizeFactor, scatter_of, size_factors
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, scatter_of, size_factors
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.remarks import Remark, Weight
+from stemcal.notes import Note
 from stemcal.solvers.protocol import Answer, Meshed, Request
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
@@ -22,15 +22,18 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import MeshOptions, Study
-from stemcal.words import joined
 
 __all__ = ["MeshResult", "mesh"]
 
-_LEFT_OUT = Remark(Weight.NUMBERS, "No force with elements of {elements}: left out.")
-
-
 # What the details of a run over several places of the mesh call travel and work at each.
 _AT_PLACES = {"travel": "phase_travels", "work": "phase_works"}
+
+
+@dataclass(frozen=True)
+class ScatterUntold(Note):
+    """A measured response whose values at each place of the mesh the runs do not tell."""
+
+    response: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +85,7 @@ def mesh(work: Work) -> MeshResult:
         coded_ranges=carried.coded_ranges,
         certainty=carried.certainty,
         certainty_alone=carried.certainty_alone,
-        notes=(*_notes(scatter, sizes, rows, len(at)), *_further_notes(study, further)),
+        notes=tuple(ScatterUntold(name) for name in _wanted_further(study) if name not in further),
     )
 
 
@@ -131,17 +134,6 @@ def _told_further(study: Study, rows: Sequence[MeshRun], phases: int) -> list[st
     ]
 
 
-def _further_notes(study: Study, further: Mapping[str, MeshScatter]) -> list[str]:
-    """Say how travel and work scatter over the places, or that nothing tells it."""
-    return [
-        f"The {name} at the solution has a standard deviation of {further[name].sd_percent:.1f} % over the places of "
-        "the mesh."
-        if name in further
-        else f"The {name} at each place of the mesh is not told: its scatter is in no interval."
-        for name in _wanted_further(study)
-    ]
-
-
 def _require_responses(rows: Sequence[MeshRun], phases: int) -> None:
     """Raise `RunsFailed` if the study's own mesh failed, or its places, or if these have no force each."""
     for name in ("own", "phases"):
@@ -171,32 +163,3 @@ def _simulated(rows: Sequence[MeshRun], response: str) -> Simulated:
         np.array(sized, dtype=float).reshape(len(whole), len(own)).T,
         tuple(whole),
     )
-
-
-def _notes(scatter: MeshScatter, sizes: Sequence[SizeFactor], rows: Sequence[MeshRun], conditions: int) -> list[str]:
-    apart = 100.0 * (scatter.mean_factor - 1.0)
-    shared = ""
-    if conditions > 1:
-        shared = f", {100.0 * scatter.common**0.5:.1f} % of it shared by all diameters"
-    notes = [
-        f"Over {scatter.placements} places of the mesh the force at the solution has a standard deviation of "
-        f"{scatter.sd_percent:.1f} %{shared}; their mean is {_percent(apart)} the study's own mesh."
-    ]
-    notes += [
-        f"Elements of {size.element_size} give a force {_percent(100.0 * (size.factor - 1.0))} the study's own: the "
-        "calibrated values belong to their element size, and this is in no interval."
-        for size in sizes
-    ]
-    failed = [
-        f"{row.mesh} at {row.condition:g} mm ({row.outcome.reason})" for row in rows if row.outcome.response is None
-    ]
-    return notes + ([_LEFT_OUT(elements=joined(failed))] if failed else [])
-
-
-def _percent(apart: float) -> str:
-    """Write how far a force is from another.
-
-    >>> _percent(-4.31), _percent(0.02)
-    ('4.3 % below', '0.0 % above')
-    """
-    return f"{abs(apart):.1f} % {'below' if apart < 0.0 else 'above'}"

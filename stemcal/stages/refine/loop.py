@@ -18,7 +18,7 @@ from stemcal.doe.calibration.joint_approach import FIRST_REACH, SHRINK, JointTri
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.doe.validation.conditions import error_percent
+from stemcal.doe.validation.comparison import error_percent
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
@@ -26,7 +26,7 @@ from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.result import Iteration, Place, RefineRow, ToldRow
+from stemcal.stages.refine.result import Iteration, Place, RefineRow, ResponseRow, Stopped
 from stemcal.stages.result import Interval
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import RefineOptions, Study
@@ -35,7 +35,7 @@ _SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new
 
 
 @dataclass(frozen=True)
-class Told:
+class Comparison:
     """A measured mean at a point: what its surface predicts, what was simulated."""
 
     mean: Measured
@@ -55,10 +55,10 @@ class Told:
         """Of the measured mean."""
         return error_percent(self.mean.value, self.simulated)
 
-    def row(self) -> ToldRow:
-        """Return it as a result tells it."""
+    def row(self) -> ResponseRow:
+        """Return it as a row of the result."""
         mean = self.mean
-        return ToldRow(
+        return ResponseRow(
             mean.condition,
             mean.named.name,
             mean.named.unit,
@@ -90,7 +90,7 @@ class Loop:
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
         self.reach = FIRST_RADIUS if self.alone else FIRST_REACH
-        self.stopped = "budget"
+        self.stopped: Stopped = "budget"
 
     def run(self) -> None:
         """Go round until the forces are right, the budget is spent, or the joint fit no longer moves."""
@@ -122,9 +122,9 @@ class Loop:
 
     def _keep(self, point: Array, how: str, levels: dict[str, float], runs: Mapping[float, Outcome]) -> None:
         values = np.array([runs[mean.condition].number(mean.response) for mean in self.means])
-        told = [self._told(point, i, float(value)) for i, value in enumerate(values)]
+        compared = [self._compared(point, i, float(value)) for i, value in enumerate(values)]
         trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
-        errors = [t.error_percent for t in told if t.mean.leads and t.error_percent is not None]
+        errors = [t.error_percent for t in compared if t.mean.leads and t.error_percent is not None]
         self.iterations.append(
             Iteration(
                 len(self.iterations) + 1,
@@ -138,7 +138,7 @@ class Loop:
                 max(errors, key=abs) if whole else None,
             )
         )
-        self.rows += [self._row([t for t in told if t.mean.condition == d], run) for d, run in runs.items()]
+        self.rows += [self._row([t for t in compared if t.mean.condition == d], run) for d, run in runs.items()]
         if whole:
             self.trials.append(trial)
             self.surfaces = self._surfaces()
@@ -150,16 +150,16 @@ class Loop:
         further = [(trial.coded, float(trial.responses[0])) for trial in self.trials]
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
 
-    def _told(self, point: Array, i: int, value: float) -> Told:
+    def _compared(self, point: Array, i: int, value: float) -> Comparison:
         low, high = map(float, self.surfaces[i].prediction_interval(point)[0])
         interval = (low, high) if math.isfinite(low) and math.isfinite(high) else None
         predicted = float(self.surfaces[i].predict(point)[0])
-        return Told(self.means[i], predicted, interval, value if math.isfinite(value) else None)
+        return Comparison(self.means[i], predicted, interval, value if math.isfinite(value) else None)
 
-    def _row(self, told: Sequence[Told], outcome: Outcome) -> RefineRow:
-        """Return what the stage tells of one run: the force, other responses under ``further``."""
+    def _row(self, compared: Sequence[Comparison], outcome: Outcome) -> RefineRow:
+        """Return the row of one run: of the first response, others under ``further``."""
         now = self.iterations[-1]
-        first = next(one for one in told if one.mean.response == FIRST)
+        first = next(one for one in compared if one.mean.response == FIRST)
         return RefineRow(
             iteration=now.iteration,
             how=now.how,
@@ -172,7 +172,7 @@ class Loop:
             inside_interval=first.inside,
             error_percent=first.error_percent,
             outcome=outcome,
-            further=Rows(one.row() for one in told if one.mean.response != FIRST),
+            further=Rows(one.row() for one in compared if one.mean.response != FIRST),
         )
 
     # ---- step

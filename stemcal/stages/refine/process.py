@@ -5,7 +5,7 @@ from __future__ import annotations
 from stemcal.doe.calibration.infill import next_batch, possible
 from stemcal.doe.regression.gaussian_process import GaussianProcess, clearly_better, fit_process
 from stemcal.doe.regression.least_squares import Array, t_quantile
-from stemcal.stages.refine.loop import Loop, Told
+from stemcal.stages.refine.loop import Comparison, Loop
 from stemcal.stages.refine.result import LearntProcess
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import RefineOptions, Study
@@ -40,26 +40,21 @@ class ProcessLoop(Loop):
         fitted = self.surfaces[0]
         return fit_process(fitted.design, fitted.response)
 
-    def _told(self, point: Array, i: int, value: float) -> Told:
-        told, process = super()._told(point, i, value), self._process()
+    def _compared(self, point: Array, i: int, value: float) -> Comparison:
+        compared, process = super()._compared(point, i, value), self._process()
         middle, n = float(process.predict(point)[0]), len(process.response)
         error = (float(process.standard_error(point)[0]) ** 2 + process.nugget * process.variance) ** 0.5
         half = t_quantile(0.95, n - 1) * error
-        return Told(told.mean, middle, (middle - half, middle + half), told.simulated)
+        return Comparison(compared.mean, middle, (middle - half, middle + half), compared.simulated)
 
     def learnt(self) -> LearntProcess:
         """Return the process that has learnt from all runs, and where it leaves the target possible."""
-        process, opinion = self._process(), self.surface.second_opinion
+        process, names = self._process(), self.coding.names
         ends = self.coding.to_natural(possible(process, self.solution.target, self.region).T).T
-        names, quadratic = self.coding.names, self.surface.predicted_r2
-        shown = "none" if process.q2 is None else f"{process.q2:.3f}"
-        before = "" if opinion is None or quadratic is None else f", the quadratic {quadratic:.3f} of the design's"
         return LearntProcess(
             scales=dict(zip(names, process.scales.tolist(), strict=True)),
             q2=process.q2,
-            quadratic_q2=quadratic,
+            quadratic_q2=self.surface.predicted_r2,
             runs=len(process.response),
             ranges={name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)},
-            sentence=f"Points were proposed by a Gaussian process through {len(process.response)} runs; it predicts "
-            f"{shown} of the variance of runs left out{before}.",
         )

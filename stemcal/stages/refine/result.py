@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import Head, Interval, StageResult
+
+Stopped = Literal["tolerance", "budget", "settled"]
 
 
 @dataclass(frozen=True)
@@ -23,8 +26,8 @@ class Place:
 
 
 @dataclass(frozen=True)
-class ToldRow:
-    """A response besides the force in one run of a joint fit: measured, as the surface had it, simulated."""
+class ResponseRow:
+    """A response besides the first in one run of a joint fit: measured, as the surface had it, simulated."""
 
     condition: float
     response: str
@@ -57,7 +60,7 @@ class RefineRow:
     inside_interval: bool | None
     error_percent: float | None
     outcome: Outcome = inline()
-    further: Rows[ToldRow] = absent(Rows())
+    further: Rows[ResponseRow] = absent(Rows())
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,6 @@ class LearntProcess:
     quadratic_q2: float | None
     runs: int
     ranges: dict[str, Interval]
-    sentence: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +125,7 @@ class RefineResult(StageResult):
     tolerance_percent: float
     budget: int
     converged: bool
-    stopped: str | None = absent()
+    stopped: Stopped | None = absent()
     iteration: int
     solution: dict[str, float]
     coded: dict[str, float]
@@ -137,7 +139,7 @@ class RefineResult(StageResult):
     surface: Learnt | None = absent()
     process: LearntProcess | None = absent()
     surfaces: Rows[LearntOf] = absent(Rows())
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def _tables(self) -> dict[str, Table]:
         """Return every run."""
@@ -159,12 +161,6 @@ class RefineResult(StageResult):
         """Yield label and outcome of every run."""
         for number, row in enumerate(self.rows, 1):
             yield f"refine {number}", row.outcome
-
-    def shortfall(self) -> str | None:
-        """Say how far the loop ended from the target, if it ended before the tolerance was met."""
-        if self.converged:
-            return None
-        return f"refine: {abs(self.error_percent):.2f} % from the target after {len(self.rows)} runs"
 
     def summary(self) -> str:
         """Tell how near the loop came."""

@@ -14,9 +14,10 @@ from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
 from stemcal.doe.regression.fit_statistics import Coefficient
+from stemcal.doe.regression.gaussian_process import SecondOpinion
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.reduction import Step
+from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -24,11 +25,12 @@ from stemcal.doe.regression.transform import BoxCox
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import FIRST
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.audit.cells import Audited
+from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
-from stemcal.stages.surface.shape import Opinions, RidgeRow, Shape
+from stemcal.stages.surface.shape import RidgeRow, Shape
 from stemcal.study.model import Study
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
@@ -55,7 +57,7 @@ class ReductionSteps:
     """How terms were taken out or in."""
 
     method: str
-    steps: tuple[Step, ...]
+    steps: tuple[ReductionStep, ...]
     dropped: tuple[str, ...]
 
 
@@ -161,13 +163,13 @@ class SurfaceResult(StageResult):
     canonical: Shape | None = None
     ridge: Rows[RidgeRow] | None = None
     box_cox: BoxCox | None = None
-    second_opinion: Opinions | None = None
+    second_opinion: SecondOpinion | None = None
     sobol: Rows[SobolIndex] = absent(Rows())
     conditions: Rows[AtCondition] = absent(Rows())
     coarse: Corrected | None = absent()
-    pure_error_note: str | None = None
+    pure_error: Note | None = None
     published: Audited | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     # ---- the fit
 
@@ -269,7 +271,7 @@ class SurfaceResult(StageResult):
             anova=Rows(fit.anova),
             **told_by(fit),
             coarse=None,
-            pure_error_note=None,
+            pure_error=None,
             canonical=None,
             ridge=None,
             box_cox=None,
@@ -323,11 +325,6 @@ class SurfaceResult(StageResult):
         yield "coding", self.coding, self.names
         yield "factors", [entry.factor for entry in self.factors], self.names
         yield "coefficients", [row.term for row in self.coefficients], ("1",)
-
-    def summary(self) -> str:
-        """Tell the factors and how well the surface fits."""
-        fit = "" if self.r2 is None else f", R² {self.r2:.4f}"
-        return f"{self.naming.response.noun} over {', '.join(self.names)} from {len(self.design.runs)} runs{fit}"
 
 
 def told_by(fit: Surface) -> dict[str, Any]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.files.typed import absent, inline
-from stemcal.naming import FIRST, FORCE, Named
+from stemcal.naming import FIRST
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study
@@ -66,14 +67,49 @@ def _within(outcomes: Sequence[Outcome], further: int) -> Within:
     )
 
 
-def error_remark(design: DesignRuns, by_chance: bool = False, response: Named = FORCE) -> str | None:
-    """Say what repeated runs, or mesh phases within the runs, tell; None if there are neither.
+@dataclass(frozen=True)
+class ScatterOfPlaces(Note):
+    """Every run is a mean over so many places of the mesh, whose scatter is the pure error."""
+
+    places: int
+
+
+@dataclass(frozen=True)
+class EqualRepeats(Note):
+    """Repeated runs agree exactly: the solver is deterministic."""
+
+
+@dataclass(frozen=True)
+class ScatterOfSeeds(Note):
+    """Runs with seeds of their own scatter by this standard deviation."""
+
+    sd: float
+    df: int
+
+
+@dataclass(frozen=True)
+class EqualSeeds(Note):
+    """Runs with different seeds agree exactly."""
+
+
+@dataclass(frozen=True)
+class UnequalRepeats(Note):
+    """So many runs at the same levels of a deterministic solver gave different responses."""
+
+    runs: int
+    low: float
+    high: float
+
+
+def pure_error_of(design: DesignRuns, by_chance: bool = False) -> Note | None:
+    """Return what repeated runs, or mesh phases within the runs, tell; None if there are neither.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
     program with chance in it.
     """
-    if phases := max((run.outcome.phases or 1 for run in design.runs), default=1) - 1:
-        return f"Every force is the mean over {phases + 1} places of the mesh; their scatter is the pure error."
+    places = max((run.outcome.phases or 1 for run in design.runs), default=1)
+    if places > 1:
+        return ScatterOfPlaces(places)
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
         if run.response is not None:
@@ -83,28 +119,12 @@ def error_remark(design: DesignRuns, by_chance: bool = False, response: Named = 
         return None
     widest = max(repeated, key=lambda responses: max(responses) - min(responses))
     same = max(widest) - min(widest) <= 1e-9 * max(map(abs, widest))
-    if by_chance:
-        return _chance_remark(repeated, same, response)
     if same:
-        return "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
-    return _unequal_remark(widest, response)
+        return EqualSeeds() if by_chance else EqualRepeats()
+    return _scatter(repeated) if by_chance else UnequalRepeats(len(widest), min(widest), max(widest))
 
 
-def _chance_remark(repeated: Sequence[Sequence[float]], same: bool, response: Named) -> str:
-    """Say how widely a program with chance in it scatters."""
+def _scatter(repeated: Sequence[Sequence[float]]) -> ScatterOfSeeds:
     df = sum(len(responses) - 1 for responses in repeated)
-    if same:
-        return (
-            "Runs with different seeds agree exactly: the program has no chance in it (write deterministic: true), or "
-            "does not take {{seed}}."
-        )
     square = sum(float(np.sum((np.array(responses) - np.mean(responses)) ** 2)) for responses in repeated) / df
-    told = response.text(square**0.5, ".3g")
-    return f"Every run has a seed of its own; runs at the same levels scatter with sd {told} ({df} df)."
-
-
-def _unequal_remark(widest: Sequence[float], response: Named) -> str:
-    return (
-        f"{len(widest)} runs at the same levels gave {min(widest):g} to {response.text(max(widest))}. A deterministic "
-        f"solver gives one {response.noun} for one set of levels, so these runs differed in something not recorded."
-    )
+    return ScatterOfSeeds(square**0.5, df)

@@ -25,7 +25,10 @@ _MOST_RUNS = 150  # beyond this a Gaussian process takes longer than it is worth
 
 @dataclass(frozen=True)
 class Shape:
-    """Stationary point (None where there is no single one) and principal axes of a surface."""
+    """Stationary point (None where there is no single one) and principal axes of a surface.
+
+    `kind` is a plane, maximum, minimum or saddle; with a `ridge` it is nearly level along some axis.
+    """
 
     coded: dict[str, float] | None
     natural: dict[str, float] | None
@@ -33,6 +36,7 @@ class Shape:
     coded_radius: float | None
     inside: bool
     kind: str
+    ridge: bool
     eigenvalues: tuple[float, ...]
     axes: tuple[dict[str, float], ...]
 
@@ -48,28 +52,18 @@ class RidgeRow:
 
 
 @dataclass(frozen=True)
-class Opinions:
-    """The quadratic against a Gaussian process through the same runs."""
-
-    polynomial_predicted_r2: float | None
-    process_predicted_r2: float | None
-    largest_difference: float
-    typical_difference: float
-
-
-@dataclass(frozen=True)
 class Beside:
     """What stands beside a surface: its shape, the scale its response asks for, a second opinion."""
 
     canonical: Shape
     ridge: Rows[RidgeRow]
     box_cox: BoxCox | None
-    second_opinion: Opinions | None
+    second_opinion: SecondOpinion | None
     sobol: tuple[SobolIndex, ...]
 
 
-def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[str | None]) -> tuple[Beside, list[str]]:
-    """Return the shape of a surface, the scale its response asks for and a second opinion, with notes.
+def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[str | None]) -> Beside:
+    """Return the shape of a surface, the scale its response asks for and a second opinion.
 
     `blocks` are those of the runs that succeeded; the scale is judged with the same blocks as the fit has.
     """
@@ -81,13 +75,10 @@ def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[st
     other = second_opinion(surface) if len(surface.design) <= _MOST_RUNS else None
     by_name = design.coding.by_name
     ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
-    notes = [shape.describe()]
-    notes += [scale.sentence] if scale is not None and scale.advised != 1.0 else []
-    notes += [other.sentence] if other is not None and other.warns else []
     factors = [study.factor(name) for name in design.names]
     ends = (design.coding.to_coded([getattr(f, end) for f in factors]) for end in ("low", "high"))
     indices = sobol_indices(surface.names, surface.beta.copy(), *ends)
-    return Beside(_shape(design.coding, shape), Rows(ridge), scale, _opinions(other), indices), notes
+    return Beside(_shape(design.coding, shape), Rows(ridge), scale, other, indices)
 
 
 def _shape(coding: Coding, found: Canonical) -> Shape:
@@ -99,12 +90,7 @@ def _shape(coding: Coding, found: Canonical) -> Shape:
         found.radius,
         found.inside,
         found.kind,
+        found.ridge,
         tuple(found.eigenvalues.tolist()),
         tuple(coding.by_name(axis) for axis in found.axes.T),
     )
-
-
-def _opinions(other: SecondOpinion | None) -> Opinions | None:
-    if other is None:
-        return None
-    return Opinions(other.polynomial_q2, other.process_q2, other.largest_difference, other.typical_difference)

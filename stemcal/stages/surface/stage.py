@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.loading import load
 from stemcal.doe.regression.anova import in_sequence
 from stemcal.doe.regression.fidelity import corrected, correction_of
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
@@ -15,21 +14,21 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import FIRST
-from stemcal.runs.policy import censored_remarks
+from stemcal.runs.policy import lower_bounds
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.audit.cells import audit_surface, sentences
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
-from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, read_fresh, reasons_given
+from stemcal.stages.fresh import read_fresh
+from stemcal.stages.printed_tables import audit_surface
+from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, reasons_given
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.conditions import fine_runs, run_conditions
 from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, told_by
-from stemcal.stages.surface.runs import circumstances, error_remark, weighed
+from stemcal.stages.surface.runs import circumstances, pure_error_of, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import CodingEntry, Study
-from stemcal.words import joined
 
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
@@ -43,19 +42,15 @@ def fit_response_surface(work: Work) -> SurfaceResult:
     names, chosen = surface_factors(study, solver, screening)
     design = surface_design(recentred(study, screening), solver, names)
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests, load)
+    answers = work.answers(requests)
     runs = weighed(study, runs_of(design, requests, answers, solver).runs)
     with reasons_given(requests, answers):
         fit, reduction = fit_terms(study, design, runs)
     coarse, fit = _corrected(work, design, runs, fit)
-    result, described = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
+    result = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
     result = replace(result, coarse=coarse)
     result = replace(result, conditions=Rows(run_conditions(work, result, design)))
-    told = fit.lack_of_fit_testable or study.replicates > 0
-    remarks = [result.pure_error_note] if result.pure_error_note and told else []
-    reduced = [] if reduction is None else [reduction.describe()]
-    notes = [*chosen, *reduced, *_told(coarse), *fit.notes, *described, *censored_remarks(answers), *remarks]
-    return replace(result, notes=(*notes, *sentences(result.published)))
+    return replace(result, notes=(*chosen, *fit.notes, *lower_bounds(answers)))
 
 
 def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surface) -> tuple[Corrected | None, Surface]:
@@ -78,24 +73,11 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
     return told, corrected(fit, found)
 
 
-def _told(coarse: Corrected | None) -> list[str]:
-    """Say what the surface rests on where its design was run with coarse elements."""
-    if coarse is None:
-        return []
-    tilt = [f"{value:+.3g} N per coded unit of {name}".replace("-", "−") for name, value in coarse.tilt.items()]
-    return [
-        f"The design was run with elements of {coarse.element_size}, {len(coarse.fine_runs)} of its runs with the "
-        f"study's own too. The surface is corrected by these: {coarse.factor:.3f} times the coarse one"
-        f"{', ' + joined(tilt) if tilt else ''}. What that leaves, a standard deviation of {coarse.sd:.2g} N with "
-        f"{coarse.df} df, is in every interval; analysis of variance and R² are of the coarse runs."
-    ]
-
-
 def _result(
     study: Study, head: Head, design: Design, runs: DesignRuns, fit: Surface, reduction: Reduction | None
-) -> tuple[SurfaceResult, list[str]]:
-    """Return the result without what other diameters add, and what the shape and the scale of the response say."""
-    beside, described = shape_of(study, design, fit, [run.block for run in runs.runs if run.response is not None])
+) -> SurfaceResult:
+    """Return the result without what other conditions add."""
+    beside = shape_of(study, design, fit, [run.block for run in runs.runs if run.response is not None])
     middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
@@ -117,9 +99,9 @@ def _result(
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
-        pure_error_note=error_remark(runs, study.replicates > 0, study.naming.response),
+        pure_error=pure_error_of(runs, study.replicates > 0),
         published=audit_surface(study, fit.anova, fit.coefficients),
-    ), described
+    )
 
 
 def _entry(study: Study, design: Design, j: int) -> FactorCoding:

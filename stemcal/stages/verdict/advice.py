@@ -1,9 +1,14 @@
-"""What to change, with numbers: ranges that would hold the target, settings that would mend doubtful physics."""
+"""What to change, with numbers: ranges that would hold the target, settings that would mend doubtful physics.
+
+Every kind of remedy is declared here; `stemcal.text.verdict` words them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import floor, log10, sqrt
+from typing import Literal
 
 import numpy as np
 
@@ -11,7 +16,8 @@ from stemcal.doe.calibration.levelset import extremes
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.verdict.physics import LIMITS, Doubt
+from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
+from stemcal.stages.verdict.result import Remedy
 from stemcal.study.model import EmbeddedSolver, Factor, Study
 
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
@@ -19,7 +25,106 @@ _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
-_FULL = "about six"
+
+
+class ContinueStudy(Remedy):
+    """Run what is not done yet."""
+
+
+@dataclass(frozen=True)
+class WidenRange(Remedy):
+    """Move an end of a factor's range to a value, in its unit."""
+
+    factor: str
+    end: Literal["low", "high"]
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class NoRangeReaches(Remedy):
+    """No factor alone reaches the target: what is held fixed is to be checked."""
+
+    factors: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class VaryAnother(Remedy):
+    """Vary a further factor: this one is at the end of what it can be."""
+
+    factor: str
+
+
+class FitFewer(Remedy):
+    """Vary a further factor, or fit less together."""
+
+
+class AddRefinement(Remedy):
+    """Simulate at the solution and correct it."""
+
+
+@dataclass(frozen=True)
+class RaiseBudget(Remedy):
+    """Give the refinement so many simulations."""
+
+    budget: int
+
+
+class SimulateValidation(Remedy):
+    """Validate with a solver that simulates."""
+
+
+class RetryValidation(Remedy):
+    """Compute the failed runs again."""
+
+
+@dataclass(frozen=True)
+class FitAll(Remedy):
+    """Fit all responses, or all conditions, together."""
+
+    over: Literal["responses", "conditions"]
+
+
+class MeasureMore(Remedy):
+    """Measure what can check the result."""
+
+
+@dataclass(frozen=True)
+class MendInput(Remedy):
+    """Mend this doubt in the input of a program that is not the embedded solver."""
+
+    doubt: DoubtKind
+
+
+@dataclass(frozen=True)
+class ScaleMassLess(Remedy):
+    """Take this mass scaling, and where the step is set this time step (µs), to bring kinetic energy below a limit."""
+
+    mass_scaling: float
+    time_step: float | None
+    limit_percent: float
+
+
+@dataclass(frozen=True)
+class IntegrateFully(Remedy):
+    """Full integration has no hourglass energy; so small elements may bring it below a limit."""
+
+    element_size: str
+    limit_percent: float
+
+
+@dataclass(frozen=True)
+class HalveTimeStep(Remedy):
+    """Take this safety of the time step."""
+
+    time_step_safety: float
+
+
+@dataclass(frozen=True)
+class LengthenStroke(Remedy):
+    """Take this duration (s), twice today's."""
+
+    duration: float
 
 
 def region_of(surface: SurfaceResult) -> Region:
@@ -39,31 +144,26 @@ def reach(surface: SurfaceResult) -> tuple[float, float]:
     return float(low[0]), float(high[0])
 
 
-def to_reach(study: Study, surface: SurfaceResult, target: float) -> str:
-    """Say by which factor alone, widened how far, the target would come within reach.
+def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
+    """Return by which factor alone, widened how far, the target would come within reach.
 
     The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
     end = extremes(surface.fitted, region_of(surface))[0 if target < reach(surface)[0] else 1]
     found = [
-        (width, widened(factor, up, width))
+        (width, _widened(factor, up, width))
         for factor in map(study.factor, surface.names)
         for up in (True, False)
         if (width := _least_width(surface, end, factor, up, target)) is not None
     ]
-    if found:
-        return min(found)[1]
-    check = "units, loading and specimen" if study.naming.is_cutting else "units and what the simulation holds fixed"
-    return f"no factor of {', '.join(surface.names)} reaches it by its range alone; check {check}"
+    return min(found, key=lambda entry: entry[0])[1] if found else NoRangeReaches(surface.names)
 
 
-def widened(factor: Factor, up: bool, width: float) -> str:
-    """Write the new end of a range that grows upwards or downwards by `width` times its own width."""
+def _widened(factor: Factor, up: bool, width: float) -> WidenRange:
+    """Return the new end of a range that grows upwards or downwards by `width` times its own width."""
     end = factor.high + width * (factor.high - factor.low) if up else factor.low - width * (factor.high - factor.low)
-    unit = "" if factor.unit == "1" else f" {factor.unit}"
-    verb, name = ("raise", "high") if up else ("lower", "low")
-    return f"{verb} `{name}` of {factor.name} to about {_outwards(end, up):g}{unit}"
+    return WidenRange(factor.name, "high" if up else "low", _outwards(end, up), factor.unit)
 
 
 def _outwards(value: float, up: bool) -> float:
@@ -112,65 +212,45 @@ def _first(enough: Callable[[float], bool], most: float) -> float | None:
     return high
 
 
-def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) -> str:
-    """Say which range to widen by half its width, so that a solution on the edge of the region comes to lie inside."""
+def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) -> Remedy:
+    """Return which range to widen by half, so that a solution on the edge of the region comes to lie inside."""
     region = region_of(surface)
     place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
     order = np.argsort(-np.abs(place), kind="stable")
     for j in order:
         factor, up = study.factor(surface.names[j]), bool(coded[j] > 0.0)
         if up or _above_zero(factor) >= 0.5:
-            return widened(factor, up, 0.5)
-    return f"vary a further factor: {surface.names[order[0]]} is at the end of what it can be"
+            return _widened(factor, up, 0.5)
+    return VaryAnother(surface.names[order[0]])
 
 
-def for_physics(study: Study, doubt: Doubt) -> str:
-    """Say what would bring a doubt below its limit."""
+def for_physics(study: Study, doubt: Doubt) -> Remedy:
+    """Return what would bring a doubt below its limit."""
     solver = study.solver
     if not isinstance(solver, EmbeddedSolver):
-        return f"mend it in the solver's own input: {_AIMS[doubt.kind]}"
-    return _SETTINGS[doubt.kind](study, solver, doubt.worst or 0.0)
+        return MendInput(doubt.kind)
+    match doubt.kind:
+        case "kinetic":
+            return _kinetic(solver, doubt.worst or 0.0)
+        case "hourglass":
+            return _hourglass(solver, doubt.worst or 0.0)
+        case "drift":
+            return HalveTimeStep(_outwards(0.5 * solver.time_step_safety, False))
+        case "stroke":
+            return LengthenStroke(2.0 * study.loading.duration)
 
 
-def _kinetic(_study: Study, solver: EmbeddedSolver, worst: float) -> str:
+def _kinetic(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
     """Kinetic energy goes with the mass, and that with the square of the time step."""
-    share = _SAFELY * LIMITS["kinetic"] / worst
-    settings = [f"`mass_scaling: {_outwards(max(solver.mass_scaling * share, 1.0), False):g}`"]
-    if solver.time_step is not None:
-        settings.append(f"`time_step: {_outwards(1e6 * solver.time_step * sqrt(share), False):g} us`")
-    aim = f"would bring kinetic energy under {LIMITS['kinetic']:g} % in most runs"
-    return f"{' and '.join(settings)} under `solver` {aim}"
-
-
-def _hourglass(study: Study, solver: EmbeddedSolver, worst: float) -> str:
-    """Full integration has none; of one-point elements it falls at least with the element size, which need not do."""
-    finer = worst / LIMITS["hourglass"]
-    size = solver.element_size
-    new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{_outwards(size.mm / finer, False):g} mm"
-    return (
-        f"`element: full` under `solver` has no hourglass energy, at {_FULL} times the time; elements of {new} or "
-        f"smaller may bring it under {LIMITS['hourglass']:g} %"
+    share, step = _SAFELY * LIMITS["kinetic"] / worst, solver.time_step
+    mass_scaling = _outwards(max(solver.mass_scaling * share, 1.0), False)
+    return ScaleMassLess(
+        mass_scaling, None if step is None else _outwards(1e6 * step * sqrt(share), False), LIMITS["kinetic"]
     )
 
 
-def _drift(_study: Study, solver: EmbeddedSolver, _worst: float) -> str:
-    safety = _outwards(0.5 * solver.time_step_safety, False)
-    return f"`time_step_safety: {safety:g}` under `solver` halves the time step"
-
-
-def _stroke(study: Study, _solver: EmbeddedSolver, _worst: float) -> str:
-    return f"`duration: {2.0 * study.loading.duration:g} s` under `loading` doubles the blade's way"
-
-
-_SETTINGS: dict[str, Callable[[Study, EmbeddedSolver, float], str]] = {
-    "kinetic": _kinetic,
-    "hourglass": _hourglass,
-    "drift": _drift,
-    "stroke": _stroke,
-}
-_AIMS = {
-    "kinetic": "less mass scaling or a slower blade",
-    "hourglass": "a finer mesh or fully integrated elements",
-    "drift": "a smaller time step",
-    "stroke": "a longer way of the blade",
-}
+def _hourglass(solver: EmbeddedSolver, worst: float) -> IntegrateFully:
+    """Full integration has none; of one-point elements it falls at least with the element size, which need not do."""
+    finer, size = worst / LIMITS["hourglass"], solver.element_size
+    new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{_outwards(size.mm / finer, False):g} mm"
+    return IntegrateFully(new, LIMITS["hourglass"])

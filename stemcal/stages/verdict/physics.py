@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.results import Results
 
+DoubtKind = Literal["hourglass", "kinetic", "drift", "stroke"]
 # Shares from which a solver doubts a run itself, percent: the same as `cutting.result` warns of.
-LIMITS = {"hourglass": 10.0, "kinetic": 5.0, "drift": 2.0}
-_TOLD = {
+LIMITS: dict[DoubtKind, float] = {"hourglass": 10.0, "kinetic": 5.0, "drift": 2.0}
+_TOLD: dict[DoubtKind, str] = {
     "hourglass": "hourglass_ratio_percent",
     "kinetic": "kinetic_ratio_percent",
     "drift": "energy_drift_percent",
@@ -22,7 +23,7 @@ _TOLD = {
 class Doubt:
     """One kind of doubt, in how many runs, and the worst of it in percent (None of a stroke that was too short)."""
 
-    kind: str
+    kind: DoubtKind
     runs: int
     worst: float | None
 
@@ -56,15 +57,15 @@ def physics_of(results: Results, folder: StudyFolder) -> Physics:
     )
 
 
-def _doubts(details: Mapping[str, Any]) -> dict[str, float | None] | None:
+def _doubts(details: Mapping[str, Any]) -> dict[DoubtKind, float | None] | None:
     """Return what is doubtful of a run with its size; None where the solver told nothing of it."""
     told = {kind: details[name] for kind, name in _TOLD.items() if isinstance(details.get(name), int | float)}
     if not told and "stroke_was_enough" not in details:
         return None
-    found: dict[str, float | None] = {kind: value for kind, value in told.items() if value > LIMITS[kind]}
+    found: dict[DoubtKind, float | None] = {kind: value for kind, value in told.items() if value > LIMITS[kind]}
     return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
 
-def _gathered(kind: str, found: list[dict[str, float | None]]) -> Doubt:
+def _gathered(kind: DoubtKind, found: list[dict[DoubtKind, float | None]]) -> Doubt:
     sizes = [doubts[kind] for doubts in found if kind in doubts]
     return Doubt(kind, len(sizes), max((size for size in sizes if size is not None), default=None))

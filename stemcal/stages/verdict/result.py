@@ -1,40 +1,66 @@
-"""The verdict of a study and its reasons."""
+"""The verdict of a study and its reasons, as facts; `stemcal.text.verdict` makes their sentences."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.words import counted
+from stemcal.files.typed import Tagged
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
-Weight = Literal["with_reservations", "not_calibrated"]
-_HEAVY: Weight = "not_calibrated"
+Severity = Literal["with_reservations", "not_calibrated"]
 
 
 @dataclass(frozen=True)
-class Reason:
-    """Why a study is not simply calibrated: the rule that says so, how much it weighs, and what would mend it."""
+class Remedy(Tagged):
+    """What would mend a reason: a kind for each, with its numbers, declared in `advice`."""
 
-    rule: str
-    weight: Weight
-    sentence: str
-    remedy: str = ""
+
+@dataclass(frozen=True, kw_only=True)
+class Reason(Tagged):
+    """Why a study is not simply calibrated: a kind for each, declared beside its rule; weight and remedy."""
+
+    weight: Severity
+    remedy: Remedy
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A response at a condition: how far simulated is from measured, None where the run failed; fitted, or a check."""
+
+    response: str
+    condition: float
+    error_percent: float | None
+    fitted: bool
+
+    @property
+    def size(self) -> float:
+        """The error without its sign."""
+        return abs(self.error_percent or 0.0)
+
+
+@dataclass(frozen=True)
+class Use:
+    """Where the result may be used: conditions at which all is within the percentage; what is off most elsewhere."""
+
+    within_percent: float
+    good: tuple[float, ...]
+    worst: Judged | None
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a study comes to: a word, where the result may be used (empty where nothing tells), and the reasons."""
+    """What a study comes to: a word, where the result may be used (None where nothing tells), and the reasons."""
 
     verdict: Word
-    use: str
+    use: Use | None
     reasons: tuple[Reason, ...]
 
     @classmethod
-    def of(cls, reasons: list[Reason], use: str) -> Verdict:
+    def of(cls, reasons: list[Reason], use: Use | None) -> Verdict:
         """Weigh the reasons: the heaviest decides, and comes first."""
-        heavy = [reason for reason in reasons if reason.weight == _HEAVY]
-        light = [reason for reason in reasons if reason.weight != _HEAVY]
+        heavy = [reason for reason in reasons if reason.weight == "not_calibrated"]
+        light = [reason for reason in reasons if reason.weight != "not_calibrated"]
         word: Word = "not_calibrated" if heavy else "with_reservations" if light else "calibrated"
         return cls(word, use, (*heavy, *light))
 
@@ -46,23 +72,10 @@ class Verdict:
     @property
     def may_hold(self) -> bool:
         """Whether nothing but what is not done yet speaks against intervals and claims of agreement."""
-        return self.holds or all(reason.rule == "unfinished" for reason in self.reasons if reason.weight == _HEAVY)
+        return self.holds or all(
+            reason.kind == "unfinished" for reason in self.reasons if reason.weight == "not_calibrated"
+        )
 
-    @property
-    def word(self) -> str:
-        """The verdict as people read it."""
-        words = {"with_reservations": "Calibrated, with reservations", "not_calibrated": "Not calibrated"}
-        return words.get(self.verdict, "Calibrated")
-
-    @property
-    def next_step(self) -> str:
-        """The remedy of the weightiest reason that has one, or nothing."""
-        return next((reason.remedy for reason in self.reasons if reason.remedy), "")
-
-    def lines(self) -> list[str]:
-        """Return it in three lines at most: the word with its first reason, where it holds, the next step."""
-        more = len(self.reasons) - 1
-        rest = f" (and {counted(more, 'more reason')})" if more > 0 else ""
-        told = [f"{self.word}: {self.reasons[0].sentence}{rest}." if self.reasons else f"{self.word}."]
-        told += [self.use] if self.use else []
-        return told + ([f"Next: {self.next_step}."] if self.next_step else [])
+    def says(self, kind: str) -> bool:
+        """Whether a reason of that kind is among them."""
+        return any(reason.kind == kind for reason in self.reasons)

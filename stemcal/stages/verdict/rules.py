@@ -1,20 +1,6 @@
-"""The rules of the verdict.
+"""The rules of the verdict: each looks at the evidence and yields reasons, whose kinds are declared here.
 
-    unfinished   a stage that the study asks for is not there                                     not calibrated
-    reach        the surface takes the target nowhere; in a joint fit no parameters bring the
-                 largest error within the given percentage                                        not calibrated
-    target       the simulated response at the solution misses what it was fitted to by more than
-                 the given percentage (in a joint fit: at half of the diameters or more)          not calibrated
-                 by more than 2 %, or more than the refinement's tolerance                        reservation
-    edge         the solution is on the edge of the region: |x| within 2 % of the radius, a
-                 factor within 1 % of its range from an end                                       reservation
-    misfit       it is larger than the scatter of the measured means explains, p < 0.05           reservation
-    validation   an independent diameter misses by more than the given percentage, its run has
-                 failed, or nothing checks the result                                             reservation
-    physics      more than half of the runs have doubtful physics, for whatever reasons           not calibrated
-                 a tenth of them or more; each kind of doubt is told with its own remedy          reservation
-
-The given percentage is `targets.equivalent_within_percent`.
+The given percentage is `targets.equivalent_within_percent`; what a reason weighs, its rule decides.
 """
 
 from __future__ import annotations
@@ -23,33 +9,95 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from stemcal.folder.store import StudyFolder
-from stemcal.naming import CUTTING, Named, Naming
 from stemcal.stages.base import stages_of
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import Doubt, Physics, physics_of
-from stemcal.stages.verdict.result import Reason, Verdict, Weight
+from stemcal.stages.verdict.result import Judged, Reason, Severity, Use, Verdict
 from stemcal.study.model import Study
-from stemcal.words import joined
 
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A response at a condition: how far simulated is from measured, None where the run failed; fitted, or a check."""
+@dataclass(frozen=True, kw_only=True)
+class Unfinished(Reason):
+    """Stages that the study asks for are not there: not calibrated."""
 
-    named: Named
-    condition: float
-    error_percent: float | None
-    fitted: bool
+    stages: tuple[str, ...]
 
-    @property
-    def size(self) -> float:
-        """The error without its sign."""
-        return abs(self.error_percent or 0.0)
+
+@dataclass(frozen=True, kw_only=True)
+class OutOfReach(Reason):
+    """The surface takes the target nowhere, only values from low to high: not calibrated."""
+
+    target: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conflict(Reason):
+    """In a joint fit no parameters bring the largest error within the given percentage: not calibrated."""
+
+    least_error_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetMissed(Reason):
+    """The simulated response at the solution misses what it was fitted to.
+
+    Not calibrated: by more than the given percentage (in a joint fit at half of the conditions or more). A
+    reservation: by more than 2 %, or more than the refinement's tolerance.
+    """
+
+    worst: Judged
+
+
+class OnTheEdge(Reason):
+    """|x| of the solution is within 2 % of the radius, or a factor within 1 % of its range from an end: reservation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Misfit(Reason):
+    """The misfit is so many times what the scatter of the measured means explains, p < 0.05: a reservation."""
+
+    times: float
+    p: float
+
+
+class ValidationFromTable(Reason):
+    """The validation is read from a table, not simulated with these parameters: a reservation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValidationFailed(Reason):
+    """Runs of the validation that would check the result have failed: a reservation."""
+
+    conditions: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckMissed(Reason, kind="validation"):
+    """What was not fitted misses by more than the given percentage: a reservation."""
+
+    worst: Judged
+
+
+class Unchecked(Reason):
+    """Nothing checks the result independently: a reservation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DoubtfulPhysics(Reason, kind="physics"):
+    """So many of the runs have doubtful physics, for one of the reasons.
+
+    Not calibrated: more than half of the runs, for whatever reasons. A reservation: a tenth of them or more.
+    """
+
+    doubt: Doubt
+    checked: int
 
 
 @dataclass(frozen=True)
@@ -77,18 +125,12 @@ class Evidence:
         found = []
         for row in validation.rows:
             at, fitted = row.compared, row.compared.role == "calibration"
-            found.append(Judged(self.naming.response, at.condition, at.error_percent, fitted))
+            found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
             for further in row.further:
                 if further.judged:
                     own = fitted and further.response in self.study.invert.responses
-                    named = self.naming.named(further.response)
-                    found.append(Judged(named, at.condition, further.error_percent, own))
+                    found.append(Judged(further.response, at.condition, further.error_percent, own))
         return found
-
-    @property
-    def naming(self) -> Naming:
-        """What response and condition are called."""
-        return self.study.naming
 
 
 Rule = Callable[[Evidence], Iterator[Reason]]
@@ -104,48 +146,15 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 # ---- where it may be used
 
 
-def _use(evidence: Evidence) -> str:
-    """Say at which conditions the simulated response agrees, and how far it is off where it is off most."""
+def _use(evidence: Evidence) -> Use | None:
+    """Return at which conditions the simulated response agrees, and what is off most; None where nothing tells."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
+    if not rows or evidence.physics.share > MAJORITY:
+        return None
     off = [row for row in rows if row.size > evidence.within]
     apart = {row.condition for row in off}
-    good = [f"{condition:g}" for condition in dict.fromkeys(row.condition for row in rows) if condition not in apart]
-    if not rows or evidence.physics.share > MAJORITY:
-        return ""
-    worst = max(off, key=lambda row: row.size, default=None)
-    told = f"Good (within {evidence.within:g} %){evidence.naming.places(joined(good))}" if good else _nowhere(evidence)
-    return f"{told}{'' if worst is None else f'; {_whose(worst, evidence.naming)}{_miss(worst, evidence.naming)}'}."
-
-
-def _whose(row: Judged, naming: Naming) -> str:
-    """Name the response where a study has several."""
-    return f"the {row.named.noun} is " if naming.others else ""
-
-
-def _nowhere(evidence: Evidence) -> str:
-    """Say that nothing that was simulated agrees."""
-    if evidence.naming.condition is None:
-        return f"Not within {evidence.within:g} %"
-    return f"Good at no measured {evidence.naming.condition_noun}"
-
-
-def _miss(row: Judged, naming: Naming = CUTTING) -> str:
-    """Say how far a simulated response is off, and to which side.
-
-    >>> _miss(Judged(CUTTING.response, 11.0, 42.0, fitted=False))
-    '42 % low at 11 mm'
-    """
-    error = row.error_percent or 0.0
-    return f"{_size(error)} % {'low' if error > 0.0 else 'high'}{naming.at(row.condition)}"
-
-
-def _size(percent: float) -> str:
-    """Write a size in percent, with a decimal below 10.
-
-    >>> _size(-42.3), _size(4.23)
-    ('42', '4.2')
-    """
-    return f"{abs(percent):.{0 if abs(percent) >= 10.0 else 1}f}"
+    good = tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart))
+    return Use(evidence.within, good, max(off, key=lambda row: row.size, default=None))
 
 
 # ---- the rules
@@ -155,8 +164,8 @@ def _unfinished(evidence: Evidence) -> Iterator[Reason]:
     done = {result.name for result in evidence.results.done()}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing and not list(_reach(evidence)):
-        named = ", ".join(stage.title for stage in missing)
-        yield Reason("unfinished", "not_calibrated", f"not done yet: {named}", "`stemcal run SPEC` goes on")
+        stages = tuple(stage.name for stage in missing)
+        yield Unfinished(weight="not_calibrated", remedy=advice.ContinueStudy(), stages=stages)
 
 
 def _reach(evidence: Evidence) -> Iterator[Reason]:
@@ -165,40 +174,22 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
         return
     if study.joint_targets:
         if found is not None and found.joint is not None and found.joint.best_worst_error_percent > evidence.within:
-            yield _no_joint_fit(evidence)
+            yield _conflict(evidence)
         return
     target = study.calibration_target.response
     low, high = advice.reach(surface) if found is None else (target, target)
     if not low <= target <= high:
-        side = "above" if target > high else "below"
-        response = evidence.naming.response
-        ends = f"{low:.4g} to {response.text(high, '.4g')}"
-        sentence = f"the measured {response.text(target)} is {side} what the ranges reach, {ends}"
-        yield Reason("reach", "not_calibrated", sentence, advice.to_reach(study, surface, target))
+        remedy = advice.to_reach(study, surface, target)
+        yield OutOfReach(weight="not_calibrated", remedy=remedy, target=target, low=low, high=high)
 
 
-def _no_joint_fit(evidence: Evidence) -> Reason:
+def _conflict(evidence: Evidence) -> Conflict:
     surface, found = evidence.results.surface, evidence.results.inversion
     assert surface is not None and found is not None and found.joint is not None
     place = found.joint.best_worst_solution
     coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
-    naming, least = evidence.naming, f"{found.joint.best_worst_error_percent:.0f} %"
-    of = "" if naming.condition is None else f" of {naming.counted(len(found.joint.rows))}"
-    return Reason(
-        "reach",
-        "not_calibrated",
-        f"no parameters within the ranges bring the largest error{of} below {least}",
-        advice.from_the_edge(evidence.study, surface, coded) if _on_edge(evidence, coded) else _fit_less(naming),
-    )
-
-
-def _fit_less(naming: Naming) -> str:
-    """Say what to fit where no parameters within the ranges do for everything."""
-    if naming.condition is None:
-        return "vary a further factor, or fit fewer responses (`invert.responses`)"
-    noun, verb = naming.condition_noun, "grows" if naming.is_force_on_stems else "changes"
-    held = f"within the ranges the {naming.response.noun} {verb} otherwise with the {noun}"
-    return f"calibrate at the {noun} of use alone: {held}"
+    edge = advice.from_the_edge(evidence.study, surface, coded) if _on_edge(evidence, coded) else advice.FitFewer()
+    return Conflict(weight="not_calibrated", remedy=edge, least_error_percent=found.joint.best_worst_error_percent)
 
 
 def _target(evidence: Evidence) -> Iterator[Reason]:
@@ -206,39 +197,24 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    size, refine, noun = worst.size, evidence.study.refine, worst.named.noun
+    refine = evidence.study.refine
     tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
-    if size <= (evidence.within if evidence.study.joint_targets else tolerance):
+    if worst.size <= (evidence.within if evidence.study.joint_targets else tolerance):
         return
     far = [row for row in fitted if row.size > evidence.within]
-    weight: Weight = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
-    remedy = (
-        "add `refine: {}` to the spec: it simulates at the solution and corrects it"
-        if refine is None
-        else f"raise `budget` under `refine` to {2 * refine.budget}, or look whether the {noun} jumps between points"
-    )
-    sentence = f"the simulated {noun} misses the one it was fitted to: {_miss(worst, evidence.naming)}"
-    yield Reason("target", weight, sentence, remedy)
+    weight: Severity = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
+    remedy = advice.AddRefinement() if refine is None else advice.RaiseBudget(2 * refine.budget)
+    yield TargetMissed(weight=weight, remedy=remedy, worst=worst)
 
 
 def _physics(evidence: Evidence) -> Iterator[Reason]:
     found = evidence.physics
     if found.share < SOME:
         return
-    weight: Weight = "not_calibrated" if found.share > MAJORITY else "with_reservations"
+    weight: Severity = "not_calibrated" if found.share > MAJORITY else "with_reservations"
     for doubt in found.doubts:
-        sentence = f"in {doubt.runs} of {found.checked} runs the physics is doubtful: {_doubtful(doubt)}"
-        yield Reason("physics", weight, sentence, advice.for_physics(evidence.study, doubt))
-
-
-def _doubtful(doubt: Doubt) -> str:
-    words = {
-        "hourglass": "hourglass energy",
-        "kinetic": "kinetic energy",
-        "drift": "drift of the energy balance",
-        "stroke": "the force was not clearly past its maximum when the stroke ended",
-    }[doubt.kind]
-    return words if doubt.worst is None else f"{words} up to {_size(doubt.worst)} %"
+        remedy = advice.for_physics(evidence.study, doubt)
+        yield DoubtfulPhysics(weight=weight, remedy=remedy, doubt=doubt, checked=found.checked)
 
 
 def _edge(evidence: Evidence) -> Iterator[Reason]:
@@ -249,7 +225,7 @@ def _edge(evidence: Evidence) -> Iterator[Reason]:
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
         remedy = advice.from_the_edge(evidence.study, surface, coded)
-        yield Reason("edge", "with_reservations", "the solution lies on the edge of the region searched", remedy)
+        yield OnTheEdge(weight="with_reservations", remedy=remedy)
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
@@ -267,51 +243,30 @@ def _misfit(evidence: Evidence) -> Iterator[Reason]:
     joint = found.joint if found is not None else None
     if joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
-    times = f"{joint.misfit / joint.df:.1f} times what the measured scatter explains"
-    sentence = f"the misfit is {times} (p = {joint.p:.2g})"
-    naming = evidence.naming
-    fewer = f"{naming.condition_plural} (`{naming.fitted_at}`)"
-    if naming.condition is None:
-        fewer = "responses (`invert.responses`)"
-    remedy = f"vary a further factor, or fit fewer {fewer}: the model is wrong somewhere"
-    yield Reason("misfit", "with_reservations", sentence, remedy)
+    times = joint.misfit / joint.df
+    yield Misfit(weight="with_reservations", remedy=advice.FitFewer(), times=times, p=joint.p)
 
 
 def _validation(evidence: Evidence) -> Iterator[Reason]:
+    study = evidence.study
     if evidence.results.validation is None:
         return
-    naming, response = evidence.naming, evidence.naming.response
-    if evidence.study.solver.kind == "table":
-        sentence = f"the validation {response.plural} are read from a table, not simulated with these parameters"
-        yield Reason("validation", "with_reservations", sentence, "validate with a solver that simulates")
+    if study.solver.kind == "table":
+        yield ValidationFromTable(weight="with_reservations", remedy=advice.SimulateValidation())
         return
     independent = [row for row in evidence.judged if not row.fitted]
-    failed = [f"{row.condition:g}" for row in independent if row.error_percent is None]
+    failed = tuple(row.condition for row in independent if row.error_percent is None)
     if failed:
-        sentence = f"the validation has no {response.noun}{naming.places(joined(failed))}: the run failed"
-        yield Reason("validation", "with_reservations", sentence, "`stemcal retry SPEC`, then `stemcal validate SPEC`")
+        remedy = advice.RetryValidation()
+        yield ValidationFailed(weight="with_reservations", remedy=remedy, conditions=failed)
     off = [row for row in independent if row.size > evidence.within]
     if off:
         worst = max(off, key=lambda row: row.size)
-        left_out = worst.named != response and worst.named.name not in evidence.study.invert.responses
-        key, what = (
-            ("responses", "responses") if left_out else (naming.fitted_at.split(".")[1], naming.condition_plural)
-        )
-        remedy = f"`invert: {{{key}: all}}` fits all {what} together; until then use it where it is good"
-        sentence = f"the simulated {worst.named.noun} is {_miss(worst, naming)}"
-        yield Reason("validation", "with_reservations", sentence, remedy)
+        left_out = worst.response not in (study.naming.response.name, *study.invert.responses)
+        fit = advice.FitAll("responses" if left_out else "conditions")
+        yield CheckMissed(weight="with_reservations", remedy=fit, worst=worst)
     if not independent and not _left_out(evidence):
-        yield Reason("validation", "with_reservations", *_unchecked(naming))
-
-
-def _unchecked(naming: Naming) -> tuple[str, str]:
-    """Say that nothing checks the result independently, and what would."""
-    if naming.condition is None:
-        remedy = "measure it under another condition too, or a further response that `invert.responses` leaves out"
-        return "nothing checks the result independently", remedy
-    noun = naming.condition_noun
-    remedy = f"measure another {noun}, or leave one out of `{naming.fitted_at}`"
-    return f"no {noun} checks the result independently", remedy
+        yield Unchecked(weight="with_reservations", remedy=advice.MeasureMore())
 
 
 def _left_out(evidence: Evidence) -> bool:
@@ -323,4 +278,4 @@ def _left_out(evidence: Evidence) -> bool:
     return error is not None and error <= evidence.within
 
 
-RULES: tuple[Rule, ...] = (_unfinished, _reach, _target, _edge, _misfit, _validation, _physics)
+RULES: tuple[Rule, ...] = (_reach, _target, _edge, _misfit, _validation, _physics, _unfinished)

@@ -34,19 +34,26 @@ from stemcal.study.model.result_readers import (
     RegexResult,
     ResultReader,
 )
-from stemcal.study.model.shear_test import Blade, Contact, Loading, Material, Specimen, Supports
-from stemcal.study.model.solver_options import EmbeddedSolver, Hourglass, TableSolver
+from stemcal.study.model.shear_test import (
+    BladeSection,
+    ContactSection,
+    LoadingSection,
+    MaterialSection,
+    SpecimenSection,
+    SupportsSection,
+)
+from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection, TableSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
 from stemcal.study.model.whole_study import Study, StudyForm
 
 # fmt: off
 __all__ = [
-    "AROUND", "EMBEDDED", "MOST_FACTORS", "PARAMETERS", "Blade", "CalculixResult", "ClimbOptions", "CoarseOptions",
-    "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "Contact", "CsvResult", "DeckAt",
-    "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "Hourglass", "InvertOptions", "JsonResult", "Loading",
-    "LsDynaSolver", "Material", "Mean", "MeshOptions", "OpenRadiossSolver", "Parameter", "ProgramOptions",
-    "Published", "RcforcResult", "RefineOptions", "RegexResult", "Response", "ResultReader", "RsmOptions",
-    "RunsOptions", "ScreenOptions", "Specimen", "Study", "StudyForm", "Supports", "TableSolver", "Target", "Targets",
-    "factors_taken", "strongest_asked",
+    "AROUND", "EMBEDDED", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult", "ClimbOptions",
+    "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
+    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "HourglassSection",
+    "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "MaterialSection", "Mean", "MeshOptions",
+    "OpenRadiossSolver", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions", "RegexResult",
+    "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
+    "SupportsSection", "TableSolver", "Target", "Targets", "factors_taken", "strongest_asked",
 ]
 # fmt: on

@@ -9,18 +9,8 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stemcal.study.model.factor import MOST_FACTORS
 from stemcal.study.model.frozen import Flag, Frozen
-from stemcal.study.types.fields import Number, Whole, complain
+from stemcal.study.types.field_types import Number, Whole, complain
 from stemcal.study.types.lengths import StemLength
-
-__all__ = [
-    "CoarseOptions",
-    "CodingEntry",
-    "Constraint",
-    "RsmOptions",
-    "ScreenOptions",
-    "factors_taken",
-    "strongest_asked",
-]
 
 _FIELD_NAMES = {
     "PB": "plackett-burman",

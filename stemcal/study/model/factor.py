@@ -8,9 +8,7 @@ from pydantic import BeforeValidator, StringConstraints
 
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.types import units
-from stemcal.study.types.fields import ColumnName, FactorName, Label, Number, Readable
-
-__all__ = ["MOST_FACTORS", "Condition", "Factor", "Response"]
+from stemcal.study.types.field_types import ColumnName, FactorName, Label, Number, Readable
 
 MOST_FACTORS = 100
 

@@ -6,9 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from stemcal.study.types.fields import Number, Quantity
-
-__all__ = ["Flag", "Frozen", "Share", "Size", "SizeOrZero", "Time"]
+from stemcal.study.types.field_types import Number, Quantity
 
 Size = Annotated[float, Quantity("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]

@@ -9,10 +9,8 @@ from pydantic.json_schema import SkipJsonSchema
 
 from stemcal.naming import CUTTING, FIRST
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero
-from stemcal.study.types.fields import Number, Quantity, Readable, SpecFile, Whole, complain
+from stemcal.study.types.field_types import Number, Quantity, Readable, SpecFile, Whole, complain
 from stemcal.study.types.named import OwnCondition, OwnResponse
-
-__all__ = ["AtSize", "Mean", "Published", "Target", "Targets"]
 
 AtSize = Annotated[float, OwnCondition("length", above=0)]
 FirstResponse = Annotated[float, OwnResponse("force", above=0)]

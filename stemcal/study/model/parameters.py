@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["AROUND", "EMBEDDED", "PARAMETERS", "Parameter"]
-
 
 class Parameter(NamedTuple):
     """What one parameter is, and which values make sense.

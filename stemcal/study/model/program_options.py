@@ -12,15 +12,13 @@ from stemcal.study.model.result_readers import ResultReader, Text
 from stemcal.study.model.solver_options import (
     BreakDrop,
     FilterWindow,
-    Hourglass,
     HourglassCoefficient,
+    HourglassSection,
     MassScaling,
     Outputs,
     ThroughWall,
 )
-from stemcal.study.types.fields import Number, Quantity, SpecFile, Whole, complain
-
-__all__ = ["CommandSolver", "Commanded", "DeckSolver", "LsDynaSolver", "OpenRadiossSolver", "ProgramOptions"]
+from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole, complain
 
 MOST_FILES = 100
 
@@ -104,7 +102,7 @@ class CommandSolver(ProgramOptions, Commanded):
         return self.replicates > 1 or self.deterministic is False
 
 
-class DeckHourglass(Hourglass):
+class DeckHourglass(HourglassSection):
     """Hourglass control of LS-DYNA: Flanagan and Belytschko's stiffness form (IHQ 4) or the viscous one (IHQ 1)."""
 
     coefficient: HourglassCoefficient = 0.05

@@ -9,9 +9,7 @@ from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, 
 
 from stemcal.naming import CUTTING, Naming
 from stemcal.study.model.frozen import Frozen
-from stemcal.study.types.fields import Number, Whole, complain
-
-__all__ = ["CalculixResult", "CsvResult", "JsonResult", "RcforcResult", "RegexResult", "ResultReader"]
+from stemcal.study.types.field_types import Number, Whole, complain
 
 
 def _inside_run_folder(given: object) -> object:

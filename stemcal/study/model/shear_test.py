@@ -8,15 +8,13 @@ from pydantic import Field
 
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero, Time
 from stemcal.study.model.parameters import PARAMETERS
-from stemcal.study.types.fields import Number, Quantity
+from stemcal.study.types.field_types import Number, Quantity
 from stemcal.study.types.lengths import Length, StemLengthOrZero
-
-__all__ = ["Blade", "Contact", "Loading", "Material", "Specimen", "Supports"]
 
 Stress = Annotated[float, Quantity("stress")]
 
 
-class Specimen(Frozen):
+class SpecimenSection(Frozen):
     """The piece of stem, a hollow cylinder."""
 
     outer_diameter: Size = 8.0
@@ -27,7 +25,7 @@ class Specimen(Frozen):
     """Length of the piece, the blade at its middle."""
 
 
-class Blade(Frozen):
+class BladeSection(Frozen):
     """A wedge behind its edge, rigid."""
 
     length: Size = 90.0
@@ -47,7 +45,7 @@ class Blade(Frozen):
     such as d/8. It belongs to the calibrated failure strain. 0 mm: the force belongs to the mesh."""
 
 
-class Supports(Frozen):
+class SupportsSection(Frozen):
     """Two rigid blocks that the stem lies on."""
 
     clearance: Size = 20.0
@@ -56,7 +54,7 @@ class Supports(Frozen):
     """Radius of the supports' edges."""
 
 
-class Loading(Frozen):
+class LoadingSection(Frozen):
     """The motion of the blade, at constant speed."""
 
     speed: Annotated[float, Quantity("speed", above=0)] = 100 / 60
@@ -72,7 +70,7 @@ class Loading(Frozen):
         return self.speed * self.duration - self.gap
 
 
-class Contact(Frozen):
+class ContactSection(Frozen):
     """Friction and penalty between stem, blade and supports."""
 
     static_friction: Annotated[Number, Field(ge=0, le=2)] = 0.15
@@ -87,7 +85,7 @@ class Contact(Frozen):
     """Damping of the contact, as a share of the critical one."""
 
 
-class Material(Frozen):
+class MaterialSection(Frozen):
     """Fixed values of the material parameters that are no factors, in internal units."""
 
     density: Annotated[float, Quantity("density")] | None = None

@@ -8,10 +8,8 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from stemcal.study.model.frozen import Flag, Frozen, Share, Size, Time
-from stemcal.study.types.fields import Number, Quantity, SpecFile, Whole
+from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole
 from stemcal.study.types.lengths import Length, StemLength
-
-__all__ = ["EmbeddedSolver", "Hourglass", "TableSolver"]
 
 # Keys that the embedded solver and the decks of other programs have in common.
 HourglassCoefficient = Annotated[
@@ -44,7 +42,7 @@ BreakDrop = Annotated[
 ]
 
 
-class Hourglass(Frozen):
+class HourglassSection(Frozen):
     """What holds elements with one point against their hourglass modes."""
 
     form: Literal["stiffness", "viscous"] = "stiffness"
@@ -70,7 +68,7 @@ class EmbeddedSolver(Frozen):
     """Whether the edge comes down on a row of nodes or over the middle of a row of elements."""
     element: Literal["one_point", "full"] = "one_point"
     """One-point elements, or the slow fully integrated reference."""
-    hourglass: Hourglass = Hourglass()
+    hourglass: HourglassSection = HourglassSection()
     """Hourglass control of the one-point elements."""
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5

@@ -9,11 +9,9 @@ from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
 from stemcal.naming import FIRST
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.model.measured_targets import AtSize
-from stemcal.study.types.fields import Number, Whole
+from stemcal.study.types.field_types import Number, Whole
 from stemcal.study.types.lengths import StemLength
 from stemcal.study.types.named import responses_by_name
-
-__all__ = ["ClimbOptions", "InvertOptions", "MeshOptions", "RefineOptions", "RunsOptions"]
 
 Responses = Annotated[
     tuple[str, ...],

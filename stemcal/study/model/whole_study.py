@@ -20,13 +20,18 @@ from stemcal.study.model.frozen import Frozen
 from stemcal.study.model.measured_targets import Published, Target, Targets
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
-from stemcal.study.model.shear_test import Blade, Contact, Loading, Material, Specimen, Supports
+from stemcal.study.model.shear_test import (
+    BladeSection,
+    ContactSection,
+    LoadingSection,
+    MaterialSection,
+    SpecimenSection,
+    SupportsSection,
+)
 from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
-from stemcal.study.types.fields import StudyName, Title, Whole
+from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
-
-__all__ = ["Study", "StudyForm"]
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
@@ -47,17 +52,17 @@ class StudyForm(Frozen):
     conditions: Annotated[tuple[Condition, ...], Field(max_length=1)] | None = None
     """At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without `conditions` a
     study with `responses` has none."""
-    specimen: Specimen = Specimen()
+    specimen: SpecimenSection = SpecimenSection()
     """The piece of stem."""
-    blade: Blade = Blade()
+    blade: BladeSection = BladeSection()
     """The rigid blade."""
-    supports: Supports = Supports()
+    supports: SupportsSection = SupportsSection()
     """The two rigid supports."""
-    loading: Loading = Loading()
+    loading: LoadingSection = LoadingSection()
     """How the blade moves."""
-    contact: Contact = Contact()
+    contact: ContactSection = ContactSection()
     """Friction and contact between stem, blade and supports."""
-    material: Material = Material()
+    material: MaterialSection = MaterialSection()
     """Fixed values of the parameters that are no factors, and the length behind failure."""
     solver: Annotated[
         EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver, Field(discriminator="kind")
@@ -199,5 +204,5 @@ class Study(StudyForm):
         wanted = self.invert.conditions
         if wanted is None:
             return (self.calibration_target,) if len(self.invert.responses) > 1 else ()
-        forces = self.targets.means
-        return tuple(t for t in forces if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))
+        means = self.targets.means
+        return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))

@@ -9,10 +9,10 @@ import yaml
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
+from stemcal.files.plain import read_plain
 from stemcal.study.model import Study
 from stemcal.study.reading.read import read_study
-
-__all__ = ["Change", "amended", "rewrite"]
+from stemcal.study.types.strict_yaml import MAX_BYTES
 
 Change = tuple[str, str, str]
 """Section, key, and the value as YAML writes it on one line."""
@@ -29,7 +29,7 @@ def rewrite(path: Path, wanted: Study, changes: Sequence[Change]) -> None:
     by_hand = "; ".join(f"{section}.{key}: {value}" for section, key, value in changes)
     refusal = UsageError(f"{path.name}: its text cannot be changed safely; write by hand {by_hand}")
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_plain(path, MAX_BYTES).decode("utf-8-sig")
         for change in changes:
             text = amended(text, *change)
         made = read_study(text.encode("utf-8"), path)

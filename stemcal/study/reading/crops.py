@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["CROPS", "Crop", "Range"]
-
 
 class Range(NamedTuple):
     """Lower and upper end in MPa, and what was measured by whom."""

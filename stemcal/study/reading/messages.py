@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.study.reading.schema import RESULT_KINDS, SOLVER_KINDS, keys_of, meaning_of, section_with
+from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, keys_of, meaning_of, section_with
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
-
-__all__ = ["finding_of"]
 
 _KINDS = {
     "string_type": ("a text", "put it between quotes"),

@@ -7,8 +7,6 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from pydantic import AliasChoices, BaseModel, TypeAdapter, ValidationError
 
-__all__ = ["partly"]
-
 
 def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     """Return a section without the fields that are wrong or missing; None if nothing of it can be read.

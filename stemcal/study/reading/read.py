@@ -6,28 +6,21 @@ A section that is wrong does not hide what is wrong in another.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_type_hints
-
-from pydantic import TypeAdapter, ValidationError
+from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.naming import FIRST, Naming
-from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, Study, StudyForm
-from stemcal.study.reading.messages import finding_of
-from stemcal.study.reading.partly import partly
-from stemcal.study.reading.schema import RESULT_KINDS, SOLVER_KINDS, section_with
+from stemcal.files.plain import open_plain
+from stemcal.naming import Naming
+from stemcal.study.model import Study
+from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import broken_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
-from stemcal.study.types.named import as_in_spec, naming_of, own_targets
-from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Place, read_yaml
-from stemcal.words import listed, nearest
-
-__all__ = ["load_study", "read_study"]
+from stemcal.study.types.named import as_in_spec
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
 
 
 def load_study(path: str | Path) -> Study:
@@ -63,15 +56,13 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
     ]
     if not document.complete:
         raise SpecError(problems)
-    sections, findings = _sections(document.data, path.absolute().parent)
-    _fit_all_responses(sections, document.data)
-    naming = naming_of(sections.get("responses", ()), sections.get("conditions"))
-    findings += broken_rules(_draft(document.data, sections, naming))
-    findings = [_as_spelled(finding, document.data, naming) for finding in findings]
+    read = read_sections(document.data, path.absolute().parent)
+    findings = [*read.findings, *broken_rules(_draft(document.data, read))]
+    findings = [_as_spelled(finding, document.data, read.naming) for finding in findings]
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
-    study = _study(path, document, sections)
+    study = _study(path, document, read.good)
     study._reread = Reread(content, path, changes)
     return study
 
@@ -99,9 +90,7 @@ def _laid_over(below: object, above: object) -> object:
 
 def _content(path: Path) -> bytes:
     try:
-        if path.is_dir():
-            raise IsADirectoryError(21, "is a folder, not a spec")
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -109,166 +98,12 @@ def _content(path: Path) -> bytes:
         raise SpecError([problem]) from None
 
 
-def _sections(data: Any, folder: Path) -> tuple[dict[str, Any], list[Finding]]:
-    """Validate each section by itself; return what is good of each, and what is wrong."""
-    if not isinstance(data, dict):
-        message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
-        return {}, [Finding((), message, "start from `stemcal init`")]
-    findings = list(_unknown_sections(data))
-    sections: dict[str, Any] = {}
-    context: dict[str, Any] = {"spec": folder}
-    for name, field in StudyForm.model_fields.items():
-        if name in data:
-            _VALIDATE.get(name, _validate)(name, data[name], context, sections, findings)
-        elif field.is_required():
-            findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
-        else:
-            sections[name] = field.get_default()
-        if name == "conditions":  # what follows is written under the names declared by now
-            context["naming"] = naming_of(sections.get("responses", ()), sections.get("conditions"))
-    return sections, findings
-
-
-def _fit_all_responses(sections: dict[str, Any], data: Any) -> None:
-    """Let a study of several responses of its own fit all that are measured, unless the spec chooses."""
-    targets, invert = sections.get("targets"), sections.get("invert")
-    chosen = isinstance(data, dict) and isinstance(data.get("invert"), dict) and "responses" in data["invert"]
-    if not sections.get("responses") or targets is None or invert is None or chosen:
-        return
-    measured = dict.fromkeys(name for target in targets.means for name in target.further)
-    if measured:
-        sections["invert"] = invert.model_copy(update={"responses": (FIRST, *measured)})
-
-
-def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
-    known = tuple(StudyForm.model_fields)
-    for key in data:
-        if key not in known:
-            near, section = nearest(key, known), section_with(key)
-            remedy = f"remove it; the sections are {listed(known)}"
-            if near or section:
-                remedy = f"did you mean {near}?" if near else f"it belongs under {section}"
-            yield Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
-
-
-def _validate(
-    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
-) -> None:
-    if given is None:
-        findings.append(Finding((name,), "is empty", "fill it in or remove it"))
-        return
-    try:
-        sections[name] = _adapter(name).validate_python(given, context=context)
-    except ValidationError as error:
-        findings += _findings(error, (name,))
-        if (rest := partly(_kind_of(name), given, context)) is not None:
-            sections[name] = rest
-
-
-def _validate_targets(
-    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
-) -> None:
-    naming: Naming = context["naming"]
-    if naming.is_cutting or given is None:
-        _validate(name, given, context, sections, findings)
-        return
-    targets, wrong = own_targets(given, naming)
-    findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
-    if targets is not None and not wrong:
-        try:
-            sections[name] = _adapter(name).validate_python(targets, context=context)
-        except ValidationError as error:
-            findings += _findings(error, (name,))
-
-
-def _validate_solver(
-    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
-) -> None:
-    """A program's ``result`` may be a mapping of readers by response."""
-    result = given.get("result") if isinstance(given, dict) else None
-    if (
-        isinstance(result, dict)
-        and result
-        and "kind" not in result
-        and all(isinstance(r, dict) for r in result.values())
-    ):
-        given = {**{key: value for key, value in given.items() if key != "result"}, "results": result}
-    _validate(name, given, context, sections, findings)
-
-
-def _validate_factors(
-    name: str, given: Any, context: dict[str, Any], sections: dict[str, Any], findings: list[Finding]
-) -> None:
-    if isinstance(given, list) and len(given) > MOST_FACTORS:
-        remedy = "screen those that may matter, and give the others under material"
-        findings.append(Finding((name,), f"there are {len(given)} factors, at most {MOST_FACTORS} can be", remedy))
-        return
-    if not isinstance(given, list) or not given:
-        _validate(name, given, context, sections, findings)
-        return
-    good: dict[int, Factor] = {}
-    for index, entry in enumerate(given):
-        try:
-            good[index] = _factor_adapter().validate_python(_with_defaults(entry, index), context=context)
-        except ValidationError as error:
-            findings += _findings(error, (name, index))
-    sections[name] = good
-
-
-_VALIDATE = {
-    "factors": _validate_factors,
-    "targets": _validate_targets,
-    "solver": _validate_solver,
-}
-
-
-def _with_defaults(entry: Any, index: int) -> Any:
-    if not isinstance(entry, dict):
-        return entry
-    label = str(entry.get("name", "")).replace("_", " ")[:80] or "factor"
-    return {"symbol": f"X{index + 1}", "label": label, **entry}
-
-
-@functools.cache
-def _adapter(section: str) -> TypeAdapter[Any]:
-    return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
-
-
-def _kind_of(section: str) -> Any:
-    """Return the type of a section; of a solver that of the embedded one, the only one that rules look into."""
-    return EmbeddedSolver if section == "solver" else get_type_hints(StudyForm)[section]
-
-
-@functools.cache
-def _factor_adapter() -> TypeAdapter[Factor]:
-    return TypeAdapter(Factor)
-
-
-def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
-    found = []
-    for entry in error.errors(include_url=False):
-        if entry["type"] == "too_short" and entry["input"]:
-            continue  # its wrong entries are reported; pydantic does not count them
-        shown = (*section, *entry["loc"])
-        is_tagged = section == ("solver",) and len(shown) > 1 and shown[1] in SOLVER_KINDS
-        path = ("solver", *_without_kind(shown[2:])) if is_tagged else shown
-        found.append(finding_of(entry, path, shown))
-    return found
-
-
-def _without_kind(path: NodePath) -> NodePath:
-    """Return a path below a solver without the kind of its result, which pydantic puts in and YAML has not."""
-    if path[:1] == ("results",) and len(path) > 2 and path[2] in RESULT_KINDS:
-        return (*path[:2], *path[3:])
-    return (path[0], *path[2:]) if len(path) > 1 and path[0] == "result" and path[1] in RESULT_KINDS else path
-
-
-def _draft(data: Any, sections: dict[str, Any], naming: Naming) -> Draft:
+def _draft(data: Any, sections: Sections) -> Draft:
     entries = data.get("factors") if isinstance(data, dict) else None
     entries = entries if isinstance(entries, list) else []
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
-    known = {key: value for key, value in sections.items() if key in Draft.__dataclass_fields__}
-    return Draft(**{**known, "names": names, "naming": naming})
+    known = {key: value for key, value in sections.good.items() if key in Draft.__dataclass_fields__}
+    return Draft(**{**known, "names": names, "naming": sections.naming})
 
 
 def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
@@ -291,13 +126,13 @@ def _without_echo(path: Path, document: Document, findings: list[Finding], spoil
             yield problem
 
 
-def _place(document: Document, finding: Finding) -> Place:
+def _place(document: Document, finding: Finding) -> Position:
     if finding.at_key and finding.path in document.keys:
         return document.keys[finding.path]
     return document.place(finding.path)
 
 
-def _problem(path: Path, document: Document, place: Place, finding: Finding) -> SpecProblem:
+def _problem(path: Path, document: Document, place: Position, finding: Finding) -> SpecProblem:
     shown = _shown(finding.path, document.data)
     return SpecProblem(str(path), place.line, place.column, shown, finding.message, finding.remedy)
 

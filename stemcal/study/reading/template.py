@@ -11,12 +11,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
 from stemcal.study.reading.crops import CROPS, Crop, Range
-from stemcal.study.reading.schema import choices_of, keys_of, meaning_of
-from stemcal.study.types.fields import StudyName
+from stemcal.study.reading.json_schema import choices_of, keys_of, meaning_of
+from stemcal.study.types.field_types import StudyName
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean
-
-__all__ = ["study_name", "template"]
 
 
 def template(name: str = "my-study", crop: str | None = None) -> str:

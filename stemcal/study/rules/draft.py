@@ -7,17 +7,17 @@ from typing import NamedTuple
 
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study.model import (
-    Blade,
+    BladeSection,
     ClimbOptions,
     CommandSolver,
     Condition,
-    Contact,
+    ContactSection,
     DeckSolver,
     EmbeddedSolver,
     Factor,
     InvertOptions,
     LsDynaSolver,
-    Material,
+    MaterialSection,
     MeshOptions,
     OpenRadiossSolver,
     Published,
@@ -25,14 +25,13 @@ from stemcal.study.model import (
     Response,
     RsmOptions,
     ScreenOptions,
-    Specimen,
-    Supports,
+    SpecimenSection,
+    SupportsSection,
     TableSolver,
     Targets,
 )
 from stemcal.study.types.strict_yaml import NodePath
-
-__all__ = ["Draft", "Finding"]
+from stemcal.words import did_you_mean
 
 
 class Finding(NamedTuple):
@@ -56,11 +55,11 @@ class Draft:
     naming: Naming = CUTTING
     responses: tuple[Response, ...] | None = None
     conditions: tuple[Condition, ...] | None = None
-    specimen: Specimen | None = None
-    blade: Blade | None = None
-    supports: Supports | None = None
-    contact: Contact | None = None
-    material: Material | None = None
+    specimen: SpecimenSection | None = None
+    blade: BladeSection | None = None
+    supports: SupportsSection | None = None
+    contact: ContactSection | None = None
+    material: MaterialSection | None = None
     solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
@@ -95,3 +94,8 @@ class Draft:
             for index, target in enumerate(self.targets.means):
                 found["targets", "forces", index, "diameter"] = target.condition
         return found
+
+    def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
+        """Return that no factor is called so."""
+        message = f"{name[:60]!r} is not a factor of this study"
+        return Finding(path, message, did_you_mean(name, self.names), at_key)

@@ -17,7 +17,7 @@ from stemcal.study.model import (
 )
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types import units
-from stemcal.study.types.fields import MOST
+from stemcal.study.types.field_types import MOST
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean, nearest
 

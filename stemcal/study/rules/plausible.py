@@ -13,8 +13,6 @@ from stemcal.study.types import units
 from stemcal.study.types.lengths import Length
 from stemcal.study.types.strict_yaml import NodePath
 
-__all__ = ["doubts"]
-
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("specimen", "outer_diameter"): (1, 100, "mm"),
     ("specimen", "length"): (5, 1000, "mm"),

@@ -9,9 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, InstanceOf, PlainSerializer, TypeAdapter, WithJsonSchema
 from pydantic_core import core_schema
 
-from stemcal.study.types.fields import Quantity, complain
-
-__all__ = ["Length", "StemLength", "StemLengthOrZero"]
+from stemcal.study.types.field_types import Quantity, complain
 
 _SHARE = re.compile(r"d\s*/\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)", re.ASCII)
 _SHARE_IN_SCHEMA = r"d */ *([0-9]+(\.[0-9]*)?|\.[0-9]+)"

@@ -14,19 +14,8 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
 from stemcal.study.types import units
-from stemcal.study.types.fields import MOST, Quantity, complain
+from stemcal.study.types.field_types import MOST, Quantity, complain
 from stemcal.study.types.placeholders import CHANCE
-
-__all__ = [
-    "OwnCondition",
-    "OwnResponse",
-    "as_in_spec",
-    "declared_once",
-    "naming_of",
-    "own_targets",
-    "quantity",
-    "responses_by_name",
-]
 
 Wrong = tuple[tuple[str | int, ...], str, str]
 """Where something is wrong below a section, the message and the remedy."""

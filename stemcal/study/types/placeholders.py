@@ -6,24 +6,18 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from stemcal.errors import UsageError
-
-__all__ = ["CHANCE", "DIAMETER", "MAX_BYTES", "REPLICATE", "SEED", "fill", "number", "placeholders", "template_bytes"]
+from stemcal.files.plain import MIB, read_plain
 
 DIAMETER = "diameter"
 SEED, REPLICATE = CHANCE = ("seed", "replicate")
-MAX_BYTES = 50_000_000
+MAX_BYTES = 50 * MIB
 
 _PLACEHOLDER = re.compile(rb"\{\{([^{}\r\n]{0,200})\}\}")
 
 
 def template_bytes(path: Path) -> bytes:
-    """Return the content of a template; raise `OSError` or, if it is too large, `UsageError`."""
-    with path.open("rb") as file:
-        content = file.read(MAX_BYTES + 1)
-    if len(content) > MAX_BYTES:
-        raise UsageError(f"{path.name} is larger than {MAX_BYTES // 1_000_000} MB")
-    return content
+    """Return the content of a template; raise `OSError` if it is no plain file, or too large."""
+    return read_plain(path, MAX_BYTES)
 
 
 def placeholders(content: bytes) -> Iterator[tuple[int, str]]:

@@ -21,8 +21,6 @@ import yaml
 
 from stemcal.files.decoding import decode
 
-__all__ = ["MAX_BYTES", "Document", "NodePath", "Place", "YamlProblem", "read_yaml", "resolve"]
-
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
 MAX_EVENTS = 50_000
@@ -43,7 +41,7 @@ NodePath = tuple[str | int, ...]
 """The way from the top to a node: keys and list indices."""
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """Where something stands in the file, both from 1."""
 
     line: int
@@ -53,7 +51,7 @@ class Place(NamedTuple):
 class YamlProblem(NamedTuple):
     """What the reader refuses."""
 
-    place: Place
+    place: Position
     path: NodePath
     message: str
     remedy: str
@@ -67,12 +65,12 @@ class Document:
     """
 
     data: Any = None
-    keys: dict[NodePath, Place] = field(default_factory=dict)
-    values: dict[NodePath, Place] = field(default_factory=dict)
+    keys: dict[NodePath, Position] = field(default_factory=dict)
+    values: dict[NodePath, Position] = field(default_factory=dict)
     problems: list[YamlProblem] = field(default_factory=list)
     complete: bool = False
 
-    def place(self, path: NodePath) -> Place:
+    def place(self, path: NodePath) -> Position:
         """Return where `path` is: its value, its key if it holds more keys, or else the nearest above."""
         if path in self.values:
             return self.values[path]
@@ -80,7 +78,7 @@ class Document:
             found = self.keys.get(path[:end]) or self.values.get(path[:end])
             if found:
                 return found
-        return self.values.get((), Place(1, 1))
+        return self.values.get((), Position(1, 1))
 
 
 def read_yaml(content: bytes) -> Document:
@@ -105,7 +103,7 @@ def read_yaml(content: bytes) -> Document:
 
 
 def _unread(message: str, remedy: str) -> Document:
-    return Document(problems=[YamlProblem(Place(1, 1), (), message, remedy)])
+    return Document(problems=[YamlProblem(Position(1, 1), (), message, remedy)])
 
 
 def _feed(builder: _Builder, text: str) -> None:
@@ -140,7 +138,7 @@ class _Builder:
 
     def __init__(self) -> None:
         self.document = Document()
-        self.here = Place(1, 1)
+        self.here = Position(1, 1)
         self._stack: list[_Open] = []
         self._documents = 0
         self._takers: dict[type[yaml.Event], Callable[[Any], None]] = {
@@ -159,7 +157,7 @@ class _Builder:
         if taker is not None:
             taker(event)
 
-    def note(self, place: Place, message: str, remedy: str) -> None:
+    def note(self, place: Position, message: str, remedy: str) -> None:
         """Note a problem at the node being read."""
         self.document.problems.append(YamlProblem(place, self._path(), message, remedy))
 
@@ -282,13 +280,13 @@ def resolve(text: str) -> str | int | float | bool | None:
     return text
 
 
-def _place(mark: Any) -> Place:
-    return Place(mark.line + 1, mark.column + 1) if mark is not None else Place(1, 1)
+def _place(mark: Any) -> Position:
+    return Position(mark.line + 1, mark.column + 1) if mark is not None else Position(1, 1)
 
 
-def _place_of(text: str, position: int) -> Place:
+def _place_of(text: str, position: int) -> Position:
     before = text[:position]
-    return Place(before.count("\n") + 1, position - before.rfind("\n"))
+    return Position(before.count("\n") + 1, position - before.rfind("\n"))
 
 
 def _unreadable(error: yaml.reader.ReaderError) -> tuple[str, str]:

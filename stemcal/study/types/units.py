@@ -18,8 +18,6 @@ from typing import NamedTuple
 
 from stemcal.errors import UsageError
 
-__all__ = ["INTERNAL", "Unit", "UnitError", "convert", "from_internal", "parse", "parse_unit", "units_of"]
-
 
 class UnitError(UsageError):
     """A text that is no quantity, with the remedy apart so that a report can show it."""
@@ -38,67 +36,26 @@ class Unit(NamedTuple):
     name: str
     dimension: str
     numerator: float
-    denominator: float = 1.0
+    denominator: float
 
 
-INTERNAL = {
-    "length": "mm",
-    "mass": "t",
-    "time": "s",
-    "force": "N",
-    "stress": "MPa",
-    "density": "t/mm3",
-    "speed": "mm/s",
-    "angle": "deg",
-    "energy": "mJ",
-    "rate": "1/s",
-    "decay": "s/mm",
-    "dimensionless": "1",
+# By dimension, the internal unit first: numerator and denominator of each.
+_TABLE: dict[str, dict[str, tuple[float, float]]] = {
+    "length": {"mm": (1, 1), "um": (1, 1000), "cm": (10, 1), "m": (1000, 1), "in": (25.4, 1)},
+    "mass": {"t": (1, 1), "kg": (1, 1000), "g": (1, 1e6)},
+    "time": {"s": (1, 1), "ms": (1, 1000), "us": (1, 1e6), "min": (60, 1), "h": (3600, 1)},
+    "force": {"N": (1, 1), "mN": (1, 1000), "kN": (1000, 1), "kgf": (9.80665, 1)},
+    "stress": {"MPa": (1, 1), "Pa": (1, 1e6), "kPa": (1, 1000), "GPa": (1000, 1), "N/mm2": (1, 1)},
+    "density": {"t/mm3": (1, 1), "kg/m3": (1, 1e12), "g/cm3": (1, 1e9)},
+    "speed": {"mm/s": (1, 1), "mm/min": (1, 60), "cm/s": (10, 1), "m/s": (1000, 1), "m/min": (1000, 60)},
+    "angle": {"deg": (1, 1), "rad": (180, math.pi)},
+    "energy": {"mJ": (1, 1), "J": (1000, 1)},
+    "rate": {"1/s": (1, 1), "1/ms": (1000, 1), "1/min": (1, 60)},
+    "decay": {"s/mm": (1, 1), "s/m": (1, 1000)},
+    "dimensionless": {"1": (1, 1), "%": (1, 100)},
 }
-
-_UNITS = (
-    Unit("mm", "length", 1),
-    Unit("um", "length", 1, 1000),
-    Unit("cm", "length", 10),
-    Unit("m", "length", 1000),
-    Unit("in", "length", 25.4),
-    Unit("t", "mass", 1),
-    Unit("kg", "mass", 1, 1000),
-    Unit("g", "mass", 1, 1e6),
-    Unit("s", "time", 1),
-    Unit("ms", "time", 1, 1000),
-    Unit("us", "time", 1, 1e6),
-    Unit("min", "time", 60),
-    Unit("h", "time", 3600),
-    Unit("N", "force", 1),
-    Unit("mN", "force", 1, 1000),
-    Unit("kN", "force", 1000),
-    Unit("kgf", "force", 9.80665),
-    Unit("MPa", "stress", 1),
-    Unit("Pa", "stress", 1, 1e6),
-    Unit("kPa", "stress", 1, 1000),
-    Unit("GPa", "stress", 1000),
-    Unit("N/mm2", "stress", 1),
-    Unit("t/mm3", "density", 1),
-    Unit("kg/m3", "density", 1, 1e12),
-    Unit("g/cm3", "density", 1, 1e9),
-    Unit("mm/s", "speed", 1),
-    Unit("mm/min", "speed", 1, 60),
-    Unit("cm/s", "speed", 10),
-    Unit("m/s", "speed", 1000),
-    Unit("m/min", "speed", 1000, 60),
-    Unit("deg", "angle", 1),
-    Unit("rad", "angle", 180, math.pi),
-    Unit("mJ", "energy", 1),
-    Unit("J", "energy", 1000),
-    Unit("1/s", "rate", 1),
-    Unit("1/ms", "rate", 1000),
-    Unit("1/min", "rate", 1, 60),
-    Unit("s/mm", "decay", 1),
-    Unit("s/m", "decay", 1, 1000),
-    Unit("1", "dimensionless", 1),
-    Unit("%", "dimensionless", 1, 100),
-)
+INTERNAL = {dimension: next(iter(units)) for dimension, units in _TABLE.items()}
+_UNITS = [Unit(name, dimension, *factors) for dimension, units in _TABLE.items() for name, factors in units.items()]
 _BY_NAME = {unit.name: unit for unit in _UNITS}
 _ALIASES = {
     "tonne": "t",

@@ -35,8 +35,8 @@ def misfit(measured: Array, sd: float | None, n: int = 6, fitted: list[Surface] 
     fitted = fitted or surfaces()
     return misfit_of(
         [
-            Observation(f"{d:g} mm", surface, float(y), None if sd is None else sd * float(y), n)
-            for d, surface, y in zip(DIAMETERS, fitted, measured, strict=True)
+            Observation(surface, float(y), None if sd is None else sd * float(y), n)
+            for surface, y in zip(fitted, measured, strict=True)
         ]
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import f as f_distribution
 
-from stemcal.doe.calibration.joint import fit_jointly
+from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.misfit import Observation, misfit_of
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.region import Region
@@ -71,7 +71,7 @@ def weights_by_hand(found, sd, n):
 def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
     n, found = (6, None, 6, 4), list(responses(1))
     observations = [
-        Observation(kind, fit_surface(design, y, ["a", "b"]), measured, s, count, kind)
+        Observation(fit_surface(design, y, ["a", "b"]), measured, s, count, kind)
         for (kind, measured, design, y, *_), s, count in zip(found, sd, n, strict=True)
     ]
     misfit, region = misfit_of(observations), Region(np.full(2, -REACH), np.full(2, REACH), radius)

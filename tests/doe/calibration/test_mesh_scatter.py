@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.doe.calibration.mesh import MeshScatter, scatter_of, size_factors
+from stemcal.doe.calibration.mesh_scatter import MeshScatter, scatter_of, size_factors
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises
@@ -62,9 +62,7 @@ def joint() -> Misfit:
         for d in (7.0, 8.0, 9.0)
     ]
     measured = [118.0, 152.0, 190.0]
-    return misfit_of(
-        [Observation(f"{i}", s, f, 0.03 * f, 6) for i, (s, f) in enumerate(zip(surfaces, measured, strict=True))]
-    )
+    return misfit_of([Observation(s, f, 0.03 * f, 6) for s, f in zip(surfaces, measured, strict=True)])
 
 
 MESH = MeshScatter(1e-4, 20.0, 4e-4, 5.0, 1.0, 6)
@@ -89,8 +87,9 @@ def with_travel() -> Misfit:
     ]
     travels = [fit_surface(coded, u * (1.0 + 0.2 * coded[:, 1]), ["a", "b"]) for u in (1.0, 1.2)]
     observations = [
-        Observation(f"{i}", surface, 1.03 * surface.beta[0], 0.03 * surface.beta[0], 6, kind)
-        for i, (surface, kind) in enumerate([(s, k) for k, of in ((FIRST, forces), ("travel", travels)) for s in of])
+        Observation(surface, 1.03 * surface.beta[0], 0.03 * surface.beta[0], 6, kind)
+        for kind, of in ((FIRST, forces), ("travel", travels))
+        for surface in of
     ]
     return misfit_of(observations)
 
@@ -151,7 +150,7 @@ def test_a_posterior_of_one_source_is_students() -> None:
     """Nothing but the mesh is uncertain: the mean over the draws of its variance is Student's t in closed form."""
     coded = central_composite(1, 3, "rotatable")
     surface = fit_surface(coded, 100.0 + 5.0 * coded[:, 0] + coded[:, 0] ** 2, ["a"])
-    misfit = misfit_of([Observation("8 mm", surface, 101.0)]).with_mesh(MeshScatter(4e-4, 4.0, 0.0, 4.0, 1.0, 5), 0.0)
+    misfit = misfit_of([Observation(surface, 101.0)]).with_mesh(MeshScatter(4e-4, 4.0, 0.0, 4.0, 1.0, 5), 0.0)
     points = np.array([[0.2], [0.6], [1.0]])
     found = log_posterior(misfit, Region(np.array([-1.5]), np.array([1.5]), None), points)
     student = stats.t.logpdf(101.0 - misfit.predict(points)[:, 0], 4, scale=2.02)
@@ -159,7 +158,7 @@ def test_a_posterior_of_one_source_is_students() -> None:
 
 
 def test_a_scatter_told_by_the_misfit_gets_the_common_part_alone() -> None:
-    observations = [Observation(o.label, o.surface, o.measured) for o in joint().observations]
+    observations = [Observation(o.surface, o.measured) for o in joint().observations]
     misfit = misfit_of(observations)
     assert misfit.scatter == "misfit"
     meshed = misfit.with_mesh(MESH, 3e-4)

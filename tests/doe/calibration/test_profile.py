@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic import DIAMETERS, exact, region, surfaces
+from synthetic import exact, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.profile import holds, profiles_of
@@ -23,7 +23,7 @@ def line(a: float, b: float) -> Surface:
 
 def test_straight_lines_give_the_textbook_interval() -> None:
     """ŷ₁ = 100 + 20a, ŷ₂ = 100 + 10b with sd 2 and 3: a = ±1.96·2/20, b = ±1.96·3/10 about the middle."""
-    data = misfit_of([Observation("1", line(20, 0), 110.0, 2.0, 1), Observation("2", line(0, 10), 105.0, 3.0, 1)])
+    data = misfit_of([Observation(line(20, 0), 110.0, 2.0, 1), Observation(line(0, 10), 105.0, 3.0, 1)])
     a, b = profiles_of(data, BOX, best_fit(data, BOX))
     assert (a.low, a.high) == pytest.approx((0.5 - 0.196, 0.5 + 0.196), abs=1e-4)
     assert (b.low, b.high) == pytest.approx((0.5 - 0.588, 0.5 + 0.588), abs=1e-4)
@@ -38,7 +38,7 @@ def test_unknown_scale_gives_the_t_interval_of_regression() -> None:
     """
     measured = [100.0, 102.0, 104.0, 106.0]
     lines = [line(10, 0), line(10, 0), line(10, 0), line(10, 0)]
-    data = misfit_of([Observation(str(i), s, y) for i, (s, y) in enumerate(zip(lines, measured, strict=True))])
+    data = misfit_of([Observation(s, y) for s, y in zip(lines, measured, strict=True)])
     assert data.scatter == "misfit"
     (a, b) = profiles_of(data, BOX, best_fit(data, BOX))
     # weights 1/y²; exact weighted line through the origin of 100/y − 1 + (10/y)·a
@@ -51,7 +51,7 @@ def test_unknown_scale_gives_the_t_interval_of_regression() -> None:
 
 
 def test_one_force_leaves_the_other_factor_free() -> None:
-    data = misfit_of([Observation("8 mm", line(20, 2), 110.0, 1.0, 1)])
+    data = misfit_of([Observation(line(20, 2), 110.0, 1.0, 1)])
     a, b = profiles_of(data, BOX, best_fit(data, BOX))
     assert b.free and not a.free
     assert (a.low, a.high) == pytest.approx((0.3 - 0.098, 0.7 + 0.098), abs=1e-4)  # b from −2 to 2 moves a by ∓0.2
@@ -59,12 +59,12 @@ def test_one_force_leaves_the_other_factor_free() -> None:
 
 def test_sphere_and_single_factor() -> None:
     ball = Region(np.full(2, -2.0), np.full(2, 2.0), 0.6)
-    data = misfit_of([Observation("8 mm", line(20, 2), 110.0, 1.0, 1)])
+    data = misfit_of([Observation(line(20, 2), 110.0, 1.0, 1)])
     a, b = profiles_of(data, ball, best_fit(data, ball))
     assert a.high == pytest.approx(0.5988, abs=2e-3) and -0.6 <= b.low < b.high <= 0.6
     coded = np.array([[-1.0], [-0.5], [0.0], [0.5], [1.0]])
     single = fit_surface(coded, 100.0 + 10.0 * coded[:, 0], ["a"])
-    one = misfit_of([Observation("8 mm", single, 105.0, 1.0, 1)])
+    one = misfit_of([Observation(single, 105.0, 1.0, 1)])
     box = Region(np.array([-1.0]), np.array([1.0]), None)
     (profile,) = profiles_of(one, box, best_fit(one, box))
     assert (profile.low, profile.high) == pytest.approx((0.304, 0.696), abs=1e-4)
@@ -75,7 +75,7 @@ def test_few_specimens_give_the_t_interval() -> None:
 
     a = 0.5 ± 2.776·√(10/3/2)/20, and b = 0 with D = 0: the misfit says nothing against it.
     """
-    data = misfit_of([Observation("1", line(20, 0), 110.0, 2.0, 3), Observation("2", line(20, 0), 110.0, 4.0, 3)])
+    data = misfit_of([Observation(line(20, 0), 110.0, 2.0, 3), Observation(line(20, 0), 110.0, 4.0, 3)])
     assert data.scale_df == pytest.approx(4.0, rel=1e-6)
     a, _ = profiles_of(data, BOX, best_fit(data, BOX))
     assert (a.low, a.high) == pytest.approx((0.5 - 0.17918, 0.5 + 0.17918), abs=1e-4)
@@ -85,7 +85,7 @@ def test_few_specimens_give_the_t_interval() -> None:
 
 def test_a_value_without_sd_beside_others_takes_theirs() -> None:
     """cv 0.02 of five specimens: 4 df; the other mean of 220 has (4.4)²/2."""
-    data = misfit_of([Observation("1", line(20, 0), 110.0, 2.2, 5), Observation("2", line(10, 5), 220.0, None, 2)])
+    data = misfit_of([Observation(line(20, 0), 110.0, 2.2, 5), Observation(line(10, 5), 220.0, None, 2)])
     assert data.variance == pytest.approx([2.2**2 / 5, 4.4**2 / 2]) and data.scale_df == pytest.approx(4.0, rel=1e-6)
 
 
@@ -98,7 +98,7 @@ def test_coverage_of_profile_intervals(n: int) -> None:
     held = np.zeros(2)
     for _ in range(400):
         broken = middle[:, None] * (1.0 + sd * rng.standard_normal((5, n)))
-        told = zip(DIAMETERS, fitted, broken.mean(axis=1), broken.std(axis=1, ddof=1), strict=True)
-        data = misfit_of([Observation(f"{d:g} mm", surface, m, s, n) for d, surface, m, s in told])
+        told = zip(fitted, broken.mean(axis=1), broken.std(axis=1, ddof=1), strict=True)
+        data = misfit_of([Observation(surface, m, s, n) for surface, m, s in told])
         held += holds(data, region(), TRUTH)
     assert np.all((held / 400 >= 0.93) & (held / 400 <= 0.97)), held / 400

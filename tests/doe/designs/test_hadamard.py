@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stemcal.doe.designs.aliases import alias_matrix, describe_aliases
 from stemcal.doe.designs.catalogue import plackett_burman, screening_runs
-from stemcal.doe.designs.definitive import definitive_screening
+from stemcal.doe.designs.definitive_screening import definitive_screening
 from stemcal.doe.designs.galois import jacobsthal, prime_power
 from stemcal.doe.designs.hadamard import conference, hadamard
 from stemcal.errors import UsageError

@@ -5,7 +5,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.augment import d_optimal_runs
+from stemcal.doe.designs.d_optimal import d_optimal_runs
 from stemcal.doe.designs.i_optimal import HalfSpace, i_optimal, inside, mean_variance, moments
 from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import UsageError

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stemcal.doe.designs.aliases import describe_aliases
-from stemcal.doe.designs.augment import d_optimal_runs, fold_over, rows_missing
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import (
     SURFACES,
@@ -17,6 +16,7 @@ from stemcal.doe.designs.catalogue import (
     surface_runs,
 )
 from stemcal.doe.designs.composite import axial_distance, blocked_composite, central_composite
+from stemcal.doe.designs.d_optimal import d_optimal_runs, fold_over, rows_missing
 from stemcal.doe.designs.factorial import fraction
 from stemcal.doe.designs.power import RATIOS, judge_design, power
 from stemcal.doe.designs.space_filling import latin_hypercube, sobol

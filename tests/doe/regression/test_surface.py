@@ -8,11 +8,12 @@ from statsmodels.regression.linear_model import OLS, WLS
 from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
 from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, surface_runs
-from stemcal.doe.regression.surface import DETERMINISTIC, fit_surface
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.surface_notes import CopiesOnly, NothingRepeated, SaturatedSurface, VerdictOnOneRun
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 
 TERMS = ["Intercept", "a", "b", "c", "a:b", "a:c", "b:c", "I(a ** 2)", "I(b ** 2)", "I(c ** 2)"]
 
@@ -93,7 +94,8 @@ def test_influence_of_one_centre_run(ccd):
     third = ccd.runs_diagnostics[2]
     assert (third.run, third.response) == (3, 112.0)
     assert third.lack_of_fit_p_without == pytest.approx(0.017, abs=5e-4)
-    assert any("Without run 3 (112)" in note for note in ccd.notes)
+    (said,) = (note for note in ccd.notes if isinstance(note, VerdictOnOneRun))
+    assert (said.run, said.value) == (3, 112.0) and said.without == third.lack_of_fit_p_without
 
 
 def test_diagnostics_agree_with_statsmodels(ccd, ccd_runs):
@@ -214,8 +216,7 @@ def test_a_deterministic_solver_has_no_lack_of_fit_test(ccd_runs, coding):
     surface = fit_surface(ccd_runs.coded, force, coding.names)
     rows = {row.source: row for row in surface.anova}
     assert not surface.lack_of_fit_testable
-    assert any(DETERMINISTIC in note for note in surface.notes)
-    assert any("add no information" in note for note in surface.notes)
+    assert CopiesOnly(5, 10) in surface.notes
     assert rows["Lack of fit"].f is None
     assert (rows["Pure error"].sum_of_squares, rows["Pure error"].df) == (0.0, 5)
     assert rows["Lack of fit"].sum_of_squares == pytest.approx(rows["Residual"].sum_of_squares)
@@ -228,7 +229,7 @@ def test_no_replicates_no_lack_of_fit_test():
     force = np.random.default_rng(5).normal(100.0, 5.0, len(design))
     surface = fit_surface(design, force, ["a", "b"])
     assert not surface.lack_of_fit_testable
-    assert any("no design point is repeated" in note for note in surface.notes)
+    assert NothingRepeated() in surface.notes
 
 
 def test_a_saturated_fit_has_no_error_and_no_nan():
@@ -240,7 +241,7 @@ def test_a_saturated_fit_has_no_error_and_no_nan():
     assert surface.adjusted_r2 is surface.press is surface.adequate_precision is None
     assert all(c.standard_error is None for c in surface.coefficients)
     assert np.all(np.isnan(surface.mean_interval(design)))
-    assert any("knows no error" in note for note in surface.notes)
+    assert SaturatedSurface() in surface.notes
 
 
 def test_a_flat_response(ccd_runs, coding):

@@ -9,6 +9,12 @@ from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, sur
 from stemcal.doe.regression.estimable import largest_inflation
 from stemcal.doe.regression.reduction import reduce_surface
 from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.surface_notes import (
+    RepeatedOverMeshes,
+    ScatterOverMeshes,
+    SurfaceRunsFailed,
+    TermsDropped,
+)
 from stemcal.doe.regression.terms import term_columns
 from stemcal.doe.regression.within import Within, moderated_weights
 from stemcal.errors import RunsFailed, UsageError
@@ -41,7 +47,7 @@ def test_lack_of_fit_is_that_of_the_single_values(curve: float) -> None:
     assert rows["Pure error"].df == 27 == single_rows["Pure error"].df
     assert 4.0 * rows["Pure error"].sum_of_squares == pytest.approx(single_rows["Pure error"].sum_of_squares)
     assert by_means.lack_of_fit_testable and (rows["Lack of fit"].p < 0.05) == (curve > 0.0)
-    assert any("27 df" in note and "mesh phases" in note for note in by_means.notes)
+    assert any(isinstance(note, ScatterOverMeshes) and note.df == 27 for note in by_means.notes)
 
 
 @pytest.mark.parametrize("curve", [0.0, 3.0])
@@ -61,7 +67,8 @@ def test_what_the_places_share_is_taken_out(curve: float) -> None:
     row = {r.source: r for r in surface.anova}["Lack of fit"]
     assert (row.f, row.p) == pytest.approx((theirs.loc[1, "F"], theirs.loc[1, "Pr(>F)"]), rel=1e-8)
     assert {r.source: r for r in surface.anova}["Pure error"].df == 24
-    assert any("shifts the whole surface" in note for note in surface.notes)
+    (said,) = (note for note in surface.notes if isinstance(note, ScatterOverMeshes))
+    assert said.common is not None and 3.0 < said.common < 9.0  # of −6, −2, 2, 6: 5.2
 
 
 def test_repeated_runs_of_a_deterministic_solver_count_once() -> None:
@@ -76,7 +83,7 @@ def test_repeated_runs_of_a_deterministic_solver_count_once() -> None:
     surface = fit_surface(design, values.mean(axis=1), ["a", "b"], within=within)
     rows = {row.source: row for row in surface.anova}
     assert rows["Pure error"].df == 27 and rows["Lack of fit"].df == 3 and rows["Residual"].df == 7
-    assert any("4 repeated runs add no information" in note for note in surface.notes)
+    assert RepeatedOverMeshes(4, 7) in surface.notes
     design = np.clip(design, -1.0, 1.0)
     surface = fit_surface(design, values.mean(axis=1), ["a", "b"], within=within)
     once = fit_surface(design[:9], values[:9].mean(axis=1), ["a", "b"], within=within.at(np.arange(9)))
@@ -130,7 +137,7 @@ def test_terms_that_failed_runs_made_inestimable_are_left_out() -> None:
     assert surface.terms == ("1", "a", "b", "a:b") and surface.terms_dropped == ("a^2", "b^2")
     assert [c.value for c in surface.coefficients] == pytest.approx([c.value for c in other.coefficients])
     assert surface.df == 1 and surface.terms_dropped == ("a^2", "b^2")
-    assert any("cannot estimate a^2, b^2: these terms are left out" in note for note in surface.notes)
+    assert TermsDropped(("a^2", "b^2")) in surface.notes
 
 
 def test_a_linear_term_is_never_left_out() -> None:
@@ -168,7 +175,8 @@ def test_lost_orthogonality_is_stated_beside_the_planned() -> None:
     surface = fit_surface(DESIGN, y, ["a", "b"])
     now = max(c.vif for c in surface.coefficients[1:])
     assert now > planned + 0.04
-    assert any(f"{now:.2f}, as planned {planned:.2f}" in note for note in surface.notes)
+    (said,) = (note for note in surface.notes if isinstance(note, SurfaceRunsFailed))
+    assert (said.failed, said.inflation, said.planned) == (1, now, pytest.approx(planned))
 
 
 # ---- blocks and additions to a design

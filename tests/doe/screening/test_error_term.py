@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.screening.analysis import analyse_screening
-from stemcal.doe.screening.effects import Conclusion
+from stemcal.doe.screening.effect_sizes import Conclusion
 from stemcal.doe.screening.notes import PooledError, ReplicateError
 from stemcal.errors import UsageError
 

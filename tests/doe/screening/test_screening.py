@@ -27,7 +27,7 @@ from stemcal.doe.screening.notes import (
 )
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
-from stemcal.stages.audit.printed import agrees
+from stemcal.stages.printed_numbers import agrees
 
 NAMES = [f"X{i}" for i in range(1, 10)]
 FIELDS = {"effect": "effect", "contribution_pct": "contribution_percent", "sum_of_squares": "sum_of_squares"}

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from stemcal.errors import SpecError
-from stemcal.study.model import PARAMETERS, Blade, EmbeddedSolver, Study, StudyForm, TableSolver
+from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, Study, StudyForm, TableSolver
 from stemcal.study.reading import load_study, read_study
 from stemcal.study.types.lengths import Length
 
@@ -153,9 +153,9 @@ def test_shipped_specs_raise_no_doubts() -> None:
 
 def test_lengths_are_millimetres_or_shares_of_the_diameter() -> None:
     assert Length(divisor=8.0).at(11.0) == 1.375 and Length(0.5).at(11.0) == 0.5
-    blade = Blade.model_validate({"edge_spread": "d / 8"})
+    blade = BladeSection.model_validate({"edge_spread": "d / 8"})
     assert blade.edge_spread == Length(divisor=8.0) and blade.model_dump()["edge_spread"] == "d/8"
-    assert Blade(edge_spread="400 um").edge_spread == Length(0.4)  # type: ignore[arg-type]
+    assert BladeSection(edge_spread="400 um").edge_spread == Length(0.4)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("given", ["d/0", "d/-8", "d/1e9", "8/d", "d", "0.5", "-1 mm", "d/8 mm"])

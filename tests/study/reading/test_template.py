@@ -8,7 +8,7 @@ import pytest
 from stemcal.errors import UsageError
 from stemcal.study.model import PARAMETERS
 from stemcal.study.reading import read_study
-from stemcal.study.reading.schema import meaning_of
+from stemcal.study.reading.json_schema import meaning_of
 from stemcal.study.reading.template import template
 
 

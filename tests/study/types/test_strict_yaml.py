@@ -5,7 +5,7 @@ import time
 import pytest
 
 from stemcal.files.decoding import decode
-from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Place, read_yaml, resolve
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Position, read_yaml, resolve
 
 
 def read(text: str) -> Document:
@@ -62,7 +62,7 @@ def test_quoted_scalars_stay_texts(text: str) -> None:
 def test_numbers_are_finite(text: str) -> None:
     document = read(f"a: 1\nkey: {text}")
     assert document.problems[0].message.endswith("is not a finite number")
-    assert document.problems[0].place == Place(2, 6)
+    assert document.problems[0].place == Position(2, 6)
 
 
 def test_huge_integers_become_floats_without_raising() -> None:
@@ -72,18 +72,18 @@ def test_huge_integers_become_floats_without_raising() -> None:
 def test_every_node_has_its_place() -> None:
     document = read("a: 1\nb:\n  - x: 5\n    y: [6, 7]\n  - 8\n")
     assert document.data == {"a": 1, "b": [{"x": 5, "y": [6, 7]}, 8]}
-    assert document.place(("a",)) == Place(1, 4)
-    assert document.place(("b",)) == Place(2, 1)
-    assert document.place(("b", 0, "x")) == Place(3, 8)
-    assert document.place(("b", 0, "y", 1)) == Place(4, 12)
-    assert document.place(("b", 1)) == Place(5, 5)
-    assert document.keys["b", 0, "y"] == Place(4, 5)
+    assert document.place(("a",)) == Position(1, 4)
+    assert document.place(("b",)) == Position(2, 1)
+    assert document.place(("b", 0, "x")) == Position(3, 8)
+    assert document.place(("b", 0, "y", 1)) == Position(4, 12)
+    assert document.place(("b", 1)) == Position(5, 5)
+    assert document.keys["b", 0, "y"] == Position(4, 5)
 
 
 def test_a_missing_node_is_placed_at_what_would_hold_it() -> None:
     document = read("a:\n  b:\n    c: 1\n")
-    assert document.place(("a", "b", "z")) == Place(2, 3)
-    assert document.place(("nowhere",)) == Place(1, 1)
+    assert document.place(("a", "b", "z")) == Position(2, 3)
+    assert document.place(("nowhere",)) == Position(1, 1)
 
 
 def test_duplicate_keys_name_both_lines_and_keep_the_first() -> None:
@@ -189,4 +189,4 @@ def test_bytes_of_no_encoding_are_refused() -> None:
 
 
 def test_windows_line_ends_count_once() -> None:
-    assert read("a: 1\r\nb: 2\r\n").place(("b",)) == Place(2, 4)
+    assert read("a: 1\r\nb: 2\r\n").place(("b",)) == Position(2, 4)

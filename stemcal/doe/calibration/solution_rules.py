@@ -1,0 +1,92 @@
+"""Rules that pick one point from all those where the surface takes the target value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.levelset import Objective, coordinate, optimise, squared_distance
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.terms import term_columns, term_gradient
+from stemcal.errors import UsageError
+
+
+@dataclass(frozen=True, eq=False)
+class SolutionProblem:
+    """What every rule is given: the surface, the target, the region, and points of the solution set."""
+
+    surface: Surface
+    target: float
+    region: Region
+    seeds: Array
+
+    def best(self, objective: Objective) -> list[Array]:
+        """Local optima over the solution set, best first."""
+        return optimise(objective, self.seeds, self.region, self.surface, self.target)
+
+    def range_of(self, j: int) -> tuple[float, float]:
+        """Least and greatest value of factor j over the solution set."""
+        least, greatest = (self.best(coordinate(j, sign, self.region.k))[0][j] for sign in (1.0, -1.0))
+        return float(least), float(greatest)
+
+
+def least_coded_distance(problem: SolutionProblem) -> list[Array]:
+    """Stay as near the centre of the design as the target allows."""
+    return problem.best(squared_distance())
+
+
+def least_prediction_variance(problem: SolutionProblem) -> list[Array]:
+    """Go where the surface is known best: make φᵀ(XᵀX)⁻¹φ small; its gradient is 2·φᵀ(XᵀX)⁻¹·∂φ/∂x."""
+    surface = problem.surface
+    covariance = surface.unscaled_covariance
+    objective = Objective(
+        lambda x: float(surface.unscaled_variance(x)[0]),
+        lambda x: np.asarray(2.0 * (term_columns(x)[0] @ covariance) @ term_gradient(x)),
+        surface.unscaled_variance,
+    )
+    return problem.best(objective)
+
+
+def others_at_centre(problem: SolutionProblem) -> list[Array]:
+    """Hold every factor but the leading one at 0 and solve the quadratic that is left.
+
+    The result stays in the box but may leave the sphere.
+    """
+    surface, region, j = problem.surface, problem.region, problem.surface.leading
+    line = np.zeros((3, region.k))
+    line[:, j] = (-1.0, 0.0, 1.0)
+    minus, middle, plus = surface.predict(line)
+    # ŷ − target = q₂x² + q₁x + q₀ along the leading factor
+    roots = _real_roots(0.5 * (minus + plus) - middle, 0.5 * (plus - minus), middle - problem.target)
+    inside = sorted((r for r in roots if region.low[j] <= r <= region.high[j]), key=lambda r: (abs(r), -r))
+    if not inside:
+        raise UsageError(
+            f"invert.rule others_at_centre: with the other factors at their centres no {surface.names[j]} "
+            f"within its range gives the target {problem.target:g}; choose least_coded_distance"
+        )
+    return [np.where(np.arange(region.k) == j, r, 0.0) for r in inside]
+
+
+def _real_roots(q2: float, q1: float, q0: float) -> list[float]:
+    size = max(abs(q2), abs(q1))
+    if size == 0.0:
+        return []
+    if abs(q2) <= 1e-12 * size:
+        return [-q0 / q1]
+    square = q1**2 - 4.0 * q2 * q0
+    if square < 0.0:
+        return []
+    # w has the sign that avoids cancellation; the roots are w/q₂ and q₀/w
+    w = -0.5 * (q1 + float(np.copysign(np.sqrt(square), q1)))
+    return [w / q2, q0 / w] if w else [0.0]
+
+
+RULES: dict[str, Callable[[SolutionProblem], list[Array]]] = {
+    "least_coded_distance": least_coded_distance,
+    "others_at_centre": others_at_centre,
+    "least_prediction_variance": least_prediction_variance,
+}

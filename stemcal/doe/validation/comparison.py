@@ -1,0 +1,264 @@
+"""Measured against simulated response, over the stem diameters or whatever else was varied between the specimens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from stemcal.doe.regression.least_squares import fit_least_squares
+from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
+from stemcal.errors import UsageError
+from stemcal.naming import CUTTING, Naming
+from stemcal.notes import Note, Weight
+from stemcal.power_law import PowerLaw, fit_power_law
+
+EQUAL_BELOW = 0.05
+"""The level of both tests."""
+
+
+@dataclass(frozen=True)
+class ErrorTrend(Note):
+    """The error changes with the stem's diameter along a line that explains most of its variation, percent per mm."""
+
+    weight = Weight.USE
+    slope: float
+
+
+@dataclass(frozen=True)
+class BetterCurve(Note):
+    """Which curve describes the measured forces over the diameters better, and by how much lower an AICc."""
+
+    weight = Weight.ASIDE
+    curve: Literal["power_law", "straight_line"]
+    gain: float
+
+
+@dataclass(frozen=True)
+class ValidationRow:
+    """One diameter, or other condition; simulated and error are None where the run failed.
+
+    `simulation_error_percent` is 100·(simulated − measured)/measured, the other sign convention. `measured_low` and
+    `measured_high` end the 95 % interval of the measured mean, `p_different` is Welch's, `p_equivalent` that of the
+    equivalence test: all None where sd and n of two or more specimens are not given.
+    """
+
+    condition: float
+    measured: float
+    simulated: float | None
+    error_percent: float | None
+    role: str
+    simulation_error_percent: float | None = None
+    sd: float | None = None
+    n: int | None = None
+    measured_low: float | None = None
+    measured_high: float | None = None
+    p_different: float | None = None
+    p_equivalent: float | None = None
+
+    @property
+    def standing(self) -> Literal["equal", "different", "open"] | None:
+        """What the two tests say together; None where nothing could be tested."""
+        if self.p_different is None or self.p_equivalent is None:
+            return None
+        if self.p_equivalent < EQUAL_BELOW:
+            return "equal"
+        return "different" if self.p_different < EQUAL_BELOW else "open"
+
+
+@dataclass(frozen=True)
+class Exponent:
+    """b of force ~ diameter^b, with its 95 % interval (None with fewer than three points)."""
+
+    value: float
+    low: float | None
+    high: float | None
+
+    @classmethod
+    def of(cls, law: PowerLaw | None) -> Exponent | None:
+        """Return that of a law, None where there is none."""
+        return None if law is None else cls(law.exponent, *(law.exponent_interval or (None, None)))
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Errors by diameter, and how force grows with diameter in the laboratory and in the model.
+
+    Slope and exponents are None where it is no force over the stem's diameter.
+    """
+
+    rows: tuple[ValidationRow, ...]
+    max_abs_error_percent: float | None
+    mean_abs_error_percent: float | None
+    max_abs_error_percent_independent: float | None
+    best_scaled_max_error_percent: float | None
+    error_slope_percent_per_unit: float | None
+    measured_exponent: Exponent | None
+    simulated_exponent: Exponent | None
+    notes: tuple[Note, ...]
+
+
+def compare_conditions(
+    conditions: Sequence[float],
+    measured: Sequence[float],
+    simulated: Sequence[float | None],
+    calibration_condition: float | Sequence[float] | None,
+    scatter: Sequence[tuple[float | None, int | None]] | None = None,
+    margin_percent: float = 10.0,
+    simulated_scatter: tuple[float, float] | None = None,
+    naming: Naming = CUTTING,
+) -> Validation:
+    """Compare responses; error = 100·(measured − simulated)/measured.
+
+    Parameters
+    ----------
+    conditions : mm, or the unit of the condition
+    measured, simulated : N, or the unit of the response
+        None or NaN in `simulated` marks a failed run.
+    calibration_condition : mm, or the unit of the condition
+        The diameter, or diameters, the parameters were fitted at: no independent check.
+    scatter : sequence of (sd, n), optional
+        Standard deviation and number of specimens of each measured force, None where unknown.
+    margin_percent : float
+        The difference, of the measured force, within which both count as equal.
+    simulated_scatter : (share, df), optional
+        Standard deviation of a simulated force as a share of it, by its mesh, and the degrees of freedom behind it.
+    naming : Naming
+        What response and condition are: forces over stems have exponents, and are looked through for a trend.
+    """
+    scatter = scatter or [(None, None)] * len(conditions)
+    if not len(conditions) == len(measured) == len(simulated):
+        raise UsageError("validation: conditions, measured and simulated values differ in number")
+    rows = tuple(
+        _tested(_row(float(d), float(m), s, calibration_condition, naming), *spread, margin_percent, simulated_scatter)
+        for d, m, s, spread in zip(conditions, measured, simulated, scatter, strict=True)
+    )
+    done = [row for row in rows if row.error_percent is not None]
+    sizes = [abs(row.error_percent or 0.0) for row in done]
+    independent = [abs(row.error_percent or 0.0) for row in done if row.role == "validation"]
+    slope, lab, model = _growth(rows, done) if naming.is_force_on_stems else (None, None, None)
+    return Validation(
+        rows=rows,
+        max_abs_error_percent=max(sizes, default=None),
+        mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
+        max_abs_error_percent_independent=max(independent, default=None),
+        best_scaled_max_error_percent=_best_scaled_error(done),
+        error_slope_percent_per_unit=slope,
+        measured_exponent=lab,
+        simulated_exponent=model,
+        notes=tuple(_growth_notes(rows, slope)) if naming.is_force_on_stems else (),
+    )
+
+
+def error_percent(measured: float, simulated: float | None) -> float | None:
+    """Return 100·(measured − simulated)/measured; None where there is no simulated value.
+
+    >>> error_percent(100.0, 90.0)
+    10.0
+    """
+    return None if simulated is None else 100.0 * (measured - simulated) / measured
+
+
+def _growth(
+    rows: Sequence[ValidationRow], done: Sequence[ValidationRow]
+) -> tuple[float | None, Exponent | None, Exponent | None]:
+    """Return the slope of the error over the diameter, and the exponents of laboratory and model."""
+    lab = fit_power_law([row.condition for row in rows], [row.measured for row in rows])
+    model = fit_power_law([row.condition for row in done], [row.simulated or 0.0 for row in done])
+    return _error_slope(done), Exponent.of(lab), Exponent.of(model)
+
+
+def _row(
+    condition: float,
+    measured: float,
+    simulated: float | None,
+    calibration: float | Sequence[float] | None,
+    naming: Naming,
+) -> ValidationRow:
+    if measured <= 0.0:
+        where = f"{naming.response.text(measured)}{naming.at(condition)}"
+        raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
+    fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
+    role = "calibration" if fitted else "validation"
+    if simulated is None or not np.isfinite(simulated):
+        return ValidationRow(condition, measured, None, None, role)
+    return ValidationRow(condition, measured, float(simulated), error_percent(measured, simulated), role)
+
+
+def _tested(
+    row: ValidationRow, sd: float | None, n: int | None, margin_percent: float, scatter: tuple[float, float] | None
+) -> ValidationRow:
+    """Add what the scatter of the measured mean says about the difference."""
+    simulated = row.simulated
+    if simulated is None:
+        return replace(row, sd=sd, n=n)
+    row = replace(row, sd=sd, n=n, simulation_error_percent=-(row.error_percent or 0.0))
+    if not sd or n is None or n < 2:
+        return row
+    found = compare_with_simulated(Sample(row.measured, sd, n), simulated, margin_percent, scatter)
+    return replace(
+        row,
+        measured_low=found.low,
+        measured_high=found.high,
+        p_different=found.p,
+        p_equivalent=found.p_equivalent,
+    )
+
+
+def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
+    """Change of the error per millimetre of diameter, from three diameters on."""
+    d = np.array([row.condition for row in rows])
+    if len(np.unique(d)) < 3:
+        return None
+    errors = np.array([row.error_percent for row in rows], dtype=float)
+    return float(fit_least_squares(np.column_stack([np.ones_like(d), d]), errors).coefficients[1])
+
+
+def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
+    """Worst error left when all simulated values are multiplied by the one best number.
+
+    With r = simulated/measured the best number is 2/(min r + max r), and the worst error
+    (max r − min r)/(max r + min r).
+    """
+    if not rows:
+        return None
+    ratios = [(row.simulated or 0.0) / row.measured for row in rows]
+    low, high = min(ratios), max(ratios)
+    return 100.0 * (high - low) / (high + low) if high + low > 0.0 else None
+
+
+def _growth_notes(rows: Sequence[ValidationRow], slope: float | None) -> Iterator[Note]:
+    """Find a trend of the error, and the better curve of the measured force, over the stem's diameter."""
+    if slope is not None and _is_trend(rows, slope):
+        yield ErrorTrend(slope)
+    if (better := _better_curve(rows)) is not None:
+        yield better
+
+
+def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
+    """Whether the straight line explains most of the errors' variation."""
+    done = [row for row in rows if row.error_percent is not None]
+    errors = np.array([row.error_percent for row in done], dtype=float)
+    d = np.array([row.condition for row in done])
+    total = float(np.sum((errors - errors.mean()) ** 2))
+    return total > 0.0 and slope**2 * float(np.sum((d - d.mean()) ** 2)) > 0.5 * total
+
+
+def _better_curve(rows: Sequence[ValidationRow]) -> BetterCurve | None:
+    """Compare power law and straight line on the measured forces by AICc; both have three parameters.
+
+    AICc differs by n·ln(RSS) alone, with 2·Σln(force) added to the power law for its logarithmic scale.
+    """
+    d, response = np.array([row.condition for row in rows]), np.array([row.measured for row in rows])
+    n = len(np.unique(d))
+    if n < 5:  # AICc of three parameters needs n > 4
+        return None
+    straight = fit_least_squares(np.column_stack([np.ones_like(d), d]), response).residual_ss
+    law = fit_power_law(d.tolist(), response.tolist())
+    power = float(np.sum(np.log(response / np.array([law.at(x) for x in d])) ** 2)) if law else 0.0
+    if min(straight, power) <= 0.0:
+        return None
+    gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(response)))
+    return BetterCurve("power_law" if gain > 0.0 else "straight_line", float(abs(gain)))

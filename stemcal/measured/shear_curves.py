@@ -1,0 +1,264 @@
+"""One force–displacement file of one specimen: read, sign set right, preload trimmed, maximum found."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.errors import UsageError
+from stemcal.measured.channels import Channels, Choice, channels_of
+from stemcal.measured.columns import scale_of
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
+from stemcal.measured.numerals import as_number, is_missing, shown
+from stemcal.measured.text_tables import Form, TextTable, read_tables
+
+Array = NDArray[np.float64]
+PRELOAD = 5.0  # N
+RISE = 0.2  # share of the maximum that settling never reaches
+STRONGEST = 1.0e7  # N; no testing machine is stronger
+LONGEST = 1.0e5  # mm; none has a longer way
+FASTEST = 1.0e6  # mm/s
+
+
+@dataclass(frozen=True)
+class CurveOptions:
+    """How the files of a machine are to be taken; what is None is found out.
+
+    Parameters
+    ----------
+    force_column, displacement_column, time_column : str, optional
+        Name or number of a column; several, for specimens side by side, between commas.
+    speed : float, optional
+        Of the blade, mm/s: displacement is then time multiplied by it.
+    preload : float
+        Force in N below which the blade only settles; the curve begins where it is last reached before the rise.
+    """
+
+    form: Form = field(default_factory=Form)
+    force_column: str | None = None
+    displacement_column: str | None = None
+    time_column: str | None = None
+    force_unit: str | None = None
+    displacement_unit: str | None = None
+    time_unit: str | None = None
+    speed: float | None = None
+    preload: float = PRELOAD
+
+    def choice(self) -> Choice:
+        """Return the columns that are named."""
+        return Choice(self.force_column, self.displacement_column, self.time_column, self.speed is not None)
+
+    def check(self) -> None:
+        """Raise `UsageError` if an option has no sense, or two contradict each other."""
+        self.choice().check()
+        if not 0.0 <= self.preload < STRONGEST:
+            raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
+
+
+def speed_of(text: str) -> float:
+    """Return a speed in mm/s.
+
+    >>> speed_of("600 mm/min"), speed_of("0.5m/s")
+    (10.0, 500.0)
+
+    Raises
+    ------
+    UsageError
+        If it is no number with a unit, or none above zero.
+    """
+    match = re.fullmatch(r"\s*([0-9.eE+-]{1,24})\s*([a-zµμ]{1,4})\s*/\s*([a-z]{1,3})\s*", text)
+    value = as_number(match[1]) if match else None
+    if match is None or value is None or match[2] not in MILLIMETRES or match[3] not in SECONDS:
+        raise UsageError(f"--speed {shown(text)[1:-1]}: give a number and its unit, as in 20mm/min or 0.5m/s")
+    speed = value * MILLIMETRES[match[2]] / SECONDS[match[3]]
+    if not 0.0 < speed <= FASTEST:
+        raise UsageError(f"--speed {shown(text)[1:-1]}: no blade moves at {speed:g} mm/s")
+    return speed
+
+
+@dataclass(frozen=True)
+class ShearCurve:
+    """A specimen's force (N) over the blade's travel (mm) from where the preload was passed."""
+
+    source: str
+    travel: Array
+    force: Array
+    trimmed: int
+    diameter: float | None
+    synthetic: bool
+    remarks: tuple[str, ...] = ()
+    label: str = ""  # of one among several specimens in a file
+    of_file: tuple[str, ...] = ()  # remarks on the file as a whole, with its first curve
+
+    @property
+    def max_force(self) -> float:
+        """The maximum shear force, N."""
+        return float(self.force.max())
+
+    @property
+    def travel_at_max(self) -> float:
+        """Travel of the blade at the maximum, mm."""
+        return float(self.travel[int(np.argmax(self.force))])
+
+    @property
+    def work_to_max(self) -> float:
+        """What the blade has done by the maximum, ∫F du, mJ."""
+        end = int(np.argmax(self.force)) + 1
+        force, travel = self.force[:end], self.travel[:end]
+        return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(travel)))
+
+
+def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
+    """Return the curves of all specimens in a file, be it side by side or on sheets of their own."""
+    how.check()
+    tables, skipped = _tables_of_curves(path, how)
+    curves = [curve for table in tables for curve in _curves_of(table, how, several=len(tables) > 1)]
+    return [replace(curves[0], of_file=(*curves[0].of_file, *skipped)), *curves[1:]]
+
+
+def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[str]]:
+    """Return the sheets with curves, and a remark on each other one; of a text its only table."""
+    tables = read_tables(path, how.form)
+    if len(tables) == 1:
+        return tables, []
+    found, skipped, first = [], [], None
+    for table in tables:
+        try:
+            channels_of(table, how.choice())
+            found.append(table)
+        except UsageError as error:
+            first = first or error
+            skipped.append(f"sheet {shown(table.sheet)} holds no curve and is not read")
+    if not found and first is not None:
+        raise first
+    return found, skipped
+
+
+def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
+    """Return the curves of one table; `several` tells that others stand in the same file."""
+    channels, said = channels_of(table, how.choice())
+    if len(channels) > 1:
+        said.insert(0, f"{len(channels)} specimens side by side")
+    diameters = stated_diameters(table, len(channels))
+    sheet = table.sheet if several else ""
+    curves = [
+        _curve(table, one, how, diameter, " ".join(filter(None, (sheet, one.label))))
+        for one, diameter in zip(channels, diameters, strict=True)
+    ]
+    return [replace(curves[0], of_file=tuple(said)), *curves[1:]]
+
+
+def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> ShearCurve:
+    """Return the curve of one specimen."""
+    for column in (channels.across, channels.up):
+        _refuse_words(table, column)
+    rows, remarks = usable(table, channels.across, channels.up)
+    if len(rows.rows) < 5:
+        raise UsageError(f"{table.source}: {len(rows.rows)} points are no curve; is this the file of one specimen?")
+    force = _scaled(rows, channels.up, scale_of(table, channels.up, NEWTONS, "N", how.force_unit), "force", STRONGEST)
+    travel = _travel(rows, channels, how, remarks)
+    if -force.min() > force.max():
+        force = -force
+        remarks.append("force counted positive in pressing")
+    begin = contact_begins(force, how.preload)
+    if int(np.argmax(force)) == len(force) - 1:
+        remarks.append("the force is largest at the last point: the test may have ended before the maximum")
+    return ShearCurve(
+        source=table.source,
+        travel=np.abs(travel[begin:] - travel[begin]),
+        force=force[begin:],
+        trimmed=begin,
+        diameter=diameter,
+        synthetic=table.synthetic,
+        remarks=tuple(remarks),
+        label=label,
+    )
+
+
+def _refuse_words(table: TextTable, column: int) -> None:
+    if all(table.number(row, column) is None for row in range(len(table.rows))):
+        held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
+        raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
+
+
+def _travel(table: TextTable, channels: Channels, how: CurveOptions, remarks: list[str]) -> Array:
+    """Return the displacement, mm; from time where that is all there is."""
+    column = channels.across
+    if not channels.timed or how.speed is None:
+        scale = scale_of(table, column, MILLIMETRES, "mm", how.displacement_unit)
+        return _scaled(table, column, scale, "displacement", LONGEST)
+    remarks.append(f"displacement is time {shown(table.columns[column])} times {how.speed:g} mm/s")
+    return _scaled(table, column, how.speed * scale_of(table, column, SECONDS, "s", how.time_unit), "time", LONGEST)
+
+
+def _scaled(table: TextTable, column: int, scale: float, what: str, most: float) -> Array:
+    """Return a column times `scale`; raise `UsageError` if it then exceeds what any machine has."""
+    values = np.array(table.numbers(column))
+    largest = float(np.abs(values).max())
+    if largest > most / scale:
+        raise UsageError(
+            f"{table.source}: {shown(table.columns[column])} reaches {largest:.3g}, as no testing machine does; "
+            f"mend the file or give its unit with --{what}-unit"
+        )
+    return values * scale
+
+
+def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[str]]:
+    """Return the table without rows that say nothing in the columns, and what was left out.
+
+    Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
+    the numbers stays, to be complained about.
+    """
+    cells = [[row[column] for column in columns] for row in table.rows]
+    last = max((i for i, row in enumerate(cells) if all(table.is_number(cell) for cell in row)), default=-1)
+    kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
+    remarks = []
+    if len(kept) < len(table.rows):
+        remarks.append(f"{len(table.rows) - len(kept)} rows without numbers for force or displacement are left out")
+    if table.unread:
+        remarks.append(f"{table.unread} more rows of numbers lie apart from the curve in the file and are not read")
+    return replace(table, rows=tuple(kept)), remarks
+
+
+def contact_begins(force: Array, preload: float) -> int:
+    """Return the last point at or below the preload before the force rises for good; the first if there is none.
+
+    It rises for good where it first passes a fifth of its maximum.
+
+    >>> contact_begins(np.array([0.0, 6.0, 1.0, 3.0, 8.0, 90.0, 2.0]), 5.0)
+    3
+    """
+    peak = int(np.argmax(force))
+    if force[peak] <= preload:
+        raise UsageError(f"no force above the preload of {preload:g} N; check the unit or give another --preload")
+    rise = int(np.argmax(force > max(preload, RISE * force[peak])))
+    below = np.flatnonzero(force[:rise] <= preload)
+    return int(below[-1]) if len(below) else 0
+
+
+_STATED = re.compile(r"(?:diameter|durchmesser|диаметр|çap|直径|직경)", re.IGNORECASE)
+_MEASURE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE)
+_AFTER = 20  # characters between the word and the number
+
+
+def stated_diameters(table: TextTable, count: int) -> list[float | None]:
+    """Return the diameters in mm of `count` specimens that a line above the data states, None where it does not.
+
+    Of several specimens a line states either each, in their order, or one for all.
+    """
+    for line in table.preamble:
+        found = _STATED.search(line)
+        if found is None:
+            continue
+        numbers = list(_MEASURE.finditer(line[found.end() : found.end() + _AFTER * (1 + count)]))
+        if not numbers or numbers[0].start() > _AFTER:
+            continue
+        values = [float(m[1].replace(",", ".")) * (10.0 if m[2] == "cm" else 1.0) for m in numbers]
+        if len(values) == count:
+            return list(values)
+        return [values[0] if count == 1 or len(values) == 1 else None] * count
+    return [None] * count

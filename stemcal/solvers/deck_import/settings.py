@@ -1,0 +1,57 @@
+"""What belongs to the model and has no card: a deck of stemcal's keeps it in comments, an import reads it back."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from stemcal.errors import UsageError
+from stemcal.solvers.deck.fixed_width import SETTINGS
+from stemcal.study.model.frozen import Size, SizeOrZero, Time
+from stemcal.study.types.field_types import Number
+
+__all__ = ["Settings", "settings_of"]
+
+
+class Settings(BaseModel):
+    """Values in mm, t and s; None is not given."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    edge_spread: SizeOrZero = 0.0
+    hardening_parameter: Number | None = None
+    strain_rate_c: Annotated[Number, Field(gt=0)] | None = None
+    strain_rate_p: Annotated[Number, Field(gt=0)] | None = None
+    rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
+    mass_scaling: Annotated[Number, Field(ge=1)] = 1.0
+    filter_window: Annotated[Number, Field(ge=0)] | None = None
+    break_drop: Annotated[Number, Field(gt=0, le=1)] | None = None
+    internal_length: SizeOrZero = 0.0
+    symmetry: Literal["none", "half", "quarter"] | None = None
+    element: Literal["one_point", "full"] | None = None
+    time_step: Time | None = None
+    stop_after_peak: Annotated[bool, Field(strict=True)] | None = None
+    failure_length: Size | None = None
+
+
+def settings_of(text: str) -> Settings:
+    """Return what the comments of a deck keep; without them, nothing is set.
+
+    Raises
+    ------
+    UsageError
+        If they hold anything else than these values within their bounds.
+    """
+    lines = [line for line in text.splitlines() if line.startswith(SETTINGS)]
+    if not lines:
+        return Settings()
+    try:
+        return Settings.model_validate_json(" ".join(line.removeprefix(SETTINGS) for line in lines))
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in first["loc"])[:40]
+        what = f"{where!r}: {first['msg'][:200]!r}" if where else "they are no JSON"
+        raise UsageError(
+            f"the lines that begin with {SETTINGS.strip()} are damaged ({what}); remove them or mend them"
+        ) from None

@@ -1,0 +1,206 @@
+"""A run of a program from beginning to end: its folder, its inputs, the process or processes, what it leaves."""
+
+from __future__ import annotations
+
+import shutil
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from stemcal.errors import SimulationFailed, UsageError
+from stemcal.naming import Naming
+from stemcal.outputs import write_output
+from stemcal.solvers.processes import Ended, run_program
+from stemcal.solvers.programs.inputs import Inputs
+from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.programs.run_folders import OUTPUT, discard, run_folder
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import Commanded, ProgramOptions, Study
+from stemcal.study.types.placeholders import fill
+
+__all__ = ["OneCommand", "Program", "code_is_zero", "executable", "run_in"]
+
+# Characters of a program's last output that a record keeps.
+_KEPT_OUTPUT = 2000
+
+
+@dataclass(frozen=True)
+class Program(ABC):
+    """Answers requests by running a program in a folder of its own.
+
+    A kind of program says what its input files are, how a run is written and made, and what beside the files
+    determines an answer.
+
+    Parameters
+    ----------
+    study : Study
+    place : path, optional
+        Where run folders are made; among the temporary files by default.
+    """
+
+    study: Study
+    place: Path | None = None
+    inputs: Inputs = field(init=False)
+
+    revision: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inputs", self._inputs())
+
+    @property
+    def options(self) -> ProgramOptions:
+        """What the spec says of the program."""
+        assert isinstance(self.study.solver, ProgramOptions)
+        return self.study.solver
+
+    @property
+    def naming(self) -> Naming:
+        """What the study calls what is asked and answered."""
+        return self.study.naming
+
+    def placed(self, place: Path) -> Self:
+        """Return the same solver with its run folders below `place`."""
+        return replace(self, place=place)
+
+    @abstractmethod
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+
+    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
+        """Return None: any levels can be written into the inputs."""
+        return None
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return everything that determines the answer: the files' content, how the program runs and is read."""
+        options = self.options
+        return {
+            "solver": self.study.solver.kind,
+            "revision": self.revision,
+            "version": options.version,
+            "environment": dict(options.environment),
+            "inputs": self.inputs.identity(),
+            **self._determining(request),
+            "levels": dict(request.levels),
+            **({} if self.naming.condition is None else {"condition": request.condition}),
+        }
+
+    def solve(self, request: Request) -> Answer:
+        """Run the program for a request; its folder is kept if it fails."""
+        folder, options = run_folder(self.place, self.identity(request)), self.options
+        try:
+            written = self._write(folder, request)
+        except SimulationFailed as failure:
+            return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
+        answer = self._run(folder, request)
+        if answer.ok and options.keep == "failed":
+            discard(folder)
+        return replace(answer, details={**answer.details, **written})
+
+    @abstractmethod
+    def _inputs(self) -> Inputs:
+        """Take note of the files that runs need."""
+
+    @abstractmethod
+    def _determining(self, request: Request) -> dict[str, Any]:
+        """Return what else determines an answer."""
+
+    @abstractmethod
+    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
+        """Put what a run needs into its folder; return what its record shall tell of that."""
+
+    @abstractmethod
+    def _run(self, folder: Path, request: Request) -> Answer:
+        """Run what is in the folder and return its answer, or why there is none."""
+
+
+@dataclass(frozen=True)
+class OneCommand(Program):
+    """A program that one command of the user's starts.
+
+    A kind of it says what stands for the placeholders of the command, and how the result is read.
+    """
+
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+        executable(self._given_command()[0], self.study.source.parent)
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return what determines the answer, the command among it."""
+        return {**super().identity(request), "command": list(self._given_command())}
+
+    def _given_command(self) -> Sequence[str]:
+        assert isinstance(self.options, Commanded)
+        return self.options.command
+
+    def _run(self, folder: Path, request: Request) -> Answer:
+        program, *arguments = self._given_command()
+        values = self._values(request)
+        filled = [fill(argument.encode(), values).decode() for argument in arguments]
+        command = [executable(program, self.study.source.parent), *filled]
+        return run_in(folder, command, self.options, lambda ended: self._read(folder, ended))
+
+    @abstractmethod
+    def _values(self, request: Request) -> Mapping[str, str]:
+        """Return what stands for each placeholder of the command."""
+
+    @abstractmethod
+    def _read(self, folder: Path, ended: Ended) -> Answer:
+        """Return the answer that a program has left; raise `NoResult` if there is none."""
+
+
+def executable(program: str, folder: Path, key: str = "command") -> str:
+    """Return the full path of a program: one on PATH, or, if it is written with a folder, one beside the spec.
+
+    Raises
+    ------
+    UsageError
+        If there is none.
+    """
+    by_path = "/" in program or "\\" in program
+    found = shutil.which(str(folder / program) if by_path else program)
+    if found is None:
+        where = f"in {folder}" if by_path else "on PATH"
+        raise UsageError(f"solver.{key}: there is no program {program!r} {where}; install it or correct its name")
+    return str(Path(found).absolute())
+
+
+def run_in(
+    folder: Path,
+    command: Sequence[str],
+    options: ProgramOptions,
+    read: Callable[[Ended], Answer],
+    seconds: float | None = None,
+    check: Callable[[Ended], None] | None = None,
+) -> Answer:
+    """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
+
+    It may take so many `seconds`, all of the time limit by default. `check` raises `NoResult` if it ended badly; by
+    default an exit code other than 0 says so.
+    """
+    try:
+        ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
+    except OSError as error:
+        return Answer("failed", reason="not_started", message=f"{command[0]}: {error.strerror or error}")
+    write_output(folder / OUTPUT, ended.output)
+    details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
+    try:
+        if ended.timed_out:
+            raise NoResult("timeout", f"ended after {options.time_limit:g} s, its solver.time_limit")
+        (check or code_is_zero)(ended)
+        answer = read(ended)
+    except (NoResult, SimulationFailed) as failure:
+        details["output"] = ended.output[-_KEPT_OUTPUT:]
+        return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})", details=details)
+    return replace(answer, details={**details, **answer.details})
+
+
+def code_is_zero(ended: Ended) -> None:
+    """Raise `NoResult` if a program ended with another code than 0."""
+    if ended.code < 0:
+        raise NoResult("exit_code", f"the program was ended by signal {-ended.code}")
+    if ended.code != 0:
+        last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
+        said = f": {last[:200]}" if last else ""
+        raise NoResult("exit_code", f"the program ended with exit code {ended.code}{said}")

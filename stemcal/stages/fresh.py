@@ -1,0 +1,245 @@
+"""What is fresh: made of these inputs by this code, or it is made again.
+
+Every stage file carries ``inputs``: short hashes of the factors, of its options, of all that determines an answer of
+its solver, of the stage file before it, and the code that made it. A stage whose inputs no longer agree is stale, and
+those that differ tell what has changed. A command that comes upon a fresh stage reads it; one of whose runs is missing
+or to be begun again is worked out again.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from stemcal.errors import UsageError
+from stemcal.executors.base import RunExecutor
+from stemcal.executors.code import code_version
+from stemcal.files.durable import digest
+from stemcal.folder.store import SCHEMA_VERSION, StudyFolder
+from stemcal.runs.answer import Progress, Watch
+from stemcal.runs.key import answer_of
+from stemcal.runs.policy import judged, stands
+from stemcal.solvers import make_solver
+from stemcal.solvers.programs.inputs import file_hash
+from stemcal.solvers.protocol import OfSpecAlone, Request, Solver
+from stemcal.stages.base import Stage, stage_called, stages_of
+from stemcal.stages.result import Head, R, StageResult, read_result
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.version import __version__
+
+logger = logging.getLogger(__name__)
+
+CODE = "stemcal"  # among the inputs: version and hash of the code
+_SHORT = 16
+_PROBED = frozenset({"stage", "row", "levels", "condition"})  # of the probe, not of the solver
+# The sections of the spec that determine a virtual shear test at given levels, and what in them does not.
+_TEST = ("specimen", "blade", "supports", "loading", "contact", "material", "solver")
+_NO_INPUT = frozenset({"solver.threads"})
+
+
+def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> dict[str, str]:
+    """Return what a stage is made from: the code's version, and the hash of each thing else.
+
+    Without a `solver` of one's own it is the spec's.
+    """
+    dump = _with_contents(study.model_dump())
+    parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
+    parts |= {name: dump[name] for name in ("published", *stage_called(stage).options)}
+    if not study.naming.is_cutting:
+        parts["named"] = [dump["responses"], dump["conditions"]]
+    if stage == "rsm" and study.joint_targets:
+        parts["conditions"] = [target.condition for target in study.joint_targets]
+        parts["responses"] = study.invert.responses
+    if stage_called(stage).simulates:
+        parts |= _solver_parts(study, solver, stage) | {"runs.censored": study.runs.censored}
+        parts["solver.replicates"] = study.replicates
+    if (before := stage_called(stage).needs(study)) is not None:
+        parts[f"{before}.json"] = folder.read_stage(before)
+    return {CODE: code_version()} | {name: digest(part)[:_SHORT] for name, part in parts.items()}
+
+
+def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, object]:
+    """What determines the answers of a stage, apart from the levels.
+
+    Of the embedded solver the spec tells it, which spares the solver's loading; any other tells it itself.
+    """
+    if isinstance(study.solver, EmbeddedSolver) and (solver is None or isinstance(solver, OfSpecAlone)):
+        dump = _with_contents(study.model_dump(include=set(_TEST)))
+        leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
+        return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
+    probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
+    told = (solver or make_solver(study)).identity(probe)
+    return {
+        path: leaf
+        for name, part in told.items()
+        if name not in _PROBED
+        for path, leaf in _leaves(f"solver {name}", part).items()
+    }
+
+
+def _with_contents(part: Any) -> Any:
+    """Return a part of a spec with the hash of each file in place of its path."""
+    if isinstance(part, Path):
+        return file_hash(part)
+    if isinstance(part, dict):
+        return {name: _with_contents(inner) for name, inner in part.items()}
+    return [_with_contents(inner) for inner in part] if isinstance(part, list | tuple) else part
+
+
+def _leaves(name: str, part: object) -> dict[str, object]:
+    """Return the values of a nested mapping by the path to them, so that a change can be named.
+
+    >>> _leaves("solver test", {"mesh": {"size": 1.0}, "speed": 2.0})
+    {'solver test.mesh.size': 1.0, 'solver test.speed': 2.0}
+    """
+    if isinstance(part, Mapping) and part:
+        return {path: leaf for inner, value in part.items() for path, leaf in _leaves(f"{name}.{inner}", value).items()}
+    if isinstance(part, list | tuple) and len(part) == 1:
+        return _leaves(name, part[0])
+    return {name: part}
+
+
+# ---- stale stages
+
+
+def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> None:
+    """Raise `UsageError` if a stage's file, or one before it, is missing or stale."""
+    before = stage_called(stage).needs(study)
+    if before is not None:
+        require_fresh(study, solver, folder, before)
+    changed = changes_since(study, solver, folder, stage)
+    if changed == [CODE]:
+        raise UsageError(
+            f"{folder.path / stage}.json was made by another version of stemcal; run `stemcal {stage} SPEC` again: "
+            "recorded runs are not repeated"
+        )
+    if changed:
+        raise UsageError(
+            f"{folder.path / stage}.json was made from something else ({', '.join(changed)} changed since); "
+            f"run `stemcal {stage} SPEC` again"
+        )
+
+
+def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> list[str]:
+    """Name what has changed since a stage file was written; of one of other code only that, for it may mean all."""
+    old = folder.examine_stage(stage)[0].get("inputs")
+    try:
+        return _differences(old, inputs_of(study, solver, folder, stage))
+    except UsageError:
+        return [f"{stage_called(stage).needs(study)}.json"]
+
+
+def _differences(old: object, new: Mapping[str, str]) -> list[str]:
+    """Name what differs between two sets of inputs.
+
+    >>> _differences({"stemcal": "1", "rsm": "a"}, {"stemcal": "1", "rsm": "b"}), _differences({}, {"stemcal": "1"})
+    (['rsm'], ['stemcal'])
+    """
+    if not isinstance(old, Mapping) or old.get(CODE) != new[CODE]:
+        return [CODE]
+    return sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
+
+
+def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> None:
+    """Say what has changed since a stage file was written, before anything is computed for it."""
+    if not folder.has_stage(stage):
+        return
+    try:
+        old = folder.examine_stage(stage)[0].get("inputs")
+    except UsageError:
+        return
+    if changed := _differences(old, inputs):
+        logger.warning("%s is made anew: %s changed", stage, ", ".join(changed))
+        folder.log("inputs_changed", stage=stage, changed=changed)
+
+
+def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> Head:
+    """Return how a stage's file begins; tells what has changed since it was written before."""
+    inputs = inputs_of(study, solver, folder, stage)
+    tell_changes(folder, stage, inputs)
+    return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)
+
+
+def read_fresh(study: Study, solver: Solver | None, folder: StudyFolder, kind: type[R]) -> R:
+    """Return a stage's result; raise `UsageError` if its file, or one before it, is missing or stale."""
+    require_fresh(study, solver, folder, kind.name)
+    return read_result(folder, kind)
+
+
+# ---- a stage made, or read where it is fresh
+
+
+def make(
+    stage: Stage, study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch, solver: Solver | None = None
+) -> StageResult:
+    """Run a stage, or read it where it is fresh; its result then lies in the folder.
+
+    With a `solver` of one's own it is always run.
+    """
+    with folder:
+        if solver is None and (known := fresh(kind_of(stage), study, folder)) is not None:
+            return _told(known, watch)
+        made: StageResult = getattr(import_module(stage.module), stage.function)(study, folder, executor, watch, solver)
+        return made
+
+
+def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
+    """Tell whether all stages of a study, or one, are fresh."""
+    stages = stages_of(study) if stage is None else (stage_called(stage),)
+    return all(fresh(kind_of(one), study, folder) is not None for one in stages)
+
+
+def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
+    """Return the result that a stage has left, None if it is not what the stage would leave now."""
+    if not folder.has_stage(kind.name):
+        return None
+    try:
+        result = read_fresh(study, None, folder, kind)
+    except UsageError:
+        return None
+    told = (result.head.study, result.head.title) == (study.name, study.title)
+    return result if told and _runs_stand(result, study, folder) and _tables_are_there(result, folder) else None
+
+
+def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
+    """Tell whether every run has its record still, none is begun again by the next command, and none was since."""
+    for _, outcome in result.runs():
+        records = [folder.peek(key) for key in outcome.keys if key]
+        if not all(record is not None and stands(record, study.runs) for record in records):
+            return False
+        if records and outcome.ok != any(judged(answer_of(record), study.runs).ok for record in records if record):
+            return False
+    return True
+
+
+def _tables_are_there(result: StageResult, folder: StudyFolder) -> bool:
+    try:
+        return all(
+            (folder.path / f"{name}.csv").read_bytes() == table.csv().encode("utf-8")
+            for name, table in result.tables().items()
+        )
+    except OSError:
+        return False
+
+
+def _told(result: StageResult, watch: Watch) -> StageResult:
+    """Tell the watcher of a stage that is read."""
+    outcomes = [outcome for _, outcome in result.runs()]
+    count, failed = len(outcomes), sum(not outcome.ok for outcome in outcomes)
+    if outcomes:
+        watch(Progress(result.name, count, count, count, failed, None))
+    return result
+
+
+def kind_of(stage: Stage) -> type[StageResult]:
+    """Return the class of a stage's result."""
+    kind: type[StageResult] = getattr(import_module(stage.module), stage.result)
+    return kind
+
+
+def read(stage: Stage, folder: StudyFolder) -> StageResult:
+    """Return the result that lies in a folder; raise `UsageError` if it is not there or cannot be read."""
+    return kind_of(stage).from_json(folder.read_stage(stage.name))

@@ -1,0 +1,159 @@
+"""The form of a spec as JSON schema: for editors, and for knowing which keys stand where."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from typing import Any
+
+from stemcal.study.model import StudyForm
+from stemcal.study.types.strict_yaml import NodePath
+
+SOLVER_KINDS = ("embedded", "table", "command", "lsdyna", "openradioss")
+_DEFS = "#/$defs/"
+RESULT_KINDS = ("json", "csv", "regex", "rcforc", "calculix")
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of the YAML form; quantities are texts with a unit.
+
+    Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
+    """
+    schema = _form()
+    own = {"type": "object", "description": "A measured mean under the names of the study's own responses."}
+    of_own = {"values": {"type": "array", "items": own}, "calibrate_at": {"type": ["number", "string"]},
+              "equivalent_within_percent": {"type": "number"}}  # fmt: skip
+    targets = schema["properties"]["targets"]
+    schema["properties"]["targets"] = {
+        "description": targets.pop("description"),
+        "anyOf": [
+            targets,
+            {"type": "array", "items": own},
+            {"type": "object", "properties": of_own, "required": ["values"], "additionalProperties": False},
+        ],
+    }
+    schema["$defs"]["InvertOptions"]["properties"]["conditions"] = {
+        "description": "The same where `conditions` names the study's own: `diameters` by its name there.",
+        "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
+    }
+    command = schema["$defs"]["CommandSolver"]["properties"]
+    command["result"]["anyOf"] += [
+        {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}
+    ]
+    return schema
+
+
+def _form() -> dict[str, Any]:
+    """Return the schema of what stands inside the study, where the shear test's own words are the only ones."""
+    schema = StudyForm.model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    schema["title"] = "stemcal study"
+    factor = schema["$defs"]["Factor"]
+    factor["required"] = ["name", "low", "high"]
+    for section in (schema, *schema["$defs"].values()):
+        for node in section["properties"].values():
+            node["description"] = " ".join(node.get("description", "").split())
+    return schema
+
+
+def section_places() -> dict[str, str]:
+    """Return where the keys of each class of the model stand in a spec.
+
+    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckHourglass")]
+    ['targets.forces[]', 'rsm.coding.*', 'solver.hourglass, kind: lsdyna, openradioss']
+    """
+    found: dict[str, tuple[str, list[str]]] = {}
+    for name, path, kind in _sections(_schema(), "", ""):
+        first, kinds = found.setdefault(name, (path, []))
+        if path == first and kind and kind not in kinds:
+            kinds.append(kind)
+    return {name: path + (f", kind: {', '.join(kinds)}" if kinds else "") for name, (path, kinds) in found.items()}
+
+
+def _sections(node: dict[str, Any], path: str, kind: str) -> Iterator[tuple[str, str, str]]:
+    """Yield each class below a node with its path and the kind of solver or result that it belongs to."""
+    for key, value in node.get("properties", {}).items():
+        for name, where in _references(value, f"{path}.{key}".removeprefix(".")):
+            section = _schema()["$defs"][name]
+            own_kind = section["properties"].get("kind", {}).get("const", kind)
+            yield name, where, own_kind
+            yield from _sections(section, where, own_kind)
+
+
+def _references(node: dict[str, Any], path: str) -> Iterator[tuple[str, str]]:
+    """Yield the classes that a value may be of, each with its path."""
+    if "$ref" in node:
+        yield node["$ref"].removeprefix(_DEFS), path
+    for option in (*node.get("anyOf", ()), *node.get("oneOf", ()), *node.get("allOf", ())):
+        yield from _references(option, path)
+    for below, step in (("items", "[]"), ("additionalProperties", ".*")):
+        if isinstance(node.get(below), dict):
+            yield from _references(node[below], path + step)
+
+
+def keys_of(path: NodePath) -> tuple[str, ...]:
+    """Return the keys known at `path`; a solver's path goes through its kind."""
+    return tuple(_resolved(_at(path)).get("properties", {}))
+
+
+def meaning_of(path: NodePath) -> str:
+    """Return what the key at `path` means; nothing where none is known."""
+    return str(_at(path).get("description", ""))
+
+
+def choices_of(path: NodePath) -> tuple[str, ...]:
+    """Return the words that the key at `path` takes."""
+    return tuple(_at(path).get("enum", ()))
+
+
+def meanings() -> dict[str, str]:
+    """Return what each key of a spec means, by its place.
+
+    >>> meanings()["screen.alpha"], meanings()["solver.threads, kind: embedded"].partition(";")[0]
+    ('A factor whose p is below goes on to the surface.', 'Threads of one simulation, for a single large model')
+    """
+    found = {key: node["description"] for key, node in _schema()["properties"].items()}
+    for name, place in section_places().items():
+        path, comma, kind = place.partition(",")
+        keys = _schema()["$defs"][name]["properties"]
+        found |= {f"{path}.{key}{comma}{kind}": node["description"] for key, node in keys.items()}
+    return found
+
+
+def section_with(key: str) -> str | None:
+    """Return the section that has `key`, if exactly one has it."""
+    sections = [name for name in _schema()["properties"] if key in keys_of((name,))]
+    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in SOLVER_KINDS) else []
+    return sections[0] if len(sections) == 1 else None
+
+
+@functools.cache
+def _schema() -> dict[str, Any]:
+    return _form()
+
+
+def _at(path: NodePath) -> dict[str, Any]:
+    node = _schema()
+    for step in path:
+        node = _below(node, step)
+    return node
+
+
+def _below(node: dict[str, Any], step: str | int) -> dict[str, Any]:
+    node = _resolved(node)
+    if "discriminator" in node:
+        return {"$ref": node["discriminator"]["mapping"].get(step, "")}
+    if isinstance(step, int):
+        found = node.get("items", {})
+    else:
+        found = node.get("properties", {}).get(step, node.get("additionalProperties", {}))
+    return found if isinstance(found, dict) else {}
+
+
+def _resolved(node: dict[str, Any]) -> dict[str, Any]:
+    options = [option for option in node.get("anyOf", ()) if option.get("type") != "null"]
+    if len(options) == 1:
+        node = options[0]
+    reference = node.get("$ref", "")
+    found: dict[str, Any] = _schema()["$defs"].get(reference.removeprefix(_DEFS), {}) if reference else node
+    return found

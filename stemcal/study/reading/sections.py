@@ -1,0 +1,177 @@
+"""The sections of a spec one by one: what is good of each, and what is wrong with it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from pydantic import TypeAdapter, ValidationError
+
+from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, StudyForm
+from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, section_with
+from stemcal.study.reading.messages import finding_of
+from stemcal.study.reading.partly import partly
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types.named import naming_of, own_targets
+from stemcal.study.types.strict_yaml import NodePath
+from stemcal.words import listed, nearest
+
+
+def read_sections(data: Any, folder: Path) -> Sections:
+    """Read each section of a spec's tree by itself; files are found beside the spec."""
+    sections = Sections(folder)
+    if not isinstance(data, dict):
+        message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
+        sections.findings.append(Finding((), message, "start from `stemcal init`"))
+        return sections
+    sections.findings += _unknown_sections(data)
+    for name, key in StudyForm.model_fields.items():
+        if name in data:
+            _READ.get(name, Sections.read)(sections, name, data[name])
+        elif key.is_required():
+            sections.findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
+        else:
+            sections.good[name] = key.get_default()
+        if name == "conditions":  # what follows is written under the names declared by now
+            sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
+    sections.fit_all_responses(data)
+    return sections
+
+
+@dataclass
+class Sections:
+    """The valid sections by name, and of the others what rules can look at; what is wrong; the names declared."""
+
+    folder: Path
+    good: dict[str, Any] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+    naming: Naming = CUTTING
+
+    @property
+    def context(self) -> dict[str, Any]:
+        """What the types of the model need to know beside a value."""
+        return {"spec": self.folder, "naming": self.naming}
+
+    def read(self, name: str, given: Any) -> None:
+        """Read a section; of one that is wrong, what is good of it."""
+        if given is None:
+            self.findings.append(Finding((name,), "is empty", "fill it in or remove it"))
+            return
+        try:
+            self.good[name] = _adapter(name).validate_python(given, context=self.context)
+        except ValidationError as error:
+            self.findings += _findings(error, (name,))
+            if (rest := partly(_kind_of(name), given, self.context)) is not None:
+                self.good[name] = rest
+
+    def read_targets(self, name: str, given: Any) -> None:
+        """Read the targets, which a study of its own names writes under these."""
+        if self.naming.is_cutting or given is None:
+            self.read(name, given)
+            return
+        targets, wrong = own_targets(given, self.naming)
+        self.findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
+        if targets is not None and not wrong:
+            try:
+                self.good[name] = _adapter(name).validate_python(targets, context=self.context)
+            except ValidationError as error:
+                self.findings += _findings(error, (name,))
+
+    def read_solver(self, name: str, given: Any) -> None:
+        """Read the solver; a program's ``result`` may be a mapping of readers by response."""
+        result = given.get("result") if isinstance(given, dict) else None
+        if isinstance(result, dict) and result and "kind" not in result and {*map(type, result.values())} == {dict}:
+            given = {**{key: value for key, value in given.items() if key != "result"}, "results": result}
+        self.read(name, given)
+
+    def read_factors(self, name: str, given: Any) -> None:
+        """Read the factors one by one: good ones are kept by their place in the list."""
+        if isinstance(given, list) and len(given) > MOST_FACTORS:
+            remedy = "screen those that may matter, and give the others under material"
+            message = f"there are {len(given)} factors, at most {MOST_FACTORS} can be"
+            self.findings.append(Finding((name,), message, remedy))
+            return
+        if not isinstance(given, list) or not given:
+            self.read(name, given)
+            return
+        good: dict[int, Factor] = {}
+        for index, entry in enumerate(given):
+            try:
+                good[index] = _factor_adapter().validate_python(_with_defaults(entry, index), context=self.context)
+            except ValidationError as error:
+                self.findings += _findings(error, (name, index))
+        self.good[name] = good
+
+    def fit_all_responses(self, data: dict[str, Any]) -> None:
+        """Let a study of several responses of its own fit all that are measured, unless the spec chooses."""
+        targets, invert = self.good.get("targets"), self.good.get("invert")
+        chosen = isinstance(data.get("invert"), dict) and "responses" in data["invert"]
+        if not self.good.get("responses") or targets is None or invert is None or chosen:
+            return
+        measured = dict.fromkeys(name for target in targets.means for name in target.further)
+        if measured:
+            self.good["invert"] = invert.model_copy(update={"responses": (FIRST, *measured)})
+
+
+_READ: dict[str, Callable[[Sections, str, Any], None]] = {
+    "factors": Sections.read_factors,
+    "targets": Sections.read_targets,
+    "solver": Sections.read_solver,
+}
+
+
+def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
+    known = tuple(StudyForm.model_fields)
+    for key in data:
+        if key not in known:
+            near, section = nearest(key, known), section_with(key)
+            remedy = f"remove it; the sections are {listed(known)}"
+            if near or section:
+                remedy = f"did you mean {near}?" if near else f"it belongs under {section}"
+            yield Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
+
+
+def _with_defaults(entry: Any, index: int) -> Any:
+    if not isinstance(entry, dict):
+        return entry
+    label = str(entry.get("name", "")).replace("_", " ")[:80] or "factor"
+    return {"symbol": f"X{index + 1}", "label": label, **entry}
+
+
+@functools.cache
+def _adapter(section: str) -> TypeAdapter[Any]:
+    return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
+
+
+def _kind_of(section: str) -> Any:
+    """Return the type of a section; of a solver that of the embedded one, the only one that rules look into."""
+    return EmbeddedSolver if section == "solver" else get_type_hints(StudyForm)[section]
+
+
+@functools.cache
+def _factor_adapter() -> TypeAdapter[Factor]:
+    return TypeAdapter(Factor)
+
+
+def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
+    """Return what pydantic finds wrong with a section, as findings."""
+    found = []
+    for entry in error.errors(include_url=False):
+        if entry["type"] == "too_short" and entry["input"]:
+            continue  # its wrong entries are reported; pydantic does not count them
+        shown = (*section, *entry["loc"])
+        is_tagged = section == ("solver",) and len(shown) > 1 and shown[1] in SOLVER_KINDS
+        path = ("solver", *_without_kind(shown[2:])) if is_tagged else shown
+        found.append(finding_of(entry, path, shown))
+    return found
+
+
+def _without_kind(path: NodePath) -> NodePath:
+    """Return a path below a solver without the kind of its result, which pydantic puts in and YAML has not."""
+    if path[:1] == ("results",) and len(path) > 2 and path[2] in RESULT_KINDS:
+        return (*path[:2], *path[3:])
+    return (path[0], *path[2:]) if len(path) > 1 and path[0] == "result" and path[1] in RESULT_KINDS else path

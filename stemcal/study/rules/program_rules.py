@@ -1,0 +1,208 @@
+"""Rules on what answers in place of the embedded solver: templates, results, the user's own deck, tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from stemcal.naming import CUTTING, DIAMETER, FORCE
+from stemcal.study.model import (
+    CommandSolver,
+    CsvResult,
+    JsonResult,
+    LsDynaSolver,
+    OpenRadiossSolver,
+    RegexResult,
+    ResultReader,
+)
+from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.types.placeholders import CHANCE, placeholders, template_bytes
+from stemcal.study.types.strict_yaml import NodePath
+from stemcal.words import did_you_mean, listed
+
+_MOST_UNKNOWN = 20
+_RESERVED = {"program-output.txt"}
+
+
+def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
+    """Templates and arguments name factors of the study or the diameter, nothing else."""
+    if not isinstance(draft.solver, CommandSolver):
+        return
+    condition = draft.naming.condition
+    known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
+    for index, path in enumerate(draft.solver.templates):
+        yield from _unknown_in_file(("solver", "templates", index), path, known)
+    for index, argument in enumerate(draft.solver.command):
+        for _, name in placeholders(argument.encode()):
+            if name not in known or index == 0:
+                message = f"{{{{{name[:60]}}}}} is no factor" if index else "the program itself cannot be a placeholder"
+                yield Finding(("solver", "command", index), message, did_you_mean(name, known) if index else "name it")
+
+
+def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
+    try:
+        content = template_bytes(path)
+    except OSError as error:
+        yield Finding(node, f"cannot be read: {error.strerror}", "check the file")
+        return
+    unknown = [(line, name) for line, name in placeholders(content) if name not in known]
+    for line, name in unknown[:_MOST_UNKNOWN]:
+        yield Finding(node, f"{path.name}:{line}: {{{{{name[:60]}}}}} is no factor", did_you_mean(name, known))
+
+
+def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
+    """Every factor stands in a template or an argument; one that does not has no effect."""
+    solver = draft.solver
+    if not isinstance(solver, CommandSolver):
+        return
+    try:
+        contents = [template_bytes(path) for path in solver.templates]
+    except OSError:
+        return
+    used = {name for text in contents for _, name in placeholders(text)}
+    used |= {name for argument in solver.command for _, name in placeholders(argument.encode())}
+    for index, factor in draft.factors.items():
+        if factor.name not in used:
+            message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
+            yield Finding(("factors", index, "name"), message, "write it where its value belongs")
+
+
+def chance_is_said(draft: Draft) -> Iterator[Finding]:
+    """A program that takes a seed, or is asked several times over, is not called deterministic."""
+    solver = draft.solver
+    if not isinstance(solver, CommandSolver):
+        return
+    if solver.deterministic and solver.replicates > 1:
+        message = f"a deterministic program gives {solver.replicates} times the same answer"
+        yield Finding(("solver", "replicates"), message, "write deterministic: false, or leave replicates out")
+    for index, path in enumerate(solver.templates):
+        yield from _seed_without_chance(("solver", "templates", index), _content(path), draft)
+    for index, argument in enumerate(solver.command):
+        yield from _seed_without_chance(("solver", "command", index), argument.encode(), draft)
+
+
+def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterator[Finding]:
+    if not isinstance(draft.solver, CommandSolver) or draft.solver.by_chance:
+        return
+    for name in dict.fromkeys(name for _, name in placeholders(content)):
+        if name in CHANCE and name not in draft.names:
+            message = f"{{{{{name}}}}} is for a program with chance in it"
+            yield Finding(node, message, "write deterministic: false under solver")
+
+
+def _content(path: Path) -> bytes:
+    """Return what a template holds; nothing where it cannot be read, which another rule tells."""
+    try:
+        return template_bytes(path)
+    except OSError:
+        return b""
+
+
+def mirrored_runs_stand_once(draft: Draft) -> Iterator[Finding]:
+    """The two stages of a definitive screening take every run once."""
+    solver, screen = draft.solver, draft.screen
+    mirrored = screen is not None and screen.design == "definitive-screening"
+    if isinstance(solver, CommandSolver) and mirrored and solver.replicates > 1:
+        message = "definitive-screening is judged in pairs of single runs"
+        yield Finding(("solver", "replicates"), message, "leave it out, or write screen.design: plackett-burman")
+
+
+def run_files_differ(draft: Draft) -> Iterator[Finding]:
+    """The files of a run have different names, also where case does not count."""
+    if not isinstance(draft.solver, CommandSolver):
+        return
+    seen = set(_RESERVED)
+    for key in ("templates", "files"):
+        for index, path in enumerate(getattr(draft.solver, key)):
+            if path.name.lower() in seen:
+                message = f"{path.name} is the name of another file in the run folder"
+                yield Finding(("solver", key, index), message, "rename one of them")
+            seen.add(path.name.lower())
+
+
+def reduction_has_what_it_needs(draft: Draft) -> Iterator[Finding]:
+    """``at``, ``mean_over`` and ``work`` know where, and what the numbers are plotted along."""
+    if not isinstance(draft.solver, CommandSolver):
+        return
+    if draft.solver.result is not None:
+        yield from _reduction(draft.solver.result, ("solver", "result"))
+    for name, result in draft.solver.results.items():
+        yield from _reduction(result, ("solver", "result", name))
+
+
+def _reduction(result: ResultReader, path: NodePath) -> Iterator[Finding]:
+    if result.reduction == "at" and result.at is None:
+        yield Finding(path, "reduction at needs a place", "add at: 2.5")
+    if result.reduction == "mean_over" and (result.over is None or result.over[0] > result.over[1]):
+        yield Finding(path, "reduction mean_over needs a range", "add over: [0, 1]")
+    along = _has_abscissa(result)
+    if result.reduction in ("at", "mean_over", "work") and not along:
+        remedy = "add a group (?P<x>…)" if result.kind == "regex" else "add along: NAME"
+        yield Finding(path, f"reduction {result.reduction} needs what it is plotted along", remedy)
+
+
+def every_response_is_read(draft: Draft) -> Iterator[Finding]:
+    """A program leaves each response; a single reader serves a single one."""
+    if not isinstance(draft.solver, CommandSolver):
+        return
+    names, path = [response.name for response in draft.naming.responses], ("solver", "result")
+    if draft.naming.response == FORCE:
+        names = [FORCE.name, *(n.name for n in draft.naming.further if n not in CUTTING.further)]
+    if draft.solver.result is None and not draft.solver.results:
+        yield Finding(("solver",), "'result' is missing", "add a line result: …")
+    elif draft.solver.result is not None and len(names) > 1:
+        remedy = f"write a reader under each name: {names[0]}: {{kind: …}}, {names[1]}: {{kind: …}}"
+        yield Finding(path, f"one reader cannot fill {len(names)} responses", remedy)
+    for name in draft.solver.results:
+        if name not in names:
+            yield Finding((*path, name), f"{name[:60]!r} is no response of this study", did_you_mean(name, names), True)
+    for name in names if draft.solver.results else ():
+        if name not in draft.solver.results:
+            yield Finding(path, f"nothing reads {name}", f"add {name}: {{kind: …}}")
+
+
+def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
+    """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
+    if draft.naming.is_cutting or not draft.stem_solver:
+        return
+    for section, is_own in (
+        ("responses", draft.naming.response != FORCE or draft.naming.further != CUTTING.further),
+        ("conditions", draft.naming.condition != DIAMETER),
+    ):
+        if is_own:
+            message = f"the {draft.stem_solver} solver answers with the maximum force on a stem of some diameter"
+            yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
+
+
+def _has_abscissa(result: ResultReader) -> bool:
+    """Whether a reader knows what its numbers are plotted along; named readers do."""
+    if isinstance(result, RegexResult):
+        return "(?P<x>" in result.pattern
+    return result.along is not None if isinstance(result, JsonResult | CsvResult) else True
+
+
+def command_names_deck(draft: Draft) -> Iterator[Finding]:
+    """LS-DYNA is told its deck."""
+    if not isinstance(draft.solver, LsDynaSolver):
+        return
+    names = [name for argument in draft.solver.command[1:] for _, name in placeholders(argument.encode())]
+    for name in names:
+        if name != "deck":
+            yield Finding(("solver", "command"), f"{{{{{name[:60]}}}}} has no meaning here", "write i={{deck}}")
+    if "deck" not in names:
+        yield Finding(("solver", "command"), "the command does not name the deck", 'add an argument "i={{deck}}"')
+
+
+def openradioss_hardens_isotropically(draft: Draft) -> Iterator[Finding]:
+    """The card that OpenRadioss deletes elements by has no hardening parameter."""
+    for index, factor in draft.factors.items():
+        if isinstance(draft.solver, OpenRadiossSolver) and factor.name == "hardening_parameter":
+            message = "has no effect: OpenRadioss's deck hardens isotropically"
+            yield Finding(("factors", index, "name"), message, "give it a fixed value under material")
+
+
+def table_answers_something(draft: Draft) -> Iterator[Finding]:
+    """A table solver has at least one table."""
+    solver = draft.solver
+    if solver and solver.kind == "table" and not (solver.screen or solver.rsm or solver.validate):
+        yield Finding(("solver",), "no table is given", "add " + listed(["screen", "rsm", "validate"]))

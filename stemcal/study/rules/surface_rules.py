@@ -1,0 +1,143 @@
+"""Rules on the response surface and the climb to it: factors, design, weights, blocks, coding, steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, strongest_asked
+from stemcal.study.rules.draft import Draft, Finding
+
+MOST_CCD_FACTORS = 8
+SPACE_FILLING = ("latin-hypercube", "sobol", "i-optimal")  # their size is free
+
+
+def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
+    """`rsm.factors` names factors of the study, each once."""
+    if draft.rsm is None or isinstance(draft.rsm.factors, str):
+        return
+    chosen = draft.rsm.factors
+    for index, name in enumerate(chosen):
+        path = ("rsm", "factors", index)
+        if name not in draft.names:
+            yield draft.unknown_factor(path, name, at_key=False)
+        elif name in chosen[:index]:
+            yield Finding(path, f"{name} stands here twice", "remove one")
+    if len(chosen) < 2:
+        yield Finding(("rsm", "factors"), "a response surface needs two factors or more", "add another")
+    if len(chosen) > MOST_CCD_FACTORS:
+        message = f"{len(chosen)} factors make {2 ** min(len(chosen), 60)} corner runs"
+        yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
+
+
+def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
+    """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
+    if draft.rsm is None or not (asked := strongest_asked(draft.rsm.factors)):
+        return
+    least, most = factors_taken(draft.rsm.design)
+    most = min(most, MOST_CCD_FACTORS, len(draft.names))
+    if not least <= asked <= most:
+        message = f"{draft.rsm.design} takes {least} to {most} of these {len(draft.names)} factors, not {asked}"
+        yield Finding(("rsm", "factors"), message, f"write strongest {least}")
+
+
+def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
+    """The design of the surface exists for its factors and has runs enough for a quadratic."""
+    if draft.rsm is None or isinstance(draft.rsm.factors, str):
+        return
+    k, rsm = len(draft.rsm.factors), draft.rsm
+    if rsm.design == "box-behnken" and not 3 <= k <= 7:
+        yield Finding(("rsm", "design"), f"box-behnken exists for 3 to 7 factors, not {k}", "write central-composite")
+    least = (k + 1) * (k + 2) // 2
+    if rsm.design in SPACE_FILLING and rsm.runs is not None and rsm.runs < least:
+        message = f"{rsm.runs} runs cannot carry the {least} coefficients of {k} factors"
+        yield Finding(("rsm", "runs"), message, f"take {2 * least}")
+
+
+def runs_are_used(draft: Draft) -> Iterator[Finding]:
+    """`rsm.runs` is for designs whose size is free."""
+    if draft.rsm and draft.rsm.runs is not None and draft.rsm.design not in SPACE_FILLING:
+        message = f"the size of {draft.rsm.design} follows from the factors"
+        yield Finding(("rsm", "runs"), message, "leave it out or write design: " + " or ".join(SPACE_FILLING))
+
+
+def constraints_fit(draft: Draft) -> Iterator[Finding]:
+    """`rsm.constraints` name factors, cut an I-optimal design, and leave room in the ranges."""
+    if draft.rsm is None:
+        return
+    for index, constraint in enumerate(draft.rsm.constraints):
+        path = ("rsm", "constraints", index)
+        if draft.rsm.design != "i-optimal":
+            message = f"the runs of a {draft.rsm.design} design lie where they lie"
+            yield Finding(path, message, "write design: i-optimal, or leave the constraint out")
+        for name in constraint.of:
+            if name not in draft.names:
+                yield draft.unknown_factor((*path, "of", name), name)
+
+
+def coarse_runs_are_possible(draft: Draft) -> Iterator[Finding]:
+    """`rsm.coarse` takes larger elements than the study's own, of a solver that can mesh otherwise, for quadratics."""
+    if draft.rsm is None or draft.rsm.coarse is None or draft.solver is None:
+        return
+    if draft.embedded is None:
+        message = f"solver {draft.solver.kind} does not say how it would mesh otherwise"
+        yield Finding(("rsm", "coarse"), message, "remove it, or use the embedded solver", at_key=True)
+        return
+    if draft.targets is not None:
+        at, own = draft.targets.calibrate_at, draft.embedded.element_size
+        if draft.rsm.coarse.element_size.at(at) <= own.at(at):
+            message = f"{draft.rsm.coarse.element_size} is no larger than solver.element_size, {own}"
+            yield Finding(
+                ("rsm", "coarse", "element_size"), message, f"take a larger one, such as {1.5 * own.at(at):g} mm"
+            )
+    if draft.refine is not None and draft.refine.model != "quadratic":
+        message = "a Gaussian process takes the coarse runs for the study's own"
+        yield Finding(("refine", "model"), message, "leave it out, or leave rsm.coarse out")
+
+
+def surface_weights_known(draft: Draft) -> Iterator[Finding]:
+    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set."""
+    rsm = draft.rsm
+    if rsm and rsm.weights == "phases" and not (draft.embedded and draft.embedded.phases > 1):
+        yield Finding(("rsm", "weights"), "the solver gives no scatter over mesh phases", "write solver.phases: 4")
+    if rsm and rsm.blocks == "orthogonal" and (rsm.design != "central-composite" or rsm.alpha != "rotatable"):
+        message = "orthogonal blocks are those of a central composite and set its alpha themselves"
+        yield Finding(("rsm", "blocks"), message, "write design: central-composite and leave alpha out")
+
+
+def coding_fits(draft: Draft) -> Iterator[Finding]:
+    """`rsm.coding` belongs to factors, lies within their ranges and keeps the corners physical."""
+    if draft.rsm is None:
+        return
+    for name in draft.rsm.coding:
+        if name not in draft.names:
+            yield draft.unknown_factor(("rsm", "coding", name), name)
+    yield from _coding_in_range(draft, draft.rsm)
+
+
+def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
+    for factor in draft.factors.values():
+        entry = rsm.coding.get(factor.name)
+        if entry is None:
+            continue
+        path = ("rsm", "coding", factor.name)
+        if factor.low < factor.high and not factor.low <= entry.center <= factor.high:
+            message = f"{entry.center:g} is outside the factor's range {factor.low:g} to {factor.high:g}"
+            yield Finding((*path, "center"), message, f"take {factor.centre:g} or so")
+        elif draft.embedded and factor.name in PARAMETERS and entry.center - entry.half_step <= 0:
+            message = f"center - half_step = {entry.center - entry.half_step:g} is not above 0"
+            yield Finding((*path, "half_step"), message, "take a smaller half_step")
+
+
+def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
+    """`climb.step_sizes` belong to factors, and the first step stays in their ranges."""
+    if draft.climb is None:
+        return
+    known = {factor.name: factor for factor in draft.factors.values()}
+    for name, size in draft.climb.step_sizes.items():
+        path = ("climb", "step_sizes", name)
+        if name not in draft.names:
+            yield draft.unknown_factor(path, name)
+        elif name in known and size > known[name].half_range * (1.0 + 1e-9):
+            factor = known[name]
+            message = f"a step of {size:g} from the middle, {factor.centre:g}, leaves {factor.low:g} to {factor.high:g}"
+            yield Finding(path, message, f"take at most {factor.half_range:g}")

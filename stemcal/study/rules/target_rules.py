@@ -1,0 +1,151 @@
+"""Rules on what was measured and what was published: diameters, forces, other responses, claims."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from stemcal.naming import FIRST, Naming
+from stemcal.study.model import Condition, Response, Target
+from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.types.named import declared_once
+from stemcal.words import did_you_mean
+
+_CLOSE = 1e-9
+CLAIMS = (
+    "r2",
+    "adjusted_r2",
+    "predicted_r2",
+    "adequate_precision",
+    "cv_percent",
+    "max_abs_error_percent",
+    "mean_abs_error_percent",
+)
+
+
+def names_are_free(draft: Draft) -> Iterator[Finding]:
+    """Responses and conditions have names that stand for nothing else."""
+    if draft.naming.is_cutting:
+        return
+    clashes = dict(declared_once(draft.naming, draft.names))
+    declared: list[tuple[str, Response | Condition]] = [("responses", response) for response in draft.responses or ()]
+    declared += [("conditions", condition) for condition in draft.conditions or ()]
+    counts = {section: 0 for section, _ in declared}
+    for section, one in declared:
+        index, counts[section] = counts[section], counts[section] + 1
+        if one.name in clashes:
+            message = f"{one.name!r} is the name of {clashes[one.name]} already"
+            yield Finding((section, index, "name"), message, "choose another name")
+
+
+def conditions_differ(draft: Draft) -> Iterator[Finding]:
+    """Each diameter has one target."""
+    seen: dict[float, int] = {}
+    for index, target in enumerate(draft.targets.means if draft.targets else ()):
+        first = seen.setdefault(round(target.condition, 9), index)
+        if first != index:
+            named = draft.naming
+            place = f"diameter {named.place(target.condition)}" if named.is_cutting else named.place(target.condition)
+            message = f"{place or 'the study'} has two {named.response.plural}"
+            remedy = f"keep one; give the mean {named.response.noun} with sd and n"
+            yield Finding(("targets", "forces", index, "diameter"), message, remedy)
+
+
+def calibration_has_target(draft: Draft) -> Iterator[Finding]:
+    """The diameter to calibrate at is one of the measured ones."""
+    if draft.targets is None:
+        return
+    conditions = [target.condition for target in draft.targets.means]
+    at = draft.targets.calibrate_at
+    if not any(math.isclose(at, condition, rel_tol=_CLOSE) for condition in conditions):
+        named = draft.naming
+        message = f"no {named.response.noun} is given for {named.place(at)}, only for {_listing(conditions, draft)}"
+        remedy = f"add its {named.response.noun} or calibrate at another {named.condition_noun}"
+        yield Finding(("targets", "calibrate_at"), message, remedy)
+
+
+def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
+    """`invert.diameters` names measured diameters, and the solver can answer at each."""
+    if draft.invert is None or draft.invert.conditions is None or draft.targets is None:
+        return
+    if draft.naming.condition is None:
+        remedy = "declare one under conditions, or remove this"
+        yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
+        return
+    if draft.solver and draft.solver.kind == "table":
+        message = f"the tables hold {draft.naming.response.plural} of one {draft.naming.condition_noun} only"
+        other = "the embedded solver" if draft.naming.is_cutting else "a solver that simulates"
+        yield Finding(("invert", "diameters"), message, f"remove it, or use {other}")
+    if draft.invert.conditions == "all":
+        return
+    measured = [target.condition for target in draft.targets.means]
+    for index, condition in enumerate(draft.invert.conditions):
+        if not any(math.isclose(condition, other, rel_tol=_CLOSE) for other in measured):
+            named = draft.naming
+            message = f"no {named.response.noun} is given for {named.place(condition)}, only for "
+            remedy = f"add its {named.response.noun} to targets, or remove it here"
+            yield Finding(("invert", "diameters", index), message + _listing(measured, draft), remedy)
+
+
+def _listing(values: Sequence[float], draft: Draft) -> str:
+    """List conditions with their unit."""
+    beside = "" if draft.naming.condition is None else draft.naming.condition.beside
+    return ", ".join(f"{value:g}" for value in values[:20]) + beside
+
+
+def process_fits_one_response(draft: Draft) -> Iterator[Finding]:
+    """A Gaussian process proposes points for one measured mean."""
+    invert, refine = draft.invert, draft.refine
+    if invert is None or refine is None or refine.model == "quadratic":
+        return
+    if invert.conditions is not None or len(invert.responses) > 1:
+        message = "a joint fit is refined on quadratics"
+        named = draft.naming
+        others = "invert.responses" if invert.conditions is None else named.fitted_at
+        remedy = f"leave it out, or fit one {named.response.noun}: leave {others} out"
+        yield Finding(("refine", "model"), message, remedy)
+
+
+def responses_measured(draft: Draft) -> Iterator[Finding]:
+    """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
+    if draft.invert is None or draft.targets is None or draft.invert.responses == (FIRST,):
+        return
+    path, names, named = ("invert", "responses"), draft.invert.responses, draft.naming
+    if named.is_cutting and draft.solver and draft.solver.kind != "embedded":
+        yield Finding(path, f"solver {draft.solver.kind} answers with a force only", "remove it")
+    if FIRST not in names or len(set(names)) < len(names):
+        listed = ", ".join(named.named(name).name for name in names)
+        message = f"{listed}: the {named.response.noun} belongs there, and each once"
+        yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
+    for name in names:
+        yield from _weighed(draft.targets.means, name, draft.naming)
+
+
+def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
+    """Demand a value and a standard deviation of a response at one diameter at least."""
+    name = naming.named(response).name
+    sd = "sd" if response == FIRST else f"{name}_sd"
+    given = [sd for mean, sd in (target.mean_of(response) for target in targets) if mean is not None]
+    where = "targets.forces" if naming.is_cutting else "targets"
+    if not given:
+        yield Finding(("invert", "responses"), f"no {name} is given in {where}", "add it, or remove it here")
+    elif all(scatter is None for scatter in given):
+        at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
+        message = f"{name} has no {sd}{at_any}: there is nothing to weigh it by"
+        yield Finding(("invert", "responses"), message, f"add {sd} to a target")
+
+
+def published_factors_exist(draft: Draft) -> Iterator[Finding]:
+    """A published solution names factors of the study."""
+    for section in ("solution", "called") if draft.published else ():
+        for name in getattr(draft.published, section):
+            if name not in draft.names:
+                yield draft.unknown_factor(("published", section, name), name)
+
+
+def claims_known(draft: Draft) -> Iterator[Finding]:
+    """A printed claim is about a number that the audit computes."""
+    for name in draft.published.claims if draft.published else ():
+        if name not in CLAIMS:
+            message = f"{name[:60]!r} is no claim the audit knows"
+            yield Finding(("published", "claims", name), message, did_you_mean(name, CLAIMS), at_key=True)

@@ -1,0 +1,192 @@
+"""Field types of the study: quantities with a unit, files beside the spec, names.
+
+The same models serve two readers. From YAML (validation context ``{"spec": folder}``) a quantity is a text
+with its unit and a file is resolved against the folder of the spec; from Python both are taken as they are.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path, PureWindowsPath
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, Field, GetCoreSchemaHandler, StringConstraints, WithJsonSchema
+from pydantic import GetJsonSchemaHandler as JsonHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from stemcal.files.showing import unprintable
+from stemcal.study.types import units
+
+_NUMBER = r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?"
+
+
+def complain(message: str, remedy: str = "") -> PydanticCustomError:
+    """Return the error that ends up as one `SpecProblem`; raise it inside a validator."""
+    return PydanticCustomError("stemcal", "{message}", {"message": message, "remedy": remedy})
+
+
+def _spellings(unit: str) -> str:
+    """Return a pattern of the ways to write a unit: µm for um, kg/m³ or kg/m^3 for kg/m3, ° for deg."""
+    pattern = re.escape(unit).replace("um", "[uµμ]m").replace("deg", "(?:deg|°)")
+    return re.sub(r"(?<=[a-z])([23])", lambda m: rf"\^?[{m[1]}{'²³'[int(m[1]) - 2]}]", pattern)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with a unit, held in internal units. Bounds are in internal units too."""
+
+    dimension: str
+    above: float = -math.inf
+    at_least: float = -math.inf
+    below: float = math.inf
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> dict[str, Any]:
+        return self.json_schema()
+
+    def json_schema(self) -> dict[str, Any]:
+        """Return the JSON schema of the text in YAML."""
+        names = "|".join(_spellings(name) for name in units.units_of(self.dimension))
+        example = f"1 {units.INTERNAL[self.dimension]}"
+        return {"type": "string", "pattern": f"^{_NUMBER} *({names})$", "examples": [example]}
+
+    def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
+        """Return the internal value of `given`, a text with unit or (outside YAML) a plain number."""
+        value = self._parsed(given, from_yaml=info.context is not None)
+        unit = units.INTERNAL[self.dimension]
+        if not abs(value) <= MOST:
+            raise complain(f"{given} is beyond what can be computed with", "check number and unit")
+        if not value > self.above:
+            raise complain(f"{given} must be above {self.above:g} {unit}", "write a larger value")
+        if not value >= self.at_least:
+            raise complain(f"{given} must not be below {self.at_least:g} {unit}", "write a larger value")
+        if not value < self.below:
+            raise complain(f"{given} must be below {self.below:g} {unit}", "write a smaller value")
+        return value
+
+    def _parsed(self, given: Any, from_yaml: bool) -> float:
+        unit = units.INTERNAL[self.dimension]
+        if isinstance(given, str):
+            try:
+                return units.parse(given, self.dimension)
+            except units.UnitError as error:
+                raise complain(error.message, error.remedy) from None
+        if isinstance(given, bool) or not isinstance(given, int | float):
+            raise complain("should be a number with a unit", f'write it like "1 {unit}"')
+        if from_yaml:
+            raise complain(f"{given:g} has no unit", f'write "{given:g} {unit}"')
+        return float(given) if abs(given) <= MOST else math.inf  # a whole number of 400 digits is no float
+
+
+def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
+    if info.context is None:
+        return given
+    if not isinstance(given, str) or not given.strip():
+        raise complain("should be the name of a file", "write its path relative to the spec")
+    folder: Path = info.context["spec"]
+    if "\0" in given or len(given) > 1000:
+        raise complain("is not a usable file name", "write its path relative to the spec")
+    windows = PureWindowsPath(given)
+    if Path(given).is_absolute() or windows.drive or windows.root:
+        raise complain(f"{given!r} is an absolute path", "write it relative to the spec")
+    return _inside(folder, given)
+
+
+def _inside(folder: Path, given: str) -> Path:
+    outside = complain(f"{given!r} lies outside the folder of the spec", "copy the file beside the spec")
+    if ".." in PureWindowsPath(given).parts:
+        raise outside
+    try:
+        path = (folder / given).resolve()
+        found = path.is_file()
+    except (OSError, RuntimeError, ValueError):
+        raise complain(f"file {given!r} cannot be opened", "check its name") from None
+    if not path.is_relative_to(folder.resolve()):
+        raise outside
+    if not found:
+        raise complain(f"file {given!r} does not exist ({path})", "check its name; it is relative to the spec")
+    return path
+
+
+SpecFile = Annotated[
+    Path,
+    BeforeValidator(_resolve_file),
+    WithJsonSchema({"type": "string", "description": "file, relative to the spec"}),
+]
+"""A file inside the folder of the spec, resolved; it exists when it came from YAML."""
+
+MOST = 1e30  # numbers whose powers are still numbers
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MOST, le=MOST)]
+Whole = Annotated[int, Field(strict=True)]
+
+
+def _readable(text: str) -> str:
+    """Refuse what would command a terminal, or turn a line of a table around."""
+    if (found := unprintable(text)) is not None:
+        raise complain(f"has the control character {found} in it", "leave it out")
+    return text
+
+
+Readable = AfterValidator(_readable)
+Title = Annotated[
+    str, StringConstraints(strict=True, max_length=300), AfterValidator(lambda text: _readable(" ".join(text.split())))
+]
+Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=80), Readable]
+
+_RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter", "status", "key", "reason"}
+
+
+def _column_name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+        remedy = "use letters, digits and _, such as yield_stress"
+        raise complain(f"{name[:60]!r} is not a name that can head a column", remedy)
+    if len(name) > 40:
+        raise complain(f"the name has {len(name)} characters", "use at most 40")
+    return name
+
+
+def _factor_name(name: str) -> str:
+    _column_name(name)
+    if name.lower() in _RESERVED_COLUMNS:
+        raise complain(f"{name!r} is the name of a result column", "choose another name")
+    return name
+
+
+_COLUMN = WithJsonSchema({"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$", "maxLength": 40})
+FactorName = Annotated[
+    str, BeforeValidator(lambda name: _factor_name(name) if isinstance(name, str) else name), _COLUMN
+]
+ColumnName = Annotated[
+    str, BeforeValidator(lambda name: _column_name(name) if isinstance(name, str) else name), _COLUMN
+]
+
+_DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt") for i in range(10)}
+
+
+def _study_name(name: str) -> str:
+    remedy = "use up to 64 letters, digits, - and _"
+    if not name.strip():
+        raise complain("the name is empty", remedy)
+    if len(name) > 64 or len(name.encode("utf-8", "replace")) > 200:
+        raise complain(f"the name has {len(name)} characters, too many for a folder", remedy)
+    bad = next((letter for letter in name if letter in '<>:"/\\|?*' or not letter.isprintable()), None)
+    if bad:
+        raise complain(f"{bad!r} cannot be in the name of a folder", remedy)
+    if name != name.strip():
+        raise complain(f"{name!r} has space around it", remedy)
+    if name.startswith(".") or name.endswith("."):
+        raise complain(f"{name!r} begins or ends with a point", remedy)
+    if name.split(".")[0].rstrip().lower() in _DEVICES:
+        raise complain(f"{name!r} is a device on Windows, not a folder", "choose another name")
+    return name
+
+
+StudyName = Annotated[
+    str,
+    BeforeValidator(lambda name: _study_name(name) if isinstance(name, str) else name),
+    WithJsonSchema({"type": "string", "maxLength": 64}),
+]

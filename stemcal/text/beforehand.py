@@ -1,0 +1,53 @@
+"""What `check` says of designs and programs; light, for nothing is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stemcal.notes import Note
+from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TakenForDeterministic, TooFewFactors
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence, states
+
+
+def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
+    """Return what notes say."""
+    return [sentence(note, names or Names()) for note in notes]
+
+
+states(
+    FactorsWanted,
+    "rsm.design box-behnken wants {least} to {most} factors. If fewer are significant, the surface takes the {least} "
+    "of largest contribution, and some of its terms are noise; if more, the {most} strongest. `rsm.factors: strongest "
+    "{least}` says so beforehand; central-composite needs only two.",
+)
+states(
+    TooFewFactors,
+    "rsm.design box-behnken wants {least} to {most} factors, this study has {factors}: it will end after the "
+    "screening. Write central-composite.",
+)
+states(
+    TakenForDeterministic,
+    "solver.deterministic is not given: equal inputs are taken to give equal answers, so centre points count once and "
+    "no scatter is expected. Write true, and one run is repeated to check, or false if there is chance in the program.",
+)
+
+
+@sentence.register
+def _(note: SmallScreening, names: Names) -> str:
+    none = (
+        "screen.runs {runs} for {factors} factors: each main effect is wholly aliased with two-factor interactions, "
+        "and no residual df are left to test against. In the usual {usual_runs} runs a third of an interaction is in "
+        "it, and {usual_df} df are left."
+    )
+    one = (
+        "screen.runs {runs} for {factors} factors: each main effect is wholly aliased with two-factor interactions, "
+        "and {count} residual df is left to test against. In the usual {usual_runs} runs a third of an interaction is "
+        "in it, and {usual_df} df are left."
+    )
+    many = (
+        "screen.runs {runs} for {factors} factors: each main effect is wholly aliased with two-factor interactions, "
+        "and {count} residual df are left to test against. In the usual {usual_runs} runs a third of an interaction is "
+        "in it, and {usual_df} df are left."
+    )
+    return names.say(none, **vars(note)) if note.df == 0 else names.say_number(one, many, note.df, **vars(note))

@@ -1,0 +1,328 @@
+"""What a calibration says: the values found, how well they are known, what they hold for, and its remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
+from stemcal.doe.calibration.posterior import LONG_ENOUGH
+from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
+from stemcal.notes import Weight
+from stemcal.stages.invert.joint import RangesChosenAfter
+from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
+from stemcal.stages.invert.single import PublishedIncomplete
+from stemcal.stages.invert.stage import ConstraintBroken
+from stemcal.stages.mesh.result import MeshResult
+from stemcal.text.language import say
+from stemcal.text.names import Names
+from stemcal.text.notes import Remark, states
+from stemcal.text.numbers import fixed, interval, significant, unit_written
+
+KNOWN = "known"
+"""The kind of the remarks that say how well the parameters are known."""
+
+
+def outcome(stage: InvertResult, names: Names) -> list[str]:
+    """Say which values were found and, of a joint fit, how far its surfaces miss each response."""
+    values = [f"{names.factor(name)} = {significant(value)}" for name, value in stage.point.solution.items()]
+    if stage.joint is None:
+        template = "The surface meets the measured {target:response .6g} at {values:all}."
+        return [names.say(template, target=stage.target, values=values)]
+    joint, errors = stage.joint, dict[str, float]()
+    for row in joint.rows:
+        errors[row.response] = max(errors.get(row.response, 0.0), abs(row.error_percent))
+    missed = [
+        names.say("{error:fixed 1} % of the {response}", error=error, response=names.naming.named(name).long)
+        for name, error in errors.items()
+    ]
+    fitted = "The joint fit to {count} measured values gives {values:all}."
+    return [
+        names.say(fitted, count=len(joint.rows) + len(joint.further), values=values),
+        say("Largest error of its surfaces: {missed:all}.", missed=missed),
+    ]
+
+
+def certainty(stage: InvertResult, names: Names) -> list[str]:
+    """Say how well the parameters are known, and what tells of it."""
+    parts = [(known(part, stage, names), unseen_changes(part, names)) for part in stage.known]
+    if stage.joint is not None:
+        formula = [] if stage.joint.null is None else [_without_mechanics(stage.joint.null, stage.joint)]
+        return [*(said for keeps, _ in parts for said in keeps), *_left_out(stage.joint, names), *formula]
+    expected = stage.point.prediction_interval
+    said = [_prediction(expected, names)]
+    if len(stage.point.solution) > 1:
+        one = "One measured {response} cannot fix several parameters: other combinations meet it as well."
+        said.append(names.say(one, response=names.response.long))
+        said.append(say("The rule `{rule}` chose this one.", rule=stage.rule))
+        said += [sentence for part in parts for each in part for sentence in each]
+    return said
+
+
+def _prediction(expected: tuple[float, float] | None, names: Names) -> str:
+    if expected is None:
+        return say("The surface has as many terms as runs, so the error of its predictions is unknown.")
+    template = (
+        "A simulation with the calibrated parameters should give {expected:responses} (95 % prediction interval)."
+    )
+    return names.say(template, expected=expected)
+
+
+def source(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> str:
+    """Name the measurements that intervals come from, as a heading does."""
+    labels = {
+        "joint": "joint fit",
+        "single": "{response} at {condition:condition} alone",
+        "unconditioned": "{response} alone",
+    }
+    return names.say(labels[_kind(part, names)], response=names.response.long, condition=stage.condition)
+
+
+def _kind(part: Certainty, names: Names) -> str:
+    return "unconditioned" if part.source == "single" and names.naming.condition is None else part.source
+
+
+_KEEPS = {
+    "joint": "The joint fit keeps {kept:all}.",
+    "single": "The {response} at {condition:condition} alone keeps {kept:all}.",
+    "unconditioned": "The {response} alone keeps {kept:all}.",
+}
+_LEAVES = {
+    "joint": "The joint fit leaves {free:factors} free.",
+    "single": "The {response} at {condition:condition} alone leaves {free:factors} free.",
+    "unconditioned": "The {response} alone leaves {free:factors} free.",
+}
+
+
+def known(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> list[str]:
+    """Say which factors measurements fix, within which interval, which they leave free, and what that assumes."""
+    between = "{factor:factor} between {low} and {high} ({share:.0f} % of its range)"
+    kept = [
+        names.say(
+            between,
+            factor=factor,
+            low=significant(low),
+            high=_with_unit(significant(high), part.units[factor]),
+            share=100.0 * part.share[factor],
+        )
+        for factor, (low, high) in part.intervals.items()
+        if factor not in part.free
+    ]
+    kind, fields = _kind(part, names), {"response": names.response.long, "condition": stage.condition}
+    said = [names.say(_KEEPS[kind], kept=kept, **fields)] if kept else []
+    if part.free:
+        said.append(names.say("It leaves {free:factors} free." if kept else _LEAVES[kind], free=part.free, **fields))
+    return [*said, *assumption(part)]
+
+
+def assumption(part: Certainty) -> list[str]:
+    """Say what intervals assume of the measured values; nothing where their scatter is estimated."""
+    said = {
+        "exact": "The measured value is treated as exact because no SD was given.",
+        "known_sd": "The SD is treated as known because the number of specimens was not given.",
+    }
+    return [say(said[part.assumption])] if part.assumption else []
+
+
+def unseen_changes(part: Certainty, names: Names) -> list[str]:
+    """Say what changes together without any measured response changing."""
+    template = "Not seen: {changes:all} together change no measured response (to first order)."
+    return [
+        say(template, changes=[_change(factor, size, part, names) for factor, size in changes.items()])
+        for changes in part.unseen_changes
+    ]
+
+
+def _change(factor: str, size: float, part: Certainty, names: Names) -> str:
+    size_written = names.say("{size:+.3g}", size=size)
+    return f"{names.factor(factor)} {_with_unit(size_written, part.units[factor])}"
+
+
+def _with_unit(number: str, unit: str) -> str:
+    return f"{number} {unit_written(unit)}".rstrip()
+
+
+def valid_for(stage: InvertResult) -> list[str]:
+    """Say what the values hold for."""
+    settings = [f"{name} {value}" for name, value in (stage.belongs_to or {}).items()]
+    return [say("These values hold for {settings:all}: cite them together.", settings=settings)] if settings else []
+
+
+def assumptions(stage: InvertResult, meshed: bool) -> list[str]:
+    """Say what the 95 % ranges assume; `meshed` tells whether the scatter over meshes is in them."""
+    if stage.certainty is None:
+        return []
+    fixed_mesh = "The ranges assume that the mesh stays in its place; a section `mesh` shows what that is worth."
+    return [*assumption(stage.certainty), *([say(fixed_mesh)] if stage.belongs_to and not meshed else [])]
+
+
+def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
+    """Explain which range to cite, beside the points where the surface alone meets the target."""
+    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
+        return []
+    exact = [f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution]
+    return [
+        say("Cite the 95 % range: all values that agree with the measurement, the other parameters free."),
+        *assumption(stage.certainty),
+        say("Free: three quarters of the range or more."),
+        names.say("The surface meets the target exactly at {exact:all}, its own error left out.", exact=exact),
+    ]
+
+
+def remarks(stage: InvertResult, names: Names) -> Iterator[Remark]:
+    """Yield what the numbers of a calibration are worth."""
+    yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
+    for part in stage.known:
+        yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)
+        if part.posterior is not None and part.posterior.chain_length < LONG_ENOUGH:
+            rough = (
+                "The chains of the posterior are only {length:.0f} autocorrelation times long ({samples:.0f} "
+                "independent samples): its intervals are rough."
+            )
+            fields = {"length": part.posterior.chain_length, "samples": part.posterior.effective_samples}
+            yield Remark(say(rough, **fields), Weight.TRUST, "short_chains", claims=True)
+    if stage.published is not None:
+        yield from _of_published(stage.published, names)
+
+
+def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:
+    point = stage.point
+    if len(point.solution) > 1:
+        one_of_many = (
+            "One measured {response} cannot fix {factors} factors: the solution is one point of a whole set, and the "
+            "ranges show how far each factor may move along it."
+        )
+        text = names.say(one_of_many, response=names.response.long, factors=len(point.solution))
+        yield Remark(text, Weight.TRUST, "one_of_many")
+    if stage.share is not None:
+        share = "The 95 % prediction interval holds the target in {percent:.0f} % of the region."
+        yield Remark(say(share, percent=100.0 * stage.share), Weight.ASIDE, "share_of_region")
+    if not point.inside:
+        outside = (
+            "The solution lies {distance:.2f} coded units from the centre, outside the region that the design supports "
+            "(radius {radius:.2f}): the surface extrapolates there."
+        )
+        text = say(outside, distance=point.coded_radius, radius=stage.radius)
+        yield Remark(text, Weight.NUMBERS, "solution_outside")
+
+
+def _of_many(joint: JointFitted, names: Names) -> Iterator[Remark]:
+    missed = (
+        "The surfaces miss the {count} measured values by at most {error:.1f} %; no point of the region brings the "
+        "largest error below {best:.1f} %."
+    )
+    fields = {"error": joint.max_abs_error_percent, "best": joint.best_worst_error_percent}
+    yield Remark(say(missed, count=len(joint.rows), **fields), Weight.USE, "surfaces_miss")
+    for row in joint.further:
+        yield Remark(_also_fitted(row, names), Weight.TRUST, "also_fitted")
+    if joint.further:
+        independent = "Means of the same specimens are treated as independent."
+        yield Remark(say(independent), Weight.TRUST, "independent_means")
+    if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
+        work = "The work follows from force and travel: fitted with both, it makes the intervals somewhat too narrow."
+        yield Remark(say(work), Weight.TRUST, "dependent_work")
+    for left_out in _left_out(joint, names):
+        yield Remark(left_out, Weight.USE, "left_out")
+    if joint.null is not None:
+        better = joint.null.beaten_by(joint.max_abs_left_out_error_percent)
+        weight = Weight.TRUST if better is None else Weight.ASIDE if better else Weight.USE
+        yield Remark(_without_mechanics(joint.null, joint), weight, "without_mechanics")
+    yield Remark(say(_WEIGHTS[joint.scatter]), Weight.TRUST, "weights")
+    if joint.p is not None and joint.p < 0.05:
+        wrong = (
+            "The misfit is {times:.1f} times what the known scatter explains (p = {p:.2g}): the model is wrong "
+            "somewhere, and the intervals are too narrow."
+        )
+        yield Remark(say(wrong, times=(joint.misfit or 0.0) / joint.df, p=joint.p), Weight.USE, "misfit_too_large")
+
+
+def _also_fitted(row: JointRow, names: Names) -> str:
+    at = "Also fitted: {response} at {condition:condition}, measured {measured}, surface {predicted} ({error:+.1f} %)."
+    plain = "Also fitted: {response}, measured {measured}, surface {predicted} ({error:+.1f} %)."
+    named = names.naming.named(row.response)
+    return names.say(
+        plain if names.naming.condition is None else at,
+        response=named.long,
+        condition=row.condition,
+        measured=named.text(row.measured, ".4g"),
+        predicted=named.text(row.predicted, ".4g"),
+        error=row.error_percent,
+    )
+
+
+def _left_out(joint: JointFitted, names: Names) -> list[str]:
+    error, condition = joint.max_abs_left_out_error_percent, names.naming.condition
+    if error is None:
+        return []
+    each = "With each {condition} left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
+    response = "With each response left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
+    several = condition is not None and len({row.condition for row in joint.rows}) > 1
+    return [names.say(each if several else response, condition=condition.long if condition else "", error=error)]
+
+
+def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
+    """Say what formulas reach without mechanics, and whether the joint fit does better, by what was left out."""
+    fields = {
+        "count": null.conditions,
+        "exponent": null.exponent,
+        "error": fixed(null.max_abs_error_percent, 1),
+        "left_out": fixed(null.max_abs_left_out_error_percent, 1),
+        "fixed_exponent": FIXED_EXPONENT,
+        "fixed_error": fixed(null.fixed_max_abs_error_percent, 1),
+        "fixed_left_out": fixed(null.fixed_max_abs_left_out_error_percent, 1),
+        "joint_error": fixed(joint.max_abs_error_percent, 1),
+        "joint_left_out": fixed(joint.max_abs_left_out_error_percent, 1),
+    }
+    one = (
+        "Without mechanics, F = a·d^{fixed_exponent:g} through the same {count} forces misses by at most {fixed_error} "
+        "% (left out in turn {fixed_left_out} %), the joint fit by {joint_error} % ({joint_left_out} %)."
+    )
+    both = (
+        "Without mechanics, F = a·d^{exponent:.2f} through the same {count} forces misses by at most {error} % (left "
+        "out in turn {left_out} %), F = a·d^{fixed_exponent:g} by {fixed_error} % ({fixed_left_out} %), the joint fit "
+        "by {joint_error} % ({joint_left_out} %)."
+    )
+    judged = {
+        None: "Nothing is left out to compare them by.",
+        True: "The joint fit predicts the diameters better than a formula.",
+        False: "The joint fit predicts the diameters no better than a formula.",
+    }
+    errors = say(one if null.exponent is None else both, **fields)
+    return f"{errors} {say(judged[null.beaten_by(joint.max_abs_left_out_error_percent)])}"
+
+
+def _of_published(published: PublishedPoint, names: Names) -> Iterator[Remark]:
+    at = (
+        "At the published solution the surface predicts {predicted:response .2f}, {difference:response +.2f} from the "
+        "target."
+    )
+    text = names.say(at, predicted=published.point.predicted, difference=published.difference)
+    yield Remark(text, Weight.TRUST, "published_solution")
+    if not published.point.inside:
+        outside = "The published solution lies outside the design region: the surface extrapolates there."
+        yield Remark(say(outside), Weight.NUMBERS, "published_outside")
+
+
+_WEIGHTS = {
+    "measured": "Weights: the measured scatter, one coefficient of variation for a kind, and the surface's error.",
+    "pooled": "Weights: the measured scatter; means without an SD take the coefficient of variation of the others.",
+    "misfit": "No SD was given: relative weights are equal, and the misfit of the fit itself gives the scatter.",
+    "surface": "No SD was given: the measured values are treated as exact, and only the surface's own error counts.",
+}
+
+states(
+    FreeFactors,
+    "The target leaves {factors:factors} free over the whole region.",
+)
+states(
+    SecondSolution,
+    "A second solution lies equally far from the centre; the one given has the higher levels.",
+)
+states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
+states(
+    RangesChosenAfter,
+    "The ranges were chosen after the measured values were known: what is left out in turn is no independent check.",
+)
+states(
+    ConstraintBroken,
+    "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
+)

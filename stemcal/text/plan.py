@@ -1,0 +1,121 @@
+"""What is said of a plan: what designs can find, what a study takes, what is too much."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stemcal.notes import Note
+from stemcal.overview.foresight import TooLong, TooMuchMemory
+from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
+from stemcal.text.language import say, say_number
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence, states
+from stemcal.text.numbers import duration
+
+
+def total(found: Plan) -> list[str]:
+    """Say how many runs are left, and what they take."""
+    said = [say_number("{count} run to compute.", "{count} runs to compute.", found.to_run)]
+    if found.seconds is not None:
+        sources = {
+            "none": "On one core they take {time}.",
+            "guess": "On one core they take {time}, by a guess.",
+            "tried": "On one core they take {time}, by half a second of a run on this machine.",
+            "recorded": "On one core they take {time}, by runs recorded on this machine ({recorded}).",
+        }
+        said.append(say(sources[found.source], time=duration(found.seconds), recorded=found.recorded_runs))
+    if found.elapsed is not None and found.to_run:
+        one = "The whole study takes about {time} with {count} worker."
+        many = "The whole study takes about {time} with {count} workers."
+        said.append(say_number(one, many, found.workers, time=duration(found.elapsed)))
+    if found.memory:
+        said.append(say("A run takes about {memory} of memory.", memory=in_bytes(found.memory)))
+    return said
+
+
+def in_bytes(count: float) -> str:
+    """Return an amount of memory as people say it.
+
+    >>> in_bytes(2.5e8), in_bytes(7.1e9), in_bytes(3e15), in_bytes(float('inf'))
+    ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB')
+    """
+    if count < 1e12:
+        return say("{amount:.1f} GB", amount=max(count / 1e9, 0.1))
+    return say("{amount:.1f} TB", amount=count / 1e12) if count < 1e15 else say("more than 1000 TB")
+
+
+def in_hours(hours: float) -> str:
+    """Return a long time as people say it.
+
+    >>> in_hours(49.6), in_hours(2e4), in_hours(float('inf'))
+    ('about 50 h', 'about 833 days', 'more than 100 years')
+    """
+    if hours > 100 * 8766:
+        return say("more than 100 years")
+    return say("about {hours:.0f} h", hours=hours) if hours < 240 else say("about {days:.0f} days", days=hours / 24)
+
+
+def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
+    """Return what notes say."""
+    return [sentence(note, names or Names()) for note in notes]
+
+
+states(FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
+states(DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
+states(CannotCarry, "{stage}, {design}: {reason}")
+
+
+@sentence.register
+def _(note: OtherMeshes, names: Names) -> str:
+    plain = "mesh simulates the solution at {places} places of the mesh (conditions: {conditions})."
+    sized = (
+        "mesh simulates the solution at {places} places of the mesh and with other elements (sizes: {sizes}; "
+        "conditions: {conditions})."
+    )
+    return names.say(sized if note.sizes else plain, **vars(note))
+
+
+@sentence.register
+def _(note: DesignPower, names: Names) -> str:
+    saturated = (
+        "{stage}, {design}: {runs} runs for {coefficients} coefficients leave no residual df: no F test is possible."
+    )
+    tested = (
+        "{stage}, {design}: {runs} runs for {coefficients} coefficients leave {df} residual df. Chance that the "
+        "weakest term is found, for changes of so many standard deviations of the scatter: {chances}. Largest leverage "
+        "{leverage:.2f}."
+    )
+    chances = ", ".join(
+        say("{ratio}σ {chance:.0%}", ratio=ratio, chance=chance) for ratio, chance in note.weakest.items()
+    )
+    return names.say(tested if note.df else saturated, chances=chances, **vars(note))
+
+
+@sentence.register
+def _(note: TooMuchMemory, names: Names) -> str:
+    one = (
+        "A run needs about {each} of memory; this machine has {machine}: take coarser elements (solver.element_size) "
+        "or a shorter specimen."
+    )
+    several = (
+        "A run needs about {each} of memory, {count} at a time {all}; this machine has {machine}: take fewer workers "
+        "(--workers {workers})."
+    )
+    fields = {
+        "each": in_bytes(note.each),
+        "all": in_bytes(note.at_a_time * note.each),
+        "machine": in_bytes(note.machine),
+        "workers": note.workers,
+        "count": note.at_a_time,
+    }
+    return names.say(several if note.workers else one, **fields)
+
+
+@sentence.register
+def _(note: TooLong, names: Names) -> str:
+    return names.say(
+        "The runs would take {time}, more than {most:g} h: take coarser elements (solver.element_size), a larger "
+        "time_step or mass_scaling, or fewer runs.",
+        time=in_hours(note.hours),
+        most=note.most,
+    )

@@ -1,0 +1,49 @@
+"""What `status` says below its table: who works here, what failed, what is stale, the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stemcal.folder.store import Holder
+from stemcal.overview.status import StageStatus, Status
+from stemcal.text import verdict
+from stemcal.text.language import say, say_number
+from stemcal.text.names import Names
+from stemcal.text.runs import counted_reasons
+
+
+def lines(found: Status, names: Names) -> list[str]:
+    """Return what is said of a study's state, the verdict last."""
+    stages = [line for stage in found.stages for line in _stage(stage)]
+    return [_worker(found.working), *stages, *verdict.lines(found.verdict, names)]
+
+
+def _worker(working: Holder | None) -> str:
+    if working is None:
+        return say("No process works here now.")
+    if working.pid is None:
+        return say("A process works here.")
+    return say("Process {pid} on {host} works here since {since}.", **vars(working))
+
+
+def _stage(stage: StageStatus) -> Iterator[str]:
+    if stage.reasons:
+        template = "{stage}: failed: {reasons}; `stemcal runs SPEC --status failed` tells more."
+        yield say(template, stage=stage.stage, reasons=counted_reasons(stage.reasons))
+    if stage.censored:
+        yield say_number(
+            "{stage}: {count} response was not clearly past its maximum when the stroke ended.",
+            "{stage}: {count} responses were not clearly past their maximum when the stroke ended.",
+            stage.censored,
+            stage=stage.stage,
+        )
+    if stage.damaged:
+        yield say_number(
+            "{stage}: {count} record is damaged; its run will be done again.",
+            "{stage}: {count} records are damaged; their runs will be done again.",
+            stage.damaged,
+            stage=stage.stage,
+        )
+    if stage.changed:
+        changed = ", ".join(stage.changed)
+        yield say("{stage}.json is stale: {changed} changed since.", stage=stage.stage, changed=changed)

@@ -1,0 +1,295 @@
+"""What a response surface says: its outcome, how well it explains its runs, what to beware of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stemcal.doe.regression.surface_notes import (
+    CopiesOnly,
+    ExactSurface,
+    FlatSurface,
+    InfluentialRun,
+    MostlyNoise,
+    NoPointToSpare,
+    NothingRepeated,
+    RepeatedOverMeshes,
+    SaturatedSurface,
+    ScatterOverMeshes,
+    SurfaceRunsFailed,
+    TermsDropped,
+    TermsEntangled,
+    VerdictOnOneRun,
+)
+from stemcal.doe.regression.transform import BoxCox
+from stemcal.notes import Weight
+from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAsked, TableVaries
+from stemcal.stages.surface.result import Corrected, ReductionSteps, SurfaceResult
+from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfPlaces, ScatterOfSeeds, UnequalRepeats
+from stemcal.stages.surface.shape import Shape
+from stemcal.text import published
+from stemcal.text.language import all_of, say
+from stemcal.text.names import Names
+from stemcal.text.notes import Remark, remark, sentence, states
+
+
+def outcome(stage: SurfaceResult, names: Names) -> list[str]:
+    """Say what was fitted to which runs."""
+    responses = [run.response for run in stage.design.runs if run.response is not None]
+    template = (
+        "A quadratic surface over {factors:factors} was fitted to {runs} runs between {low:response} and "
+        "{high:response}."
+    )
+    return [names.say(template, factors=stage.names, runs=len(responses), low=min(responses), high=max(responses))]
+
+
+def certainty(stage: SurfaceResult, names: Names) -> list[str]:
+    """Say how well the surface explains its runs."""
+    if stage.r2 is None:
+        return [say("All runs gave the same response: there is nothing that the surface could explain.")]
+    lack = stage.anova_row("Lack of fit")
+    p = lack.p if lack is not None and stage.lack_of_fit_testable else None
+    explained = names.say(
+        "The surface explains {share:fixed 1} % of the variation between its runs (R² {r2:fixed 3}, predicted R² "
+        "{predicted:fixed 3}).",
+        share=100.0 * stage.r2,
+        r2=stage.r2,
+        predicted=stage.predicted_r2,
+    )
+    untested = "Its lack of fit cannot be tested."
+    misses = "It misses something: lack of fit is significant (p = {p:p})."
+    fits = "It shows no lack of fit (p = {p:p})."
+    return [explained, names.say(untested if p is None else misses if p < 0.05 else fits, p=p)]
+
+
+def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
+    """Return what a surface says beside its tables."""
+    said = [remark(note, names) for note in stage.notes]
+    facts = [*_facts(stage, names), *published.remarks(stage.published)]
+    return [*said, *facts]
+
+
+def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
+    if stage.reduction is not None:
+        yield Remark(_reduction(stage.reduction, names), Weight.TRUST, "reduction")
+    if stage.coarse is not None:
+        yield Remark(_correction(stage.coarse, names), Weight.TRUST, "coarse")
+    if stage.canonical is not None:
+        yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
+    if stage.box_cox is not None and stage.box_cox.advised != 1.0:
+        yield Remark(_box_cox(stage.box_cox, names), Weight.TRUST, "box_cox")
+    if stage.second_opinion is not None and stage.second_opinion.process_is_better:
+        yield Remark(_second_opinion(stage, names), Weight.TRUST, "second_opinion")
+    by_chance = isinstance(stage.pure_error, ScatterOfSeeds | EqualSeeds)
+    if stage.pure_error is not None and (by_chance or stage.lack_of_fit_testable):
+        yield remark(stage.pure_error, names)
+
+
+def _reduction(found: ReductionSteps, names: Names) -> str:
+    all_stay = "Reduction ({method}): every term stays."
+    some_go = (
+        "Reduction ({method}) leaves out {terms:factors}. The terms were chosen by the same runs, so p-values and "
+        "intervals are somewhat too favourable."
+    )
+    return names.say(some_go if found.dropped else all_stay, method=found.method, terms=found.dropped)
+
+
+def _correction(found: Corrected, names: Names) -> str:
+    alone = (
+        "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
+        "corrected by these: {factor:.3f} times the coarse one. What that leaves, a standard deviation of "
+        "{sd:response .2g} with {df} df, is in every interval; analysis of variance and R² are of the coarse runs."
+    )
+    tilted = (
+        "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
+        "corrected by these: {factor:.3f} times the coarse one, with a slope per coded unit of {tilt}. What that "
+        "leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval; analysis of variance "
+        "and R² are of the coarse runs."
+    )
+    slopes = (
+        names.say("{slope:response +.3g} along {name:factor}", slope=value, name=name)
+        for name, value in found.tilt.items()
+    )
+    return names.say(
+        tilted if found.tilt else alone,
+        size=found.element_size,
+        fine=len(found.fine_runs),
+        factor=found.factor,
+        tilt=all_of(slopes),
+        sd=found.sd,
+        df=found.df,
+    )
+
+
+def shape_name(shape: Shape) -> str:
+    """Name the kind of a surface."""
+    plain = {
+        "plane": say("plane"),
+        "maximum": say("maximum"),
+        "minimum": say("minimum"),
+        "saddle": say("saddle"),
+    }
+    ridged = {
+        "maximum": say("maximum with a ridge"),
+        "minimum": say("minimum with a ridge"),
+        "saddle": say("saddle with a ridge"),
+    }
+    return (plain | ridged if shape.ridge else plain)[shape.kind]
+
+
+def _shape(shape: Shape, names: Names) -> str:
+    none = "The surface has no single stationary point: it is a plane, or level along some direction."
+    inside = (
+        "The stationary point ({kind}) has {predicted:response} at coded radius {radius:.2f}, inside the region of "
+        "the runs."
+    )
+    outside = (
+        "The stationary point ({kind}) has {predicted:response} at coded radius {radius:.2f}, outside the region of "
+        "the runs."
+    )
+    if shape.coded is None:
+        return say(none)
+    template = inside if shape.inside else outside
+    return names.say(template, kind=shape_name(shape), predicted=shape.predicted, radius=shape.coded_radius)
+
+
+def _box_cox(found: BoxCox, names: Names) -> str:
+    scales = {
+        -1.0: say("the reciprocal 1/y"),
+        -0.5: say("1/√y"),
+        0.0: say("the logarithm"),
+        0.5: say("the square root"),
+        2.0: say("the square"),
+    }
+    return names.say(
+        "Box–Cox: {scale} of the response would fit better (best power {best:.2f}, 95 % interval {low:.2f} to "
+        "{high:.2f}).",
+        scale=scales[found.advised],
+        best=found.best,
+        low=-3.0 if found.low is None else found.low,
+        high=3.0 if found.high is None else found.high,
+    )
+
+
+def _second_opinion(stage: SurfaceResult, names: Names) -> str:
+    return names.say(
+        "A Gaussian process predicts the runs better than the quadratic (predicted R² {process_predicted_r2:.3f} "
+        "against {polynomial_predicted_r2:.3f}): it bends too little. Within the region of the runs they differ by "
+        "{typical_difference:response .3g} typically, {largest_difference:response .3g} at most.",
+        **vars(stage.second_opinion),
+    )
+
+
+states(
+    SurfaceRunsFailed,
+    "{failed} of {runs} runs failed; the surface is fitted to the others, with {df} residual df; the design is no "
+    "longer as planned (largest variance inflation {inflation:.2f}, as planned {planned:.2f}).",
+)
+states(
+    TermsDropped,
+    "The runs left cannot estimate {terms:factors}: these terms are left out. What they stand for is now in the other "
+    "coefficients, and the surface must not be trusted beyond the runs it has.",
+)
+states(
+    TermsEntangled,
+    "The largest variance inflation is {inflation:.1f}: the runs hardly tell some terms apart, and their coefficients "
+    "are uncertain one by one.",
+)
+states(FlatSurface, "Every run gave the same response: the surface is flat.")
+states(SaturatedSurface, "As many coefficients as runs: the surface passes through every run and knows no error.")
+states(ExactSurface, "The quadratic passes through every run exactly: no F can be formed.")
+states(MostlyNoise, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
+states(
+    RepeatedOverMeshes,
+    "{repeated} repeated runs add no information: they only raise the residual df to {df}; for the lack of fit every "
+    "point counts once.",
+)
+states(
+    CopiesOnly,
+    "All repeated points agree exactly, so lack of fit cannot be tested: the solver is deterministic. The {repeated} "
+    "repeated runs add no information; they only raise the residual df to {df}, so standard errors and p-values look "
+    "better than they are.",
+)
+states(NothingRepeated, "Lack of fit cannot be tested: no design point is repeated.")
+states(NoPointToSpare, "Lack of fit cannot be tested: the design has as many distinct points as the surface has terms.")
+states(
+    InfluentialRun,
+    "Run {run} ({value:response g}) strongly influences the surface: Cook's distance {cooks_distance:.2f}.",
+)
+states(
+    VerdictOnOneRun,
+    "Without run {run} ({value:response g}) lack of fit has p = {without:p} in place of {p:p}: whether the surface "
+    "fits rests on one run.",
+)
+states(ScatterOfPlaces, "Every run is the mean over {places} places of the mesh; their scatter is the pure error.")
+states(EqualRepeats, "Repeated runs agree exactly: the solver is deterministic, and there is no pure error.")
+states(
+    ScatterOfSeeds,
+    "Every run has a seed of its own; runs at the same levels scatter with a standard deviation of {sd:response .3g} "
+    "({df} df).",
+)
+states(
+    EqualSeeds,
+    "Runs with different seeds agree exactly: the program has no chance in it (write deterministic: true), or does not "
+    "take {{{{seed}}}}.",
+)
+states(
+    UnequalRepeats,
+    "{runs} runs at the same levels gave {low:response g} to {high:response g}. A deterministic solver gives one "
+    "response for one set of levels, so these runs differed in something not recorded.",
+)
+states(
+    TableVaries,
+    "The table varies {columns:factors}; the screening would have chosen {chosen:factors}.",
+)
+
+
+@sentence.register
+def _(note: ScatterOverMeshes, names: Names) -> str:
+    said = [
+        names.say(
+            "Pure error is the scatter within the runs over mesh phases: {scatter:response} for the mean of a run, "
+            "with {df} df. It is what the mesh leaves open, not the scatter of an experiment, and stands beside the "
+            "residual, which already contains it.",
+            scatter=note.scatter,
+            df=note.df,
+        )
+    ]
+    if note.common is not None:
+        common = (
+            "What a place of the mesh does to all runs alike (standard deviation {common:response}) is taken out of "
+            "it: that shifts the whole surface and is in no interval."
+        )
+        said.append(names.say(common, common=note.common))
+    if note.largest:
+        said.append(say("It is larger than the residual: intervals are made from it, F tests from the residual."))
+    return " ".join(said)
+
+
+@sentence.register
+def _(note: StrongestAsked, names: Names) -> str:
+    said = [names.say("As asked, the surface takes the strongest factors: {chosen:factors}.", chosen=note.chosen)]
+    if note.weak:
+        said.append(names.say("Not significant among them: {weak:factors}.", weak=note.weak))
+    if note.left_out:
+        said.append(names.say("Significant, but left out: {left:factors}.", left=note.left_out))
+    return " ".join(said)
+
+
+@sentence.register
+def _(note: FewSignificant, names: Names) -> str:
+    none = (
+        "The screening found no factor significant; the surface takes those of largest contribution, {chosen:factors}."
+    )
+    some = (
+        "The screening found only {significant:factors} significant; the surface takes the factors of largest "
+        "contribution, {chosen:factors}."
+    )
+    return names.say(some if note.significant else none, **vars(note))
+
+
+@sentence.register
+def _(note: ManySignificant, names: Names) -> str:
+    return names.say(
+        "The screening found {significant:factors} significant; {design} takes the {taken} strongest of them.",
+        **vars(note),
+    )

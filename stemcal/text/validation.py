@@ -1,0 +1,228 @@
+"""What a validation says: its outcome, how sure it is, what formulas without mechanics reach, and its notes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
+from stemcal.doe.validation.null_model import FIXED_EXPONENT
+from stemcal.notes import Weight
+from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.text import published
+from stemcal.text.language import say
+from stemcal.text.names import Names
+from stemcal.text.notes import Remark, remark, sentence, states
+
+
+def outcome(stage: ValidateResult, names: Names) -> list[str]:
+    """Say by how much simulation and measurement differ."""
+    if stage.max_abs_error_percent is None:
+        return [say("No run of the validation gave a response.")]
+    if len(stage.rows) == 1:
+        return [_single_outcome(stage, names)]
+    first = (
+        "Over {count} values of the {condition}, simulated and measured {response} differ by at most {worst:fixed 1} "
+        "%, {mean:fixed 1} % on average."
+    )
+    several = (
+        "Over {count} values of the {condition}, simulated and measured responses differ by at most {worst:fixed 1} "
+        "%, {mean:fixed 1} % on average."
+    )
+    said = names.say(
+        several if names.naming.others else first,
+        count=len(stage.rows),
+        condition=names.condition.long,
+        response=names.response.long,
+        worst=stage.max_abs_error_percent,
+        mean=stage.mean_abs_error_percent,
+    )
+    return [said]
+
+
+def _single_outcome(stage: ValidateResult, names: Names) -> str:
+    (row,) = stage.rows
+    errors = {names.response.long: row.compared.error_percent}
+    errors |= {names.naming.named(one.response).long: one.error_percent for one in row.further if one.judged}
+    each = [
+        names.say("{size:fixed 1} % ({response})", size=None if error is None else abs(error), response=response)
+        for response, error in errors.items()
+    ]
+    return names.say("Simulated and measured values differ by {errors:all}.", errors=each)
+
+
+def certainty(stage: ValidateResult, names: Names) -> list[str]:
+    """Say what checks the result independently, and whether a formula does as well."""
+    said = [*_independent(stage, names), *_elsewhere(stage, names)]
+    tables = [note for note in stage.notes if isinstance(note, FromTable)]
+    return [*said, *(sentence(note, names) for note in tables)]
+
+
+def _independent(stage: ValidateResult, names: Names) -> Iterator[str]:
+    errors = [abs(row.error_percent or 0.0) for row in stage.independent]
+    if not errors:
+        yield say("Only what the parameters were fitted to could be compared: nothing checks the result.")
+        return
+    yield names.say_number(
+        "At {places:conditions}, not used for calibration, the error is {worst:fixed 1} %; up to {within:g} % counts "
+        "as equal.",
+        "At {places:conditions}, not used for calibration, the error is at most {worst:fixed 1} %; {good} of {count} "
+        "are within {within:g} %.",
+        len(errors),
+        places=[row.condition for row in stage.independent],
+        worst=max(errors),
+        good=sum(error <= stage.equivalent_within_percent for error in errors),
+        within=stage.equivalent_within_percent,
+    )
+
+
+def _elsewhere(stage: ValidateResult, names: Names) -> list[str]:
+    """Say whether the model predicts other diameters better than one constant does."""
+    formula, model = stage.formula_max_abs_error_percent, stage.max_abs_error_percent_independent
+    if formula is None or model is None:
+        return []
+    better = (
+        "Without mechanics F = a·d^{exponent:g} through {fitted:conditions} misses the other diameters by at most "
+        "{formula:.1f} %, the model by {model:.1f} %: it predicts the diameters better than a formula."
+    )
+    no_better = (
+        "Without mechanics F = a·d^{exponent:g} through {fitted:conditions} misses the other diameters by at most "
+        "{formula:.1f} %, the model by {model:.1f} %: it predicts the diameters no better than a formula."
+    )
+    template = better if model < formula else no_better
+    return [names.say(template, exponent=FIXED_EXPONENT, fitted=stage.fitted, formula=formula, model=model)]
+
+
+def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
+    """Return what a validation says beside its tables."""
+    formula_wins = (stage.formula_max_abs_error_percent or 0.0) <= (stage.max_abs_error_percent_independent or 0.0)
+    elsewhere = Weight.USE if formula_wins else Weight.ASIDE
+    return [
+        *_fitted(stage, names),
+        *_failed(stage, names),
+        *_growth(stage),
+        *_tests(stage, names),
+        *(Remark(said, elsewhere, "beside_formula") for said in _elsewhere(stage, names)),
+        *_scale(stage, names),
+        *(remark(note, names) for note in stage.notes),
+        *published.remarks(stage.published),
+    ]
+
+
+def _fitted(stage: ValidateResult, names: Names) -> Iterator[Remark]:
+    if not stage.fitted:
+        return
+    nowhere = "The parameters were fitted to this response: its error is no independent check."
+    somewhere = "The parameters were fitted at {fitted:conditions}: an error there is no independent check."
+    said = names.say(somewhere if names.placed else nowhere, fitted=stage.fitted)
+    yield Remark(said, Weight.ASIDE, "fitted")
+
+
+def _failed(stage: ValidateResult, names: Names) -> Iterator[Remark]:
+    failed = [row.condition for row in stage.compared if row.simulated is None]
+    if failed:
+        nowhere = "There is no simulated {response}: the run failed."
+        somewhere = "There is no simulated {response} at {failed:conditions}: the run failed."
+        said = names.say(somewhere if names.placed else nowhere, response=names.response.long, failed=failed)
+        yield Remark(said, Weight.NUMBERS, "failed")
+
+
+def _growth(stage: ValidateResult) -> Iterator[Remark]:
+    lab, model = stage.measured_exponent, stage.simulated_exponent
+    if lab is not None and model is not None:
+        template = "The measured force grows as d^{measured:.2f}, the simulated as d^{simulated:.2f}."
+        yield Remark(say(template, measured=lab.value, simulated=model.value), Weight.ASIDE, "growth")
+
+
+def _tests(stage: ValidateResult, names: Names) -> Iterator[Remark]:
+    """Say what Welch's and the equivalence test show together."""
+    found = {
+        standing: [row.condition for row in stage.compared if row.standing == standing]
+        for standing in ("equal", "different", "open")
+    }
+    if not any(found.values()):
+        return
+    equal = "Equal within ±{margin:g} % (equivalence test): {places}."
+    none = "Nothing is shown to be equal within ±{margin:g} % (equivalence test)."
+    margin, places = stage.equivalent_within_percent, _listed(found["equal"], names)
+    said = say(equal if found["equal"] else none, margin=margin, places=places)
+    yield Remark(said, Weight.TRUST, "equal", claims=True)
+    if found["different"]:
+        template = "Different (Welch's test) and not shown to be equal: {places}."
+        yield Remark(say(template, places=_listed(found["different"], names)), Weight.USE, "different")
+    if found["open"]:
+        template = "Shown neither different nor equal, with too few specimens to tell: {places}."
+        yield Remark(say(template, places=_listed(found["open"], names)), Weight.TRUST, "open")
+
+
+def _listed(conditions: Sequence[float], names: Names) -> str:
+    """List comparisons by their condition; by the response where there is none."""
+    return names.conditions(conditions) if names.placed else names.response.long
+
+
+def _scale(stage: ValidateResult, names: Names) -> Iterator[Remark]:
+    """Say what the model misses, as one scale, and how well it predicts what it was not made of."""
+    if stage.discrepancy is None:
+        return
+    plain = (
+        "One scale for what the model misses: measured = {scale:.3f}·simulated, SD {sd_percent:.1f} % over "
+        "{conditions} fitted values of the {condition}."
+    )
+    smooth = (
+        "One scale for what the model misses, smooth over the {condition}: measured = {scale:.3f}·simulated, SD "
+        "{sd_percent:.1f} % over {conditions} fitted values."
+    )
+    held = "The 95 % interval predicted from the other fitted values holds the measured {response} at {held} of {of}."
+    found = stage.discrepancy
+    scale = names.say(smooth if found.smooth else plain, condition=names.condition.long, **vars(found))
+    counts = {"held": sum(stage.predicted), "of": len(stage.predicted)}
+    yield Remark(f"{scale} {say(held, response=names.response.long, **counts)}", Weight.TRUST, "discrepancy")
+
+
+states(
+    ErrorTrend,
+    "The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor on the force "
+    "removes.",
+)
+states(
+    RangesChosenAfter,
+    "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is no "
+    "independent check either.",
+)
+
+
+@sentence.register
+def _(note: BetterCurve, names: Names) -> str:
+    power = (
+        "Over the diameters a power law describes the measured force better than a straight line (AICc lower by "
+        "{gain:.1f})."
+    )
+    straight = (
+        "Over the diameters a straight line describes the measured force better than a power law (AICc lower by "
+        "{gain:.1f})."
+    )
+    return names.say(power if note.curve == "power_law" else straight, gain=note.gain)
+
+
+@sentence.register
+def _(note: TooFewForDiscrepancy, names: Names) -> str:
+    one = "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be told."
+    many = (
+        "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be told, since "
+        "the parameters are seen in {count} directions."
+    )
+    fields = {"needed": note.needed, "response": names.response.long, "key": names.naming.fitted_at}
+    return names.say_number(one, many, note.directions, **fields)
+
+
+@sentence.register
+def _(note: FromTable, names: Names) -> str:
+    unknown = (
+        "The simulated {response} is read from a table: it belongs to the levels the table was made with, not to this "
+        "calibration."
+    )
+    published = (
+        "The simulated {response} is read from a table: it belongs to the published solution ({levels:all}), not to "
+        "this calibration."
+    )
+    levels = [names.say("{factor:factor} {level}", factor=factor, level=level) for factor, level in note.levels.items()]
+    return names.say(published if levels else unknown, response=names.response.long, levels=levels)

@@ -1,0 +1,259 @@
+"""What a verdict says: its word, where the result may be used, each reason, and what mends it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stemcal.files.durable import plain
+from stemcal.files.typed import to_json
+from stemcal.stages.base import stage_called
+from stemcal.stages.verdict import advice
+from stemcal.stages.verdict.result import Judged, Use, Verdict
+from stemcal.stages.verdict.rules import (
+    CheckMissed,
+    Conflict,
+    DoubtfulPhysics,
+    Misfit,
+    OnTheEdge,
+    OutOfReach,
+    TargetMissed,
+    Unchecked,
+    Unfinished,
+    ValidationFailed,
+    ValidationFromTable,
+)
+from stemcal.text.language import say, say_number
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence, states
+from stemcal.text.numbers import fixed
+
+
+def word(verdict: Verdict) -> str:
+    """Return the verdict as people read it."""
+    words = {
+        "calibrated": say("Calibrated"),
+        "with_reservations": say("Calibrated, with reservations"),
+        "not_calibrated": say("Not calibrated"),
+    }
+    return words[verdict.verdict]
+
+
+def lines(verdict: Verdict, names: Names) -> list[str]:
+    """Return it in three lines at most: the word with its first reason, where it may be used, the next step."""
+    more = len(verdict.reasons) - 1
+    rest = [say_number("({count} more reason.)", "({count} more reasons.)", more)] if more > 0 else []
+    return [
+        " ".join([opening(verdict, names), *rest]),
+        *([use(verdict.use, names)] if verdict.use is not None else []),
+        *(say("Next: {remedy}", remedy=sentence(reason.remedy, names)) for reason in verdict.reasons[:1]),
+    ]
+
+
+def opening(verdict: Verdict, names: Names) -> str:
+    """Return the word and the first reason."""
+    first = [sentence(reason, names) for reason in verdict.reasons[:1]]
+    return " ".join([say("{verdict}.", verdict=word(verdict)), *first])
+
+
+def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
+    """Return the verdict as commands print it: facts, and with each the sentence that it makes."""
+    where = verdict.use
+    reasons = [{**to_json(reason), "text": sentence(reason, names)} for reason in verdict.reasons]
+    for said, reason in zip(reasons, verdict.reasons, strict=True):
+        said["remedy"] |= {"text": sentence(reason.remedy, names)}
+    told = {
+        "verdict": verdict.verdict,
+        "verdict_use": None if where is None else {**to_json(where), "text": use(where, names)},
+        "verdict_reasons": reasons,
+    }
+    content: dict[str, Any] = plain(told)
+    return content
+
+
+# ---- where it may be used
+
+
+def use(where: Use, names: Names) -> str:
+    """Say at which conditions the simulated response agrees, and what is off most."""
+    if names.placed:
+        good = "Good (within {within:g} %) at {good:conditions}."
+        none = "Good (within {within:g} %) at no measured value of the {condition}."
+    else:
+        good, none = "Good (within {within:g} %).", "Not within {within:g} %."
+    fields = {"within": where.within_percent, "good": where.good, "condition": names.condition.long}
+    said = names.say(good if where.good else none, **fields)
+    if where.worst is None:
+        return said
+    worst = say("Worst: {response}, {miss}.", response=_response(where.worst, names), miss=miss(where.worst, names))
+    return f"{said} {worst}"
+
+
+def miss(worst: Judged, names: Names) -> str:
+    """Say how far a simulated response is off, and to which side.
+
+    >>> miss(Judged("force", 11.0, 42.0, fitted=False), Names())
+    '42 % low at 11 mm'
+    """
+    low, high = "{size} % low at {condition:condition}", "{size} % high at {condition:condition}"
+    if not names.placed:
+        low, high = "{size} % low", "{size} % high"
+    error = worst.error_percent or 0.0
+    return names.say(low if error > 0.0 else high, size=_size(error), condition=worst.condition)
+
+
+def _response(judged: Judged, names: Names) -> str:
+    return names.naming.named(judged.response).long
+
+
+def _size(percent: float) -> str:
+    """Write a size in percent, with a decimal below 10.
+
+    >>> _size(-42.3), _size(4.23)
+    ('42', '4.2')
+    """
+    return fixed(abs(percent), 0 if abs(percent) >= 10.0 else 1)
+
+
+# ---- reasons
+
+
+states(OnTheEdge, "The solution lies on the edge of the region searched.")
+states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p = {p:.2g}).")
+states(Conflict, "No parameters within the ranges bring all errors below {least_error_percent:.0f} %.")
+states(ValidationFromTable, "The validation is read from a table, not simulated with these parameters.")
+states(Unchecked, "Nothing checks the result independently.")
+
+
+@sentence.register
+def _(reason: Unfinished, names: Names) -> str:
+    titles = ", ".join(stage_called(name).title for name in reason.stages)
+    return names.say("Not done yet: {stages}.", stages=titles)
+
+
+@sentence.register
+def _(reason: OutOfReach, names: Names) -> str:
+    above = "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}."
+    below = "The measured {target:response g} is below what the ranges reach, {low:.4g} to {high:response}."
+    return names.say(above if reason.target > reason.high else below, **vars(reason))
+
+
+@sentence.register
+def _(reason: TargetMissed, names: Names) -> str:
+    template = "The simulated {response} misses the value that it was fitted to: {miss}."
+    return names.say(template, response=_response(reason.worst, names), miss=miss(reason.worst, names))
+
+
+@sentence.register
+def _(reason: ValidationFailed, names: Names) -> str:
+    nowhere = "The validation has no {response}: the run failed."
+    somewhere = "The validation has no {response} at {conditions:conditions}: the run failed."
+    template = somewhere if names.placed else nowhere
+    return names.say(template, response=names.response.long, conditions=reason.conditions)
+
+
+@sentence.register
+def _(reason: CheckMissed, names: Names) -> str:
+    template = "The simulated {response} is {miss}."
+    return names.say(template, response=_response(reason.worst, names), miss=miss(reason.worst, names))
+
+
+@sentence.register
+def _(reason: DoubtfulPhysics, names: Names) -> str:
+    template = {
+        "hourglass": "In {runs} of {checked} runs the physics is doubtful: hourglass energy up to {worst} %.",
+        "kinetic": "In {runs} of {checked} runs the physics is doubtful: kinetic energy up to {worst} %.",
+        "drift": "In {runs} of {checked} runs the physics is doubtful: the energy balance drifts by up to {worst} %.",
+        "stroke": "In {runs} of {checked} runs the physics is doubtful: the force was not clearly past its maximum "
+        "when the stroke ended.",
+    }[reason.doubt.kind]
+    worst = _size(reason.doubt.worst or 0.0)
+    return names.say(template, runs=reason.doubt.runs, checked=reason.checked, worst=worst)
+
+
+# ---- remedies
+
+
+states(advice.ContinueStudy, "`stemcal run SPEC` goes on.")
+states(advice.VaryAnother, "Vary a further factor: {factor:factor} is at the end of what it can be.")
+states(advice.AddRefinement, "Add `refine: {{}}` to the spec: it simulates at the solution and corrects it.")
+states(
+    advice.RaiseBudget,
+    "Raise `budget` under `refine` to {budget}, or look whether the response jumps between neighbouring points.",
+)
+states(advice.SimulateValidation, "Validate with a solver that simulates.")
+states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
+states(
+    advice.IntegrateFully,
+    "`element: full` under `solver` has no hourglass energy, at about six times the time; elements of {element_size} "
+    "or smaller may bring it under {limit_percent:g} %.",
+)
+states(advice.HalveTimeStep, "`time_step_safety: {time_step_safety:g}` under `solver` halves the time step.")
+states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` doubles the stroke.")
+
+
+@sentence.register
+def _(remedy: advice.WidenRange, names: Names) -> str:
+    raised = "Raise `high` of {factor:factor} to about {end}."
+    lowered = "Lower `low` of {factor:factor} to about {end}."
+    end = say("{value:g}" if remedy.unit == "1" else "{value:g} {unit}", value=remedy.value, unit=remedy.unit)
+    return names.say(raised if remedy.end == "high" else lowered, factor=remedy.factor, end=end)
+
+
+@sentence.register
+def _(remedy: advice.NoRangeReaches, names: Names) -> str:
+    stem = "The range of {factors:factors} alone does not reach it; check units, loading and specimen."
+    other = "The range of {factors:factors} alone does not reach it; check units and what the simulation holds fixed."
+    return names.say(stem if names.naming.is_cutting else other, factors=remedy.factors)
+
+
+@sentence.register
+def _(_remedy: advice.FitFewer, names: Names) -> str:
+    somewhere = (
+        "Vary a further factor, or fit only the {condition} of use (`{key}`): the model does not follow all that was "
+        "measured."
+    )
+    nowhere = (
+        "Vary a further factor, or fit fewer responses (`invert.responses`): the model does not follow all that was "
+        "measured."
+    )
+    key = names.naming.fitted_at
+    return names.say(somewhere if names.placed else nowhere, condition=names.condition.long, key=key)
+
+
+@sentence.register
+def _(remedy: advice.FitAll, names: Names) -> str:
+    responses = "`invert: {{responses: all}}` fits all responses together; until then use the result where it is good."
+    conditions = "`invert: {{{key}: all}}` fits all of them together; until then use the result where it is good."
+    _, _, key = names.naming.fitted_at.partition(".")
+    return names.say(responses if remedy.over == "responses" else conditions, key=key)
+
+
+@sentence.register
+def _(_remedy: advice.MeasureMore, names: Names) -> str:
+    somewhere = "Measure at another {condition}, or leave one out of `{key}`."
+    nowhere = "Measure under another condition too, or a further response that `invert.responses` leaves out."
+    key = names.naming.fitted_at
+    return names.say(somewhere if names.placed else nowhere, condition=names.condition.long, key=key)
+
+
+@sentence.register
+def _(remedy: advice.MendInput, names: Names) -> str:
+    template = {
+        "kinetic": "Mend it in the solver's own input: less mass scaling or a slower blade.",
+        "hourglass": "Mend it in the solver's own input: a finer mesh or fully integrated elements.",
+        "drift": "Mend it in the solver's own input: a smaller time step.",
+        "stroke": "Mend it in the solver's own input: a longer stroke.",
+    }[remedy.doubt]
+    return names.say(template)
+
+
+@sentence.register
+def _(remedy: advice.ScaleMassLess, names: Names) -> str:
+    mass = (
+        "`mass_scaling: {mass_scaling:g}` under `solver` brings kinetic energy under {limit_percent:g} % in most runs."
+    )
+    both = (
+        "`mass_scaling: {mass_scaling:g}` and `time_step: {time_step:g} us` under `solver` bring kinetic energy under "
+        "{limit_percent:g} % in most runs."
+    )
+    return names.say(mass if remedy.time_step is None else both, **vars(remedy))

@@ -1,0 +1,59 @@
+"""Outputs that cannot be written stop no work, and data that are lost are told of."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from commanding import REPLAY, ROOT
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="shells differ")
+full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device")
+STEMCAL = f"'{sys.executable}' -m stemcal"
+SCREEN = f"{STEMCAL} screen '{REPLAY}' --out out"
+
+
+def shell(folder: Path, line: str) -> subprocess.CompletedProcess[str]:
+    """Run a line of the shell; a pipe ends with the code of stemcal."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "STEMCAL_CACHE_DIR": str(folder / "cache")}
+    line = f"set -o pipefail; {line}"
+    return subprocess.run(
+        ["bash", "-c", line], cwd=folder, env=environment, capture_output=True, text=True, timeout=120
+    )
+
+
+@posix
+@pytest.mark.parametrize("reader", ["2>&1 | head -1", "2>&1 | true", "| head -c 1", "2>&1 >/dev/null | true"])
+def test_work_goes_on_when_the_reader_has_gone(tmp_path: Path, reader: str) -> None:
+    done = shell(tmp_path, f"{SCREEN} {reader}")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out" / "screen.json").is_file()
+    assert "Traceback" not in done.stderr and "Exception" not in done.stderr
+
+
+@full
+@pytest.mark.parametrize(
+    ("where", "code"),
+    [("2>/dev/full", 0), ("2>&-", 0), (">/dev/full", 1), (">&-", 1), (">/dev/full 2>&1", 1), (">&- 2>&- <&-", 1)],
+)
+def test_study_is_finished_whatever_becomes_of_its_output(tmp_path: Path, where: str, code: int) -> None:
+    done = shell(tmp_path, f"{SCREEN} {where}")
+    assert done.returncode == code
+    assert (tmp_path / "out" / "screen.json").is_file()
+    assert "Traceback" not in done.stderr
+    if code and "2>" not in where:
+        assert "standard output: " in done.stderr and "files are written" in done.stderr
+
+
+@full
+@pytest.mark.parametrize("asked", ["--version", "--help", "screen --help", "check --nonsense", f"check '{REPLAY}'"])
+def test_texts_that_cannot_be_written(tmp_path: Path, asked: str) -> None:
+    for where in (">/dev/full", ">&-", ">/dev/full 2>/dev/full", ">&- 2>&-"):
+        done = shell(tmp_path, f"{STEMCAL} {asked} {where}")
+        assert done.returncode == (2 if "nonsense" in asked else 1), (asked, where)
+        assert "Traceback" not in done.stderr
+        assert "Exception ignored" not in done.stderr
+    assert shell(tmp_path, f"{STEMCAL} {asked} 2>&1 | true").returncode == (2 if "nonsense" in asked else 0)

@@ -1,0 +1,131 @@
+"""Nothing that a program does or leaves behind runs past its time limit."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+import pytest
+
+from stemcal.errors import UsageError
+from stemcal.files.plain import open_plain, read_plain
+from stemcal.solvers.deck_import.keyword_blocks import blocks
+from stemcal.solvers.lsdyna.solver import _failed_elements, _tail
+from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
+from stemcal.solvers.processes import Ended, run_program
+from stemcal.solvers.programs.calculix import printed_series
+from stemcal.solvers.programs.rcforc import contact_force as rcforc_force
+from stemcal.solvers.programs.readers import read_text
+from stemcal.solvers.programs.reductions import NoResult
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and files")
+WRITTEN = {"ro": 1.1e-9, "e": 1000.0, "pr": 0.3, "sigy": 15.0, "etan": 0.5, "fail": 0.03, "c": 0.0, "p": 0.0}
+
+
+def run(folder: Path, program: str, limit: float = 0.5) -> Ended:
+    return run_program([sys.executable, "-c", program], folder, {}, limit)
+
+
+# ---- processes
+
+
+@posix
+def test_program_that_stops_itself_is_ended_at_its_limit(tmp_path: Path) -> None:
+    ended = run(tmp_path, "import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)")
+    assert ended.timed_out
+    assert ended.code < 0
+
+
+@posix
+def test_what_leaves_the_group_is_ended_too(tmp_path: Path) -> None:
+    program = (
+        "import subprocess, sys, time\n"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'], start_new_session=True)\n"
+        "print(child.pid, flush=True)\n"
+        "time.sleep(600)"
+    )
+    ended = run(tmp_path, program, limit=3.0)
+    assert ended.timed_out
+    assert not psutil.pid_exists(int(ended.output)) or psutil.Process(int(ended.output)).status() == "zombie"
+
+
+# ---- files
+
+
+@posix
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder", "socket"])
+def test_only_plain_files_are_read(tmp_path: Path, kind: str) -> None:
+    place = tmp_path / "messag"
+    if kind == "pipe":
+        os.mkfifo(place)
+    elif kind == "device":
+        place.symlink_to("/dev/zero")
+    elif kind == "folder":
+        place.mkdir()
+    else:
+        socket.socket(socket.AF_UNIX).bind(str(place))
+    with pytest.raises(OSError, match="is a folder" if kind == "folder" else "no plain file"):
+        open_plain(place)
+    assert _tail(place) == ""
+    assert _failed_elements(tmp_path, Ended(0, False, "element 7 failed at time 0.25", 1.0)) == [0.25]
+    with pytest.raises(NoResult):
+        read_text(tmp_path, "messag")
+
+
+def test_so_much_is_read_and_no_more(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"123456")
+    assert read_plain(tmp_path / "a", 6) == b"123456"
+    with pytest.raises(OSError, match=r"is larger than 4\.77e-06 MiB"):
+        read_plain(tmp_path / "a", 5)
+
+
+# ---- effort
+
+
+READERS: dict[str, Callable[[str], object]] = {
+    "differences": lambda text: differences(text, 1, WRITTEN),
+    "problems": problems,
+    "deleted": lambda text: deleted_elements(text, text),
+    "table": lambda text: contact_force(text, 1),
+    "rcforc": lambda text: rcforc_force(text, 1, "z"),
+    "calculix": lambda text: printed_series(text, "forces", "TIP", "fz"),
+    "deck": lambda text: list(blocks(text)),
+}
+TEXTS: dict[str, Callable[[int], str]] = {
+    "line ends": lambda n: "\n" * n,
+    "blanks": lambda n: " " * n,
+    "lines of blanks": lambda n: " \n" * n,
+    "points": lambda n: f"   MATERIAL NUMBER = 1\n   A{'.' * n}",
+    "points and blanks": lambda n: f"   MATERIAL NUMBER = 1\n   A{' .' * n}",
+    "digits": lambda n: "1" * n,
+    "digits of a value": lambda n: f"   MATERIAL NUMBER = 1\n   YIELD STRESS = {'1.' * n}",
+    "brackets": lambda n: "a (" * n,
+    "headings": lambda n: " forces (fx) for set" * n,
+    "errors": lambda n: "ERROR ID : 1\n" * n,
+    "an error and line ends": lambda n: f"ERROR ID : 1{chr(10) * n}",
+    "deleted": lambda n: f"DELETE SOLID ELEMENT NUMBER{' ' * n}",
+    "cycles": lambda n: " 1 1 1 A 1" * n,
+    "time": lambda n: f" slave 1 time {'1' * n}",
+    "keywords": lambda n: "*" * n,
+}
+
+
+def seconds_for(read: Callable[[str], object], text: str) -> float:
+    begun = time.process_time()
+    with contextlib.suppress(NoResult, UsageError):
+        read(text)
+    return time.process_time() - begun
+
+
+@pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS.keys())
+@pytest.mark.parametrize("read", READERS.values(), ids=READERS.keys())
+def test_reading_takes_linear_time(read: Callable[[str], object], text: Callable[[int], str]) -> None:
+    """Of a text sixteen times as long no more than sixty times as long; a quadratic pattern takes 256 times."""
+    short, long = (min(seconds_for(read, text(n)) for _ in range(2)) for n in (8_000, 128_000))
+    assert long < 60.0 * max(short, 0.002)

@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import stemcal.study.model
+from stemcal.study.model import StudyForm
+from stemcal.study.reading.json_schema import json_schema, keys_of, section_places, section_with
+from stemcal.study.types.strict_yaml import read_yaml
+
+ROOT = Path(__file__).parents[3]
+SPECS = [*sorted((ROOT / "configs").glob("*.yaml")), *sorted((ROOT / "tests" / "cases" / "good").glob("*.yaml"))]
+
+
+def test_schema_describes_the_yaml_form() -> None:
+    schema = json_schema()
+    assert json.loads(json.dumps(schema)) == schema
+    assert list(schema["properties"]) == list(StudyForm.model_fields)
+    assert sorted(schema["required"]) == ["factors", "name", "targets"]
+    length = schema["$defs"]["BladeSection"]["properties"]["length"]
+    assert length["type"] == "string"
+    assert re.match(length["pattern"], "90 mm") and not re.match(length["pattern"], "90 N")
+
+
+def test_no_key_is_undescribed() -> None:
+    """Every key says what it means, each in its field, and every section of the model has a place in the spec."""
+    schema = json_schema()
+    sections = {"": schema, **schema["$defs"]}
+    meanings = {f"{name}.{key}": node["description"] for name, section in sections.items()
+                for key, node in section["properties"].items()}  # fmt: skip
+    assert len(meanings) > 240
+    assert [key for key, meaning in meanings.items() if not meaning.endswith(".")] == []
+    for name, model in inspect.getmembers(stemcal.study.model, inspect.isclass):
+        fields = getattr(model, "model_fields", None) or getattr(model, "__pydantic_fields__", {})
+        if name in schema["$defs"]:
+            missing = [key for key, field in fields.items() if not field.description and key != "further"]
+            assert missing == [], name
+    assert set(section_places()) == set(schema["$defs"])
+
+
+def test_sections_have_places() -> None:
+    places = section_places()
+    assert places["Factor"] == "factors[]"
+    assert places["Target"] == "targets.forces[]"
+    assert places["CodingEntry"] == "rsm.coding.*"
+    assert places["RegexResult"] == "solver.result, kind: regex"
+    assert places["HourglassSection"] == "solver.hourglass, kind: embedded"
+    assert places["DeckHourglass"] == "solver.hourglass, kind: lsdyna, openradioss"
+
+
+def test_keys_are_found_by_path() -> None:
+    further = ("travel", "travel_sd", "work", "work_sd")
+    assert keys_of(("targets", "forces", 3)) == ("diameter", "force", "sd", "n", *further)
+    assert keys_of(("solver", "table")) == ("kind", "screen", "rsm", "validate")
+    assert keys_of(("solver", "embedded", "hourglass")) == ("form", "coefficient")
+    assert keys_of(("rsm", "coding", "any")) == ("center", "half_step")
+    assert keys_of(("published",))[0] == "screening"
+    assert keys_of(("nowhere", "at", "all")) == ()
+
+
+def test_conditions_of_the_studys_own_may_be_fitted_together_by_their_name() -> None:
+    keys = json_schema()["$defs"]["InvertOptions"]["properties"]
+    assert list(keys["conditions"]) == ["description", "anyOf"]
+    spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
+    assert isinstance(spec, dict)
+    for given, wrong in (("all", 0), ([12, "16 %"], 0), ("some", 1), ([{}], 1)):
+        assert len(complaints({**spec, "invert": {"conditions": given}})) == wrong, given
+
+
+def test_the_section_of_a_key_is_known_if_it_is_one() -> None:
+    assert section_with("clearance") == "supports"
+    assert section_with("mass_scaling") == "solver"
+    assert section_with("length") is None
+
+
+def complaints(data: object) -> list[str]:
+    """Return what a validator of JSON schemas, such as an editor has, finds wrong."""
+    validator = pytest.importorskip("jsonschema").Draft202012Validator
+    validator.check_schema(json_schema())
+    return [f"{list(error.absolute_path)}: {error.message}" for error in validator(json_schema()).iter_errors(data)]
+
+
+@pytest.mark.parametrize("spec", SPECS, ids=lambda path: path.stem)
+def test_every_shipped_spec_satisfies_the_schema(spec: Path) -> None:
+    assert complaints(read_yaml(spec.read_bytes()).data) == []
+
+
+def test_what_init_writes_satisfies_the_schema() -> None:
+    from stemcal.study.reading.template import template
+
+    assert complaints(read_yaml(template("mine").encode("utf-8")).data) == []
+
+
+@pytest.mark.parametrize("length", ["90 mm", "500 µm", "0.09 m", "9e1 mm"])
+def test_units_as_people_write_them(length: str) -> None:
+    spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
+    assert complaints({**spec, "blade": {"length": length}}) == []
+
+
+@pytest.mark.parametrize(
+    ("section", "value"),
+    [
+        ("blade", {"length": "90 N"}),
+        ("blade", {"length": 90}),
+        ("blade", {"lenght": "90 mm"}),
+        ("material", {"density": "1100 kg/m4"}),
+        ("solver", {"kind": "abaqus"}),
+        ("factors", []),
+        ("runs", {"tries": "many"}),
+    ],
+)
+def test_what_is_wrong_is_underlined(section: str, value: object) -> None:
+    spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
+    assert complaints({**spec, section: value})
+
+
+def test_powers_in_units() -> None:
+    spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
+    for density in ("1100 kg/m3", "1100 kg/m³", "1100 kg/m^3", "1.1 g/cm3"):
+        assert complaints({**spec, "material": {**spec["material"], "density": density}}) == []

@@ -1,0 +1,115 @@
+"""A child computes calls, ends with its parent's wish, and is ended with all that it has started."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from stemcal import child as module
+from stemcal.child import Child, ChildDied, ChildLate, end_tree
+
+TREE = """
+import subprocess, sys, time
+depth = int(sys.argv[1])
+if depth:
+    subprocess.Popen([sys.executable, __file__, str(depth - 1), sys.argv[2]], start_new_session=depth == 1)
+open(sys.argv[2] + str(depth), "w").close()
+time.sleep(60)
+"""
+
+
+def blob_of(function: Any, *args: Any) -> bytes:
+    return pickle.dumps((function, args, {}))
+
+
+@pytest.fixture
+def child() -> Iterator[Child]:
+    child = Child()
+    yield child
+    child.kill()
+
+
+def test_it_computes_one_call_after_the_other_in_a_process_of_its_own(child: Child) -> None:
+    assert child.call(blob_of(divmod, 7, 2)) == ((3, 1), None)
+    assert child.call(blob_of(os.getpid)) == (child.pid, None) and child.pid != os.getpid()
+    result, error = child.call(blob_of(divmod, 1, 0))
+    assert result is None and isinstance(error, ZeroDivisionError)
+
+
+def test_it_finds_modules_where_this_process_does_and_not_this_script(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "elsewhere.py").write_text("import sys\ndef main(): return sys.modules['__main__'].__dict__.get('X')\n")
+    script = tmp_path / "script.py"
+    script.write_text(
+        "X = 1; import pickle, sys; sys.path.append(sys.argv[1]); import elsewhere\n"
+        "from stemcal.child import Child; child = Child()\n"
+        "print(child.call(pickle.dumps((elsewhere.main, (), {})))); child.dismiss()\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "platform.py").write_text("raise SystemExit(3)\n")  # nor what lies in the current folder
+    path = str(Path(module.__file__).parents[1])
+    environment = {**os.environ, "PYTHONPATH": path}
+    line = [sys.executable, "-P", str(script), str(tmp_path)]
+    done = subprocess.run(line, capture_output=True, text=True, env=environment, check=False)
+    assert done.stdout == "(None, None)\n", done.stderr
+
+
+def leave_word(path: Path) -> None:
+    import atexit
+
+    atexit.register(path.write_text, "ended")
+
+
+def test_dismissed_it_ends_normally(child: Child, tmp_path: Path) -> None:
+    child.call(blob_of(leave_word, tmp_path / "word"))
+    child.dismiss()
+    assert not psutil.pid_exists(child.pid) and (tmp_path / "word").read_text() == "ended"
+
+
+def test_one_that_is_late_or_gone_is_told(child: Child) -> None:
+    child.call(blob_of(int))
+    begun = time.monotonic()
+    with pytest.raises(ChildLate):
+        child.call(blob_of(time.sleep, 60.0), 0.3)
+    child.kill()
+    with pytest.raises(ChildDied, match="SIGKILL" if os.name != "nt" else "code"):
+        child.answer()
+    with pytest.raises(ChildDied):
+        child.call(blob_of(int))
+    assert time.monotonic() - begun < 20.0
+
+
+def test_a_process_is_ended_with_its_descendants_in_any_session_and_nobody_else(tmp_path: Path) -> None:
+    script, mark = tmp_path / "tree.py", tmp_path / "up"
+    script.write_text(TREE, encoding="utf-8")
+    root = subprocess.Popen([sys.executable, str(script), "2", str(mark)])
+    bystander = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    try:
+        end = time.monotonic() + 20.0
+        while not all(Path(f"{mark}{depth}").exists() for depth in range(3)) and time.monotonic() < end:
+            time.sleep(0.05)
+        family = psutil.Process(root.pid).children(recursive=True)
+        assert len(family) == 2
+        end_tree(root.pid)
+        root.wait(timeout=5.0)
+        assert psutil.wait_procs(family, timeout=10.0)[1] == []
+        assert bystander.poll() is None
+    finally:
+        bystander.kill()
+        bystander.wait()
+
+
+def test_what_is_gone_is_no_error() -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    end_tree(gone.pid)

@@ -1,0 +1,66 @@
+"""What `status`, the page and the terminal say of stages, runs and the study's question."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from fakes import make_study
+
+from stemcal.folder.store import Holder
+from stemcal.overview.status import StageStatus, Status
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.verdict.result import Verdict
+from stemcal.text.names import Names
+from stemcal.text.page import failures, folded, kind_of, question
+from stemcal.text.runs import failed_runs
+from stemcal.text.status import lines
+
+NAMES = Names()
+FAILED = Outcome(response=None, status="failed", reason="inverted", message="element 17 turned inside out")
+RIGHT = Outcome(response=100.0, status="ok")
+
+
+def state(working: Holder | None = None, **facts: Any) -> list[str]:
+    empty = StageStatus("screen", 12, 12, 0, 0, {}, 0, 0, 0, "fresh", ())
+    stage = StageStatus(**{**vars(empty), **facts})
+    return lines(Status(2, "status", "known", "out", working, (stage,), Verdict.of([], None)), NAMES)
+
+
+def stage_of(*outcomes: Outcome) -> Any:
+    return SimpleNamespace(name="screen", runs=lambda: [(f"screen {i}", one) for i, one in enumerate(outcomes, 1)])
+
+
+def test_a_quiet_study_says_its_verdict_alone() -> None:
+    assert state() == ["No process works here now.", "Calibrated."]
+
+
+def test_what_is_wrong_with_a_stage() -> None:
+    said = state(reasons={"inverted": 2, "timeout": 1}, censored=1, damaged=2, changed=("rsm", "solver version"))
+    assert said[1:-1] == [
+        "screen: failed: inverted (2), timeout (1); `stemcal runs SPEC --status failed` tells more.",
+        "screen: 1 response was not clearly past its maximum when the stroke ended.",
+        "screen: 2 records are damaged; their runs will be done again.",
+        "screen.json is stale: rsm, solver version changed since.",
+    ]
+
+
+def test_failed_runs_are_counted_with_their_reasons() -> None:
+    assert failed_runs(stage_of(RIGHT, RIGHT)) == ""
+    assert failed_runs(stage_of(RIGHT, FAILED, FAILED)) == ("screen: 2 of 3 runs failed: inverted (2); see screen.json")
+    assert failures([stage_of(RIGHT, FAILED)]) == ["Screening, run 2 failed: element 17 turned inside out"]
+
+
+def test_the_question_of_a_stem_study(tmp_path: Path) -> None:
+    study = make_study(tmp_path)
+    assert kind_of(study) == "Calibration of a stem cutting model"
+    assert question(study) == (
+        "Which parameters make a simulated stem of 8 mm diameter resist cutting with the measured maximum force of "
+        "110 N? Do they hold at 2 other values of the stem diameter?"
+    )
+
+
+def test_what_is_folded() -> None:
+    assert folded(["analysis of variance"], 1, 3) == "analysis of variance, 1 figure and 3 notes"
+    assert folded([], 0, 0) == ""

@@ -1,0 +1,68 @@
+"""What a surface says, on the paper's own runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from stemcal.doe.regression.surface_notes import ScatterOverMeshes
+from stemcal.stages.design import FewSignificant, StrongestAsked
+from stemcal.stages.surface.result import Corrected
+from stemcal.stages.surface.runs import EqualSeeds
+from stemcal.text import surface
+from stemcal.text.names import Names
+from stemcal.text.results import remarks_of, sentence
+
+NAMES = Names(labels={"yield_stress": "Yield stress"})
+
+
+def test_the_outcome_names_factors_runs_and_range(results: Any) -> None:
+    assert surface.outcome(results.surface, NAMES) == [
+        "A quadratic surface over Yield stress, failure_strain and strain_rate_c was fitted to 20 runs between 64 N "
+        "and 175 N."
+    ]
+
+
+def test_certainty_gives_both_r2_and_the_lack_of_fit(results: Any) -> None:
+    assert surface.certainty(results.surface, NAMES) == [
+        "The surface explains 98.5 % of the variation between its runs (R² 0.985, predicted R² 0.922).",
+        "It shows no lack of fit (p = 0.3189).",
+    ]
+
+
+def test_the_remarks_of_the_published_surface(results: Any) -> None:
+    said = {remark.kind: remark.sentence for remark in remarks_of(results.surface)}
+    assert said["verdict_on_one_run"].startswith("Without run 3 (112 N) lack of fit has p = 0.0173 in place of 0.3189")
+    assert said["unequal_repeats"].startswith("6 runs at the same levels gave 112 N to 124 N.")
+    assert said["shape"].startswith("The stationary point (saddle) has")
+    assert any("the sign differs" in sentence for sentence in said.values())
+
+
+def test_a_scatter_over_meshes_says_what_is_in_no_interval() -> None:
+    said = sentence(ScatterOverMeshes(1.5, 24, 5.2, True), NAMES)
+    assert "1.5 N for the mean of a run, with 24 df" in said and "(standard deviation 5.2 N)" in said
+    assert said.endswith("It is larger than the residual: intervals are made from it, F tests from the residual.")
+
+
+def test_how_factors_were_chosen() -> None:
+    assert sentence(StrongestAsked(("a", "b", "c"), ("b", "c"), ("d",)), NAMES) == (
+        "As asked, the surface takes the strongest factors: a, b and c. Not significant among them: b and c. "
+        "Significant, but left out: d."
+    )
+    assert "no factor significant" in sentence(FewSignificant((), ("a", "b")), NAMES)
+
+
+def test_braces_of_a_placeholder_survive() -> None:
+    assert "does not take {{seed}}" in sentence(EqualSeeds(), NAMES)
+
+
+@pytest.mark.parametrize("tilt", [{}, {"yield_stress": -0.5}])
+def test_a_correction_names_its_tilt(results: Any, tilt: dict[str, float]) -> None:
+    from dataclasses import replace
+
+    from stemcal.files.rows import Rows
+
+    coarse = Corrected(element_size="d/10", fine_runs=Rows(()), factor=1.05, tilt=tilt, sd=2.0, df=3)
+    said = {one.kind: one.sentence for one in remarks_of(replace(results.surface, coarse=coarse))}["coarse"]
+    assert "1.050 times the coarse one" in said and ("−0.5 N along yield_stress" in said) == bool(tilt)

@@ -1,0 +1,135 @@
+"""What a validation says, on the paper's own forces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from stemcal.doe.validation.comparison import BetterCurve
+from stemcal.doe.validation.discrepancy import Corrected, Discrepancy
+from stemcal.naming import Named, Naming
+from stemcal.notes import Weight
+from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.text import validation
+from stemcal.text.names import Names
+from stemcal.text.notes import Remark, sentence
+from stemcal.text.results import remarks_of, shown_remarks
+
+NAMES = Names(labels={"yield_stress": "Yield stress"})
+ANGLE = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),))
+MOIST = replace(ANGLE, condition=Named("moisture", "Moisture", "w", "%"))
+
+
+def said(stage: ValidateResult, naming: Naming | None = None) -> dict[str, Remark]:
+    stage = stage if naming is None else replace(stage, head=replace(stage.head, naming=naming))
+    return {remark.kind: remark for remark in remarks_of(stage)}
+
+
+def rows_with(stage: ValidateResult, **facts: Any) -> ValidateResult:
+    """Return it with other facts of every comparison."""
+    rows = [replace(row, compared=replace(row.compared, **facts)) for row in stage.rows]
+    return replace(stage, rows=type(stage.rows)(rows))
+
+
+def test_outcome_and_certainty(results: Any) -> None:
+    assert validation.outcome(results.validation, NAMES) == [
+        "Over 5 values of the stem diameter, simulated and measured maximum force differ by at most 7.8 %, 6.7 % on "
+        "average."
+    ]
+    checked, formula, table = validation.certainty(results.validation, NAMES)
+    assert checked == (
+        "At 7, 9, 10 and 11 mm, not used for calibration, the error is at most 7.8 %; 4 of 4 are within 10 %."
+    )
+    assert formula == (
+        "Without mechanics F = a·d^2.5 through 8 mm misses the other diameters by at most 7.3 %, the model by 7.8 %: "
+        "it predicts the diameters no better than a formula."
+    )
+    assert "published solution (Yield stress 17.96, failure_strain 0.0387 and strain_rate_c 87.27)" in table
+
+
+def test_the_spec_says_what_counts_as_equal(results: Any) -> None:
+    checked = validation.certainty(replace(results.validation, equivalent_within_percent=6.0), NAMES)[0]
+    assert checked.endswith("1 of 4 are within 6 %.")
+
+
+def test_a_single_condition_and_none(results: Any) -> None:
+    one = replace(results.validation, rows=results.validation.rows[:1], formula_max_abs_error_percent=None, notes=())
+    assert validation.certainty(one, NAMES) == [
+        "At 7 mm, not used for calibration, the error is 7.8 %; up to 10 % counts as equal."
+    ]
+    assert validation.outcome(one, Names(ANGLE)) == ["Simulated and measured values differ by 7.8 % (angle of repose)."]
+    fitted = rows_with(one, role="calibration")
+    assert validation.certainty(fitted, NAMES) == [
+        "Only what the parameters were fitted to could be compared: nothing checks the result."
+    ]
+    failed = rows_with(replace(one, max_abs_error_percent=None), simulated=None, error_percent=None)
+    assert validation.outcome(failed, NAMES) == ["No run of the validation gave a response."]
+
+
+def test_remarks_of_the_published_forces(results: Any) -> None:
+    found = said(results.validation)
+    weights = {kind: remark.weight for kind, remark in found.items() if not kind.startswith("error at")}
+    assert weights == {
+        "fitted": Weight.ASIDE,
+        "growth": Weight.ASIDE,
+        "beside_formula": Weight.USE,
+        "error_trend": Weight.USE,
+        "better_curve": Weight.ASIDE,
+        "from_table": Weight.USE,
+    }
+    assert found["fitted"].sentence == "The parameters were fitted at 8 mm: an error there is no independent check."
+    assert found["growth"].sentence == "The measured force grows as d^2.59, the simulated as d^2.20."
+    assert found["error_trend"].sentence.startswith("The error changes by +4.3 % per mm of diameter")
+    assert sentence(BetterCurve("straight_line", 3.21), NAMES).endswith(
+        "a straight line describes the measured force better than a power law (AICc lower by 3.2)."
+    )
+
+
+def test_failed_runs_are_named_by_their_condition(results: Any) -> None:
+    failed = rows_with(results.validation, simulated=None)
+    assert said(failed)["failed"].sentence.startswith("There is no simulated maximum force at 7, 8, 9, 10 and 11 mm")
+    assert said(failed, MOIST)["failed"].sentence.startswith(
+        "There is no simulated angle of repose at moisture 7, 8, 9, 10 and 11 %"
+    )
+    assert said(failed, ANGLE)["failed"].sentence == "There is no simulated angle of repose: the run failed."
+
+
+def test_what_the_tests_show_claims_agreement(results: Any) -> None:
+    stage = results.validation
+    standing = [(0.2, 0.01), (0.01, 0.3), (0.2, 0.3), (None, None), (0.5, 0.001)]
+    rows = [
+        replace(row, compared=replace(row.compared, p_different=p, p_equivalent=q))
+        for row, (p, q) in zip(stage.rows, standing, strict=True)
+    ]
+    tested = replace(stage, rows=type(stage.rows)(rows))
+    found = said(tested)
+    assert found["equal"].sentence == "Equal within ±10 % (equivalence test): 7 and 11 mm."
+    assert found["different"].sentence == "Different (Welch's test) and not shown to be equal: 8 mm."
+    assert found["open"].sentence.endswith("too few specimens to tell: 9 mm.")
+    assert "equal" not in [remark.kind for remark in shown_remarks(tested, holds=False)]
+    none = said(rows_with(stage, p_different=0.2, p_equivalent=0.2))
+    assert none["equal"].sentence == "Nothing is shown to be equal within ±10 % (equivalence test)."
+    assert said(rows_with(stage, p_different=0.2, p_equivalent=0.01), ANGLE)["equal"].sentence.endswith(
+        ": angle of repose."
+    )
+
+
+def test_one_scale_for_what_the_model_misses(results: Any) -> None:
+    scale = Discrepancy(1.0123, 6.78, 5)
+    rows = [replace(row, corrected=Corrected(1.0, (0.0, 200.0))) for row in results.validation.rows]
+    stage = replace(results.validation, discrepancy=scale, rows=type(results.validation.rows)(rows))
+    assert said(stage)["discrepancy"].sentence == (
+        "One scale for what the model misses: measured = 1.012·simulated, SD 6.8 % over 5 fitted values of the stem "
+        "diameter. The 95 % interval predicted from the other fitted values holds the measured maximum force at 2 of 5."
+    )
+    smooth = replace(stage, discrepancy=replace(scale, smooth=True))
+    assert "smooth over the stem diameter: measured = 1.012" in said(smooth)["discrepancy"].sentence
+    assert "needs 3 fitted conditions with a measured maximum force (`invert.diameters`)" in sentence(
+        TooFewForDiscrepancy(3, 1), NAMES
+    )
+    assert sentence(TooFewForDiscrepancy(4, 2), NAMES).endswith("since the parameters are seen in 2 directions.")
+
+
+def test_other_notes() -> None:
+    assert "belongs to the levels the table was made with" in sentence(FromTable({}), NAMES)
+    assert sentence(RangesChosenAfter(), NAMES).endswith("is no independent check either.")

@@ -1,0 +1,175 @@
+"""What a verdict says: each reason and remedy once, in a stem's words and in others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from stemcal.files.typed import Tagged
+from stemcal.naming import Named, Naming
+from stemcal.stages.verdict import advice, rules
+from stemcal.stages.verdict.physics import Doubt, DoubtKind
+from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence
+from stemcal.text.verdict import lines, use, verdict_json
+
+STEM = Names()
+RESPONSES = (Named("angle", "Angle of repose", "θ", "deg"), Named("bulk", "Bulk density", "ρ", "kg/m3"))
+HEAP = Names(Naming(None, RESPONSES))
+MOIST = Names(Naming(Named("moisture", "Moisture", "w", "%"), RESPONSES))
+LOW = Judged("force", 11.0, 42.3, fitted=False)
+ON = advice.ContinueStudy()
+
+
+def said(kind: type[Reason], names: Names = STEM, **facts: Any) -> str:
+    return sentence(kind(weight="with_reservations", remedy=ON, **facts), names)
+
+
+@pytest.mark.parametrize("base", [Reason, Remedy])
+def test_every_reason_and_remedy_has_a_sentence(base: type[Tagged]) -> None:
+    kinds = [kind for kind in Tagged.kinds.values() if issubclass(kind, base) and kind is not base]
+    assert len(kinds) > 10
+    assert all(sentence.dispatch(kind) is not sentence.dispatch(object) for kind in kinds)
+
+
+def test_reasons() -> None:
+    assert said(rules.Unfinished, stages=("screen", "validate")) == "Not done yet: Screening, Validation."
+    above = said(rules.OutOfReach, target=200.0, low=78.81, high=122.12)
+    assert above == "The measured 200 N is above what the ranges reach, 78.81 to 122.1 N."
+    assert "70° is below what" in said(rules.OutOfReach, HEAP, target=70.0, low=78.81, high=122.12)
+    assert said(rules.Conflict, least_error_percent=33.3) == (
+        "No parameters within the ranges bring all errors below 33 %."
+    )
+    assert said(rules.TargetMissed, worst=LOW) == (
+        "The simulated maximum force misses the value that it was fitted to: 42 % low at 11 mm."
+    )
+    assert said(rules.Misfit, times=3.21, p=0.0123) == (
+        "The misfit is 3.2 times what the measured scatter explains (p = 0.012)."
+    )
+    failed = [said(rules.ValidationFailed, names, conditions=(7.0, 9.0)) for names in (STEM, HEAP)]
+    assert failed == [
+        "The validation has no maximum force at 7 and 9 mm: the run failed.",
+        "The validation has no angle of repose: the run failed.",
+    ]
+
+
+def test_misses_have_a_side_and_a_place() -> None:
+    high = Judged("bulk", 12.0, -4.23, fitted=False)
+    assert said(rules.CheckMissed, worst=LOW) == "The simulated maximum force is 42 % low at 11 mm."
+    assert said(rules.CheckMissed, HEAP, worst=high) == "The simulated bulk density is 4.2 % high."
+    assert said(rules.CheckMissed, MOIST, worst=high) == "The simulated bulk density is 4.2 % high at moisture 12 %."
+
+
+@pytest.mark.parametrize(
+    ("kind", "end"),
+    [
+        ("hourglass", "hourglass energy up to 16 %."),
+        ("kinetic", "kinetic energy up to 16 %."),
+        ("drift", "the energy balance drifts by up to 16 %."),
+        ("stroke", "the force was not clearly past its maximum when the stroke ended."),
+    ],
+)
+def test_doubts(kind: DoubtKind, end: str) -> None:
+    told = said(rules.DoubtfulPhysics, doubt=Doubt(kind, 3, 16.2), checked=12)
+    assert told == f"In 3 of 12 runs the physics is doubtful: {end}"
+
+
+def test_remedies_have_their_numbers() -> None:
+    told = {
+        advice.WidenRange("yield_stress", "high", 46.0, "MPa"): "Raise `high` of yield_stress to about 46 MPa.",
+        advice.WidenRange("failure_strain", "low", 0.01, "1"): "Lower `low` of failure_strain to about 0.01.",
+        advice.AddRefinement(): "Add `refine: {}` to the spec: it simulates at the solution and corrects it.",
+        advice.ScaleMassLess(2000.0, 17.0, 5.0): "`mass_scaling: 2000` and `time_step: 17 us` under `solver` bring "
+        "kinetic energy under 5 % in most runs.",
+        advice.ScaleMassLess(2000.0, None, 5.0): "`mass_scaling: 2000` under `solver` brings kinetic energy under 5 % "
+        "in most runs.",
+        advice.IntegrateFully(
+            "d/26", 10.0
+        ): "`element: full` under `solver` has no hourglass energy, at about six times "
+        "the time; elements of d/26 or smaller may bring it under 10 %.",
+        advice.LengthenStroke(1.0): "`duration: 1 s` under `loading` doubles the stroke.",
+        advice.MendInput("kinetic"): "Mend it in the solver's own input: less mass scaling or a slower blade.",
+    }
+    assert {remedy: sentence(remedy, STEM) for remedy in told} == told
+
+
+def test_remedies_name_the_keys_of_the_study() -> None:
+    assert sentence(advice.FitAll("conditions"), STEM).startswith("`invert: {diameters: all}` fits all of them")
+    assert sentence(advice.FitAll("conditions"), MOIST).startswith("`invert: {conditions: all}` fits all of them")
+    assert sentence(advice.FitAll("responses"), HEAP).startswith("`invert: {responses: all}` fits all responses")
+    assert sentence(advice.FitFewer(), STEM).startswith(
+        "Vary a further factor, or fit only the stem diameter of use (`invert.diameters`)"
+    )
+    assert "fewer responses (`invert.responses`)" in sentence(advice.FitFewer(), HEAP)
+    assert sentence(advice.MeasureMore(), STEM) == (
+        "Measure at another stem diameter, or leave one out of `invert.diameters`."
+    )
+    nothing = [sentence(advice.NoRangeReaches(("a", "b")), names) for names in (STEM, HEAP)]
+    assert nothing[0].endswith("check units, loading and specimen.")
+    assert nothing[1].startswith("The range of a and b alone does not reach it")
+
+
+@pytest.mark.parametrize(
+    ("names", "where", "text"),
+    [
+        (
+            STEM,
+            Use(10.0, (7.0, 8.0), LOW),
+            "Good (within 10 %) at 7 and 8 mm. Worst: maximum force, 42 % low at 11 mm.",
+        ),
+        (STEM, Use(10.0, (7.0,), None), "Good (within 10 %) at 7 mm."),
+        (HEAP, Use(10.0, (0.0,), None), "Good (within 10 %)."),
+        (HEAP, Use(5.0, (), Judged("bulk", 0.0, 33.0, False)), "Not within 5 %. Worst: bulk density, 33 % low."),
+        (MOIST, Use(5.0, (), None), "Good (within 5 %) at no measured value of the moisture."),
+    ],
+)
+def test_where_it_may_be_used(names: Names, where: Use, text: str) -> None:
+    assert use(where, names) == text
+
+
+def unchecked(weight: Severity = "with_reservations") -> Reason:
+    return rules.Unchecked(weight=weight, remedy=advice.MeasureMore())
+
+
+def test_three_lines_at_most() -> None:
+    assert lines(Verdict.of([], None), STEM) == ["Calibrated."]
+    heavy = rules.Unfinished(weight="not_calibrated", remedy=ON, stages=("validate",))
+    two = Verdict.of([unchecked(), heavy], Use(10.0, (8.0,), None))
+    assert lines(two, STEM) == [
+        "Not calibrated. Not done yet: Validation. (1 more reason.)",
+        "Good (within 10 %) at 8 mm.",
+        "Next: `stemcal run SPEC` goes on.",
+    ]
+    three = Verdict.of([unchecked()] * 3, None)
+    assert lines(three, STEM)[0].endswith(
+        "with reservations. Nothing checks the result independently. (2 more reasons.)"
+    )
+
+
+def test_json_has_facts_and_their_sentences() -> None:
+    remedy = advice.WidenRange("yield_stress", "high", 46.0, "MPa")
+    reason = rules.OutOfReach(weight="not_calibrated", remedy=remedy, target=200.0, low=79.0, high=122.0)
+    assert verdict_json(Verdict.of([reason], None), STEM) == {
+        "verdict": "not_calibrated",
+        "verdict_use": None,
+        "verdict_reasons": [
+            {
+                "kind": "out_of_reach",
+                "weight": "not_calibrated",
+                "remedy": {
+                    "kind": "widen_range",
+                    "factor": "yield_stress",
+                    "end": "high",
+                    "value": 46.0,
+                    "unit": "MPa",
+                    "text": "Raise `high` of yield_stress to about 46 MPa.",
+                },
+                "target": 200.0,
+                "low": 79.0,
+                "high": 122.0,
+                "text": "The measured 200 N is above what the ranges reach, 79 to 122 N.",
+            }
+        ],
+    }
