@@ -21,9 +21,9 @@ def condition(naming: Naming) -> tuple[Column, ...]:
     return () if named is None else (Column("condition", named.capital, named.written, short),)
 
 
-def factor(names: Names, label: str = "Factor") -> Column:
+def factor(names: Names) -> Column:
     """Return the column that names a factor."""
-    return Column("factor", label, form=names.factor, words=True)
+    return Column("factor", "Factor", form=names.factor, words=True)
 
 
 def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tuple[Column, ...]:
