@@ -73,7 +73,8 @@ def _runs_with(folder: Path, message: str) -> str:
     """Return the table of runs, one of which failed with a message."""
     study, found = make_study(folder, "rsm: {factors: [yield_stress, failure_strain]}\n"), StudyFolder(folder / "out")
     _screened(study, found, message)
-    return runs_table(ledger(study, found, _Saying(message)), Names(), study.names).csv()
+    runs = runs_table(ledger(study, found, _Saying(message)), Names(), study.names)
+    return runs.headed(study.naming.headings).csv()
 
 
 class _Saying(FakeSolver):
