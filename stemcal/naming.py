@@ -95,13 +95,13 @@ class Named:
         bracketed = "/" in self.written or self.written.startswith("°")
         return f"({self.written})²" if bracketed else self.written and f"{self.written}²"
 
-    def headed(self, word: str = "", between: str = ", ") -> str:
-        """Return a heading with the unit behind it; the label where no other word is given.
+    def headed(self, word: str) -> str:
+        """Return a heading with the unit behind it.
 
-        >>> FORCE.headed("Measured"), FORCE.headed(), FORCE.headed("Std.\\nerror", ",\\n")
-        ('Measured, N', 'Maximum force, N', 'Std.\\nerror,\\nN')
+        >>> FORCE.headed("Measured")
+        'Measured, N'
         """
-        return f"{word or self.label}{between}{self.written}" if self.written else word or self.label
+        return f"{word}, {self.written}" if self.written else word
 
     @property
     def capital(self) -> str:
@@ -111,14 +111,6 @@ class Named:
         ('Force', 'Travel')
         """
         return self.noun[:1].upper() + self.noun[1:]
-
-    def heading(self, between: str = ", ") -> str:
-        """Return the noun as a heading with its unit.
-
-        >>> FORCE.heading(), DIAMETER.heading(",\\n"), Named("e", "COR", "e", "1").heading()
-        ('Force, N', 'Diameter,\\nmm', 'COR')
-        """
-        return self.headed(self.capital, between)
 
     def its(self, thing: str) -> str:
         """Return something that it has, as people say it.

@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 from fakes import FakeSolver, lines, make_study
-from stemcal.stages.fresh import CODE, changes_since
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
@@ -19,6 +18,7 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.answer import Progress
+from stemcal.stages.fresh import CODE, changes_since
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parent.parent / "configs"

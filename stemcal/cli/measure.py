@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from stemcal.measured.shear import ShearTests
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.text_tables import Form
-    from stemcal.report.tables.sheet import Sheet
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -66,7 +65,7 @@ def diameters(
     if out:
         drawn = {"diameters": figures.diameter_histogram(found)}
         _leave_files(out, "measure-diameters", content, found.stems.table(), drawn)
-    _show(content, found.synthetic, tables.diameter_sheets(found), [], as_json, quiet)
+    _show(content, found.synthetic, tables.diameter_tables(found), [], as_json, quiet)
 
 
 @app.command()
@@ -177,7 +176,7 @@ def _finish_shear(
             "force-diameter": figures.force_over_diameter(tests),
         }
         _leave_files(out, "measure-shear", content, rows.table(), drawn, section)
-    _show(content, tests.synthetic, tables.shear_sheets(tests), tests.remarks(), as_json, quiet, section)
+    _show(content, tests.synthetic, tables.shear_tables(tests), tests.remarks(), as_json, quiet, section)
     if spec and not quiet:
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
@@ -245,7 +244,7 @@ def _leave_files(
 def _show(
     content: object,
     synthetic: bool,
-    sheets: Iterable[Sheet],
+    found: Iterable[Table],
     remarks: list[str],
     as_json: bool,
     quiet: bool,
@@ -257,7 +256,7 @@ def _show(
     if as_json:
         say_json(content)
     else:
-        say(*(part for sheet in sheets for part in drawn(sheet)), *([section] if section else []))
+        say(*(part for table in found for part in drawn(table)), *([section] if section else []))
     if synthetic:
         warn("these data say of themselves that they are synthetic; do not publish them as measured")
     for remark in [] if quiet else remarks:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from stemcal.cli.options import AsJson, Out, Quiet, Spec, Workers
 
 if TYPE_CHECKING:
+    from stemcal.files.rows import Table
     from stemcal.overview.plan import Plan
-    from stemcal.report.tables.sheet import Sheet
 
 
 def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
@@ -33,7 +33,7 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     if as_json:
         say_json(to_json(found))
     else:
-        say(*drawn(_sheet(found)))
+        say(*drawn(_table(found)))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
     for excessive in sentences(excess(demand, found.workers, machine_memory())):
         warn(excessive)
@@ -42,24 +42,16 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
             note(f"note: {said}")
 
 
-def _sheet(found: Plan) -> Sheet:
-    from stemcal.report.tables.sheet import Sheet
+def _table(found: Plan) -> Table:
+    from stemcal.files.rows import Column, Table
     from stemcal.text.numbers import duration
     from stemcal.text.plan import total
 
-    rows = tuple(
-        (
-            stage.stage,
-            str(stage.rows),
-            str(stage.recorded),
-            str(stage.to_run),
-            duration(stage.seconds),
-        )
-        for stage in found.stages
+    columns = (
+        Column("stage", "Stage"),
+        Column("rows", "Runs", form=format),
+        Column("recorded", "Recorded", form=format),
+        Column("to_run", "To compute", form=format),
+        Column("seconds", "On one core", form=duration),
     )
-    return Sheet(
-        f"Plan of {found.study}",
-        ("Stage", "Runs", "Recorded", "To compute", "On one core"),
-        rows,
-        foot=(" ".join(total(found)),),
-    )
+    return Table.of(columns, found.stages, f"Plan of {found.study}", [" ".join(total(found))])

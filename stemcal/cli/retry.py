@@ -29,12 +29,13 @@ def retry(
     Example: [bold]stemcal retry configs/smoke.yaml 3f2a91c0[/bold]
     """
     from stemcal.cli.console import note, say, say_json, warn
-    from stemcal.cli.runs import table_of
     from stemcal.cli.session import opened
     from stemcal.files.typed import to_json
     from stemcal.folder.store import SCHEMA_VERSION
     from stemcal.overview.status import retry as again
+    from stemcal.report.tables.of_designs import listed, runs_table
     from stemcal.report.tables.terminal import drawn
+    from stemcal.text.names import Names
 
     with opened(spec, out, workers, executor, quiet) as work:
         entries = again(work.study, work.folder, work.executor, keys or (), work.watch)
@@ -43,7 +44,8 @@ def retry(
         naming = to_json(work.study.naming)
         say_json({"schema_version": SCHEMA_VERSION, "stage": "retry", "naming": naming, "runs": to_json(entries)})
     else:
-        say(*drawn(table_of(title, entries, work.study.naming)))
+        names = Names(work.study.naming)
+        say(*drawn(listed(runs_table(entries, names, title=title), names)))
     if entries and not quiet:
         note(f"now `stemcal run {spec}` takes the new answers into its tables")
     failed = sum(entry.status == "failed" for entry in entries)

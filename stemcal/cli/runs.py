@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
-from stemcal.naming import CUTTING, Naming
 from stemcal.stages.base import STAGES
 
-if TYPE_CHECKING:
-    from stemcal.overview.status import Entry
-    from stemcal.report.tables.sheet import Sheet
-
-SHORT_KEY = 8
-COLUMNS = ("stage", "run", "key", "status", "response", "reason", "message", "condition")
-AFTER_LEVELS = ("tries", "wall_seconds", "started", "host", "stemcal")
 SIMULATING = tuple(stage.name for stage in STAGES if stage.simulates)
 
 
@@ -62,16 +53,22 @@ def runs(
     from stemcal.errors import UsageError
     from stemcal.files.typed import to_json
     from stemcal.folder.store import SCHEMA_VERSION
+    from stemcal.outputs import write_output
     from stemcal.overview.status import ledger
+    from stemcal.report.tables.of_designs import listed, runs_table
     from stemcal.report.tables.terminal import drawn
+    from stemcal.text.language import say as say_text
+    from stemcal.text.names import Names
 
     study = read_study(spec)
     if csv_file and not csv_file.absolute().parent.is_dir():
         raise UsageError(f"{csv_file}: the folder {csv_file.parent} does not exist")
     entries = ledger(study, existing_folder(study, out))
     found = [e for e in entries if stage in (None, e.stage) and status in (None, e.status)]
+    names = Names(study.naming)
+    table = runs_table(found, names, study.names, say_text("Runs of study {study}", study=study.name))
     if csv_file:
-        write_table(found, study.names, csv_file, study.naming)
+        write_output(csv_file, table.headed(study.naming.headings).csv())
     if as_json:
         say_json(
             {
@@ -83,43 +80,6 @@ def runs(
             }
         )
     elif not csv_file:
-        say(*drawn(table_of(f"Runs of study {study.name}", found, study.naming)))
+        say(*drawn(listed(table, names)))
     if csv_file and not quiet:
         note(f"wrote {csv_file}")
-
-
-def write_table(found: Iterable[Entry], factors: Iterable[str], path: Path, naming: Naming = CUTTING) -> None:
-    """Write runs as CSV: a column per factor, empty cells where there is nothing."""
-    from stemcal.files.rows import Table
-    from stemcal.outputs import write_output
-
-    names = tuple(factors)
-    rows = []
-    for run in found:
-        levels = [run.levels.get(name) for name in names]
-        rows.append((*(getattr(run, c) for c in COLUMNS), *levels, *(getattr(run, c) for c in AFTER_LEVELS)))
-    write_output(path, Table((*COLUMNS, *names, *AFTER_LEVELS), tuple(rows)).headed(naming.headings).csv())
-
-
-def table_of(title: str, found: Iterable[Entry], naming: Naming = CUTTING) -> Sheet:
-    """Return runs as a table for the terminal."""
-    from stemcal.report.tables.sheet import Sheet, place_cell, place_head
-    from stemcal.text.numbers import fixed, significant
-
-    place, response = place_head(naming, ",\n"), naming.response.heading(",\n")
-    columns = ("Stage", "Key", "Status", "Reason", "Run", *place, response, "Time,\ns")
-    rows = tuple(
-        (
-            run.stage,
-            run.key[:SHORT_KEY],
-            run.status,
-            run.reason,
-            str(run.run),
-            *place_cell(naming, run.condition),
-            significant(run.response),
-            fixed(run.wall_seconds, 1),
-        )
-        for run in found
-    )
-    foot = () if rows else ("There are none.",)
-    return Sheet(title, columns, rows, texts=4, foot=foot)

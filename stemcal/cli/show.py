@@ -53,12 +53,13 @@ def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
 
 def show_known(result: StageResult) -> None:
     """Print what a stage of a whole study has found as soon as it is known: the effects of the screening."""
-    from stemcal.report.tables.stages import screening_sheet
+    from stemcal.report.tables.of_designs import effects_table
     from stemcal.report.tables.terminal import drawn
     from stemcal.stages.screen import ScreenResult
+    from stemcal.text.names import Names
 
     if isinstance(result, ScreenResult):
-        say(*drawn(screening_sheet(result)))
+        say(*drawn(effects_table(result, Names(result.naming))))
 
 
 def show_run(
@@ -88,14 +89,15 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.findings import spoken
-    from stemcal.report.tables.stages import joint_sheets
+    from stemcal.report.tables.stages import joint_tables
     from stemcal.report.tables.terminal import drawn, stage_tables
     from stemcal.text.calibration import KNOWN
+    from stemcal.text.names import Names
     from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
     found = results.inversion
-    if found is not None:
-        say(*(part for sheet in joint_sheets(found) for part in drawn(sheet)))
+    if found is not None and found.joint is not None:
+        say(*(part for table in joint_tables(found, Names(found.naming)) for part in drawn(table)))
     if results.mesh is not None:
         say(*stage_tables(results.mesh, verdict.holds))
     if found is not None and verdict.holds:
@@ -112,15 +114,15 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
 
 
 def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
-    from stemcal.report.tables.final import final_sheets
+    from stemcal.report.tables.final import final_tables
     from stemcal.report.tables.terminal import drawn
     from stemcal.text.names import Names
     from stemcal.text.verdict import lines
 
     told = lines(verdict, Names(study.naming))
     taken = sum(height(line) for line in told) + 2
-    sheets = final_sheets(study, results, verdict.holds, taken)
-    say(*told, "", *(part for sheet in sheets for part in drawn(sheet)))
+    tables = final_tables(study, results, verdict.holds, taken)
+    say(*told, "", *(part for table in tables for part in drawn(table)))
     say_whole(f"Report: {page}")
 
 

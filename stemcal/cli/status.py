@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from stemcal.cli.options import AsJson, Out, Spec
 
 if TYPE_CHECKING:
+    from stemcal.files.rows import Table
     from stemcal.overview.status import Status
-    from stemcal.report.tables.sheet import Sheet
     from stemcal.text.names import Names
 
 
@@ -32,23 +32,20 @@ def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
     if as_json:
         say_json(to_json(found) | verdict_json(found.verdict, Names(study.naming)))
     else:
-        say(*drawn(_sheet(found, Names(study.naming))))
+        say(*drawn(_table(found, Names(study.naming))))
 
 
-def _sheet(found: Status, names: Names) -> Sheet:
-    from stemcal.report.tables.sheet import Sheet
+def _table(found: Status, names: Names) -> Table:
+    from stemcal.files.rows import Column, Table
     from stemcal.text.status import lines
 
-    columns = ("Stage", "File", "Runs", "Done", "Running", "Failed", "Left")
-    rows = tuple(
-        (
-            stage.stage,
-            stage.file,
-            *(_cell(getattr(stage, name)) for name in ("rows", "done", "running", "failed", "left")),
-        )
-        for stage in found.stages
-    )
-    return Sheet(f"Study {found.study}", columns, rows, texts=2, foot=tuple(lines(found, names)))
+    counts = ("Runs", "rows"), ("Done", "done"), ("Running", "running"), ("Failed", "failed"), ("Left", "left")
+    columns = [
+        Column("stage", "Stage"),
+        Column("file", "File"),
+        *(Column(key, head, form=_cell) for head, key in counts),
+    ]
+    return Table.of(columns, found.stages, f"Study {found.study}", lines(found, names))
 
 
 def _cell(count: int | None) -> str:

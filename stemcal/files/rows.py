@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from stemcal.files.showing import csv_text
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 T = TypeVar("T")
-Cell = str | float | bool | None
 _SHOWN = 12  # rows of a table that a prompt shows
 
 
@@ -46,44 +45,145 @@ class Rows(tuple[T, ...]):
 
 
 @dataclass(frozen=True)
-class Table:
-    """A table as the study folder keeps it."""
+class Column:
+    """A column: its key in files and frames, its heading on paper, the unit of its numbers, how a value is written.
 
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    Without a `form` it holds words; a word in a column of numbers says why there is none. `of` takes the value from a
+    row that has no field of that key. A column that `claims` holds for a calibrated study only; the `form` of `words`
+    writes words, as that of a factor its label.
+    """
+
+    key: str
+    label: str | None = None
+    unit: str = ""
+    form: Callable[[Any], str] | None = None
+    of: Callable[[Any], Any] | None = None
+    words: bool = False
+    claims: bool = False
+
+    @property
+    def left(self) -> bool:
+        """Whether it holds words, which begin at the left."""
+        return self.words or self.form is None
+
+    @property
+    def name(self) -> str:
+        """The heading without the unit: the label, or else the key."""
+        return self.key if self.label is None else self.label
+
+    @property
+    def head(self) -> str:
+        """The heading with the unit.
+
+        >>> Column("effect", "Effect", "N").head, Column("status").head
+        ('Effect, N', 'status')
+        """
+        return f"{self.name}, {self.unit}" if self.unit else self.name
+
+    def written(self, value: Any) -> str:
+        """Return the text of a cell."""
+        if self.form is None or (isinstance(value, str) and not self.words):
+            return "" if value is None else str(value)
+        return self.form(value)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: columns and rows of values, made once and written by the terminal, the page, files and frames.
+
+    Rows that are `strong` stand out. On the page a `detail` is folded, words of a `long` table wrap. A table that
+    `claims` holds for a calibrated study only, as do the lines of `claimed` below those of the foot.
+    """
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    title: str = ""
+    foot: tuple[str, ...] = ()
+    claimed: tuple[str, ...] = ()
+    strong: frozenset[int] = frozenset()
+    long: bool = False
+    detail: bool = False
+    claims: bool = False
 
     @classmethod
-    def of(cls, columns: Sequence[str], things: Iterable[object]) -> Table:
-        """Take these columns from results, a row each; empty where one has no such field."""
-        rows = [{**row.get("levels", {}), **row} for row in map(to_json, things)]
-        return cls(tuple(columns), tuple(tuple(row.get(column) for column in columns) for row in rows))
+    def of(
+        cls,
+        columns: Iterable[Column | str],
+        things: Iterable[object],
+        title: str = "",
+        foot: Iterable[str] = (),
+        **told: Any,
+    ) -> Table:
+        """Take these columns from results, a row each; empty where one has no such field.
+
+        >>> Table.of(["run", Column("level", "Level", "mm", "{:.2f}".format)], [{"run": "a", "level": 1.0}]).cells
+        (('a', '1.00'),)
+        """
+        taken = tuple(Column(column) if isinstance(column, str) else column for column in columns)
+        rows = []
+        for thing in things:
+            fields = _fields(thing)
+            rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in taken))
+        return cls(taken, tuple(rows), title, tuple(foot), **told)
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """The headings of the columns."""
+        return tuple(column.head for column in self.columns)
+
+    @property
+    def cells(self) -> tuple[tuple[str, ...], ...]:
+        """The texts of the cells, row by row."""
+        return tuple(tuple(c.written(v) for c, v in zip(self.columns, row, strict=True)) for row in self.rows)
+
+    def only(self, keys: Iterable[str]) -> Table:
+        """Return it with the columns of these keys, in their order."""
+        places = {column.key: place for place, column in enumerate(self.columns)}
+        return self._at([places[key] for key in keys])
+
+    def unclaimed(self) -> Table | None:
+        """Return what is left of it where the study is not calibrated."""
+        left = self._at([place for place, column in enumerate(self.columns) if not column.claims])
+        return None if self.claims else replace(left, claimed=())
+
+    def _at(self, places: Sequence[int]) -> Table:
+        rows = tuple(tuple(row[place] for place in places) for row in self.rows)
+        return replace(self, columns=tuple(self.columns[place] for place in places), rows=rows)
 
     def headed(self, headings: Mapping[str, str | None]) -> Table:
-        """Return it with other headings over columns; those of None are left out.
+        """Return it with other keys of columns; those of None are left out.
 
-        A heading that another column has already is not taken: the column keeps its own.
+        A key that another column has already is not taken: the column keeps its own.
 
-        >>> table = Table(("condition", "response", "status"), ((8.0, 322.1, "ok"),))
-        >>> table.headed({"condition": None, "response": "angle"}).columns
-        ('angle', 'status')
+        >>> table = Table.of(["condition", "response", "status"], [{"condition": 8.0, "response": 3.1}])
+        >>> [column.key for column in table.headed({"condition": None, "response": "angle"}).columns]
+        ['angle', 'status']
         """
-        kept = [i for i, column in enumerate(self.columns) if headings.get(column, column) is not None]
-        columns = [headings.get(self.columns[i]) or self.columns[i] for i in kept]
-        columns = [self.columns[i] if name in self.columns else name for i, name in zip(kept, columns, strict=True)]
-        return Table(tuple(columns), tuple(tuple(row[i] for i in kept) for row in self.rows))
+        keys = [column.key for column in self.columns]
+        table = self.only(key for key in keys if headings.get(key, key) is not None)
+        renamed = {key: name for key, name in headings.items() if name is not None and name not in keys}
+        return replace(table, columns=tuple(replace(c, key=renamed.get(c.key, c.key)) for c in table.columns))
 
     def csv(self) -> str:
         """Return the text of its CSV file: lines end in ``\\n``, cells of None are empty."""
-        return csv_text([self.columns, *self.rows])
+        return csv_text([[column.key for column in self.columns], *self.rows])
 
     def to_frame(self) -> pd.DataFrame:
         """Return a frame of pandas."""
         import pandas as pd
 
-        return pd.DataFrame(list(self.rows), columns=list(self.columns))
+        return pd.DataFrame(list(self.rows), columns=[column.key for column in self.columns])
 
     def _repr_html_(self) -> str:
         return _html(self.to_frame())
+
+
+def _fields(thing: object) -> Mapping[str, Any]:
+    """Return the fields of a row as its file has them, factors by their names among them."""
+    if not is_dataclass(thing):
+        return thing if isinstance(thing, Mapping) else getattr(thing, "__dict__", {})
+    fields = to_json(thing)
+    return {**fields.get("levels", {}), **fields}
 
 
 def _html(frame: pd.DataFrame) -> str:

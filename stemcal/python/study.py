@@ -14,7 +14,7 @@ from stemcal.cutting import CuttingResult, Symmetry
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.executors.machine import machine_memory
-from stemcal.files.rows import Table
+from stemcal.files.rows import Column, Table
 from stemcal.folder.store import StudyFolder, default_place
 from stemcal.overview.foresight import Demand, demand_of_left, demand_of_one, excess, left_to_run
 from stemcal.python.results import StudyResults
@@ -140,7 +140,7 @@ class Curve:
     def to_frame(self) -> pd.DataFrame:
         """Return a frame of pandas."""
         rows = zip(self.travel.tolist(), self.force.tolist(), strict=True)
-        return Table(("travel", "force"), tuple(rows)).to_frame()
+        return Table((Column("travel"), Column("force")), tuple(rows)).to_frame()
 
     def plot(self) -> Figure:
         """Draw the curve."""

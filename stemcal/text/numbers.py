@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from stemcal.text.language import say
 
@@ -89,19 +89,6 @@ def unit_written(unit: str) -> str:
     """
     raised = re.sub(r"(?<=[A-Za-z])[23]", lambda found: "²³"[int(found[0]) - 2], unit)
     return "" if unit == "1" else raised
-
-
-def alike(values: Iterable[float | None], digits: int = 7) -> Callable[[float | None], str]:
-    """Return what writes the numbers of a column with like decimals, so that the largest has so many digits.
-
-    >>> write = alike([18921.0208, 0.1875])
-    >>> write(18921.0208), write(0.1875), write(None)
-    ('18921.02', '0.19', '')
-    """
-    largest = max((abs(value) for value in values if value is not None and math.isfinite(value)), default=0.0)
-    whole = math.floor(math.log10(largest)) + 1 if largest > 0.0 else 1
-    decimals = min(max(0, digits - max(whole, 1)), 6)
-    return lambda value: "" if value is None else fixed(value, decimals)
 
 
 def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:

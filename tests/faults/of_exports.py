@@ -17,16 +17,17 @@ from fakes import ENVIRONMENT, FakeSolver, make_study
 from tally import Fault, Missing, each
 
 from stemcal import workflow
-from stemcal.cli.runs import write_table
 from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.files.rows import Table
+from stemcal.files.rows import Column, Table
 from stemcal.folder.store import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import export_tables
 from stemcal.report.export.paper import PaperTable
+from stemcal.report.tables.of_designs import runs_table
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import read_study
+from stemcal.text.names import Names
 
 TRIGGERS = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "−", "\t=", "\r=", " =", "\n+")
 BODIES = ("cmd|' /C calc'!A0", "2+3+cmd|'/C calc'!A0", 'HYPERLINK("http://x.y","z")', "SUM(1+1)*cmd|'a'!A", "1;=1+1")
@@ -48,9 +49,11 @@ def formula(folder: Path, number: int, rng: random.Random) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     match number // len(TRIGGERS) % 3:
         case 0:
-            text = Table((cell, "x"), ((cell, 1.5), ("y", -2.5))).csv()
+            text = Table((Column(cell), Column("x")), ((cell, 1.5), ("y", -2.5))).csv()
         case 1:
-            table = PaperTable(5, "a", cell, (cell, "x"), ((cell, "−1.5 **"), ("y", "-2.5")), cell)
+            table = PaperTable(
+                5, "a", cell, Table((Column("", cell), Column("x")), ((cell, "−1.5 **"), ("y", "-2.5"))), cell
+            )
             text = export_tables([table], "csv", folder)[0].read_text("utf-8-sig")
             assert "-1.5 **" in text
         case _:
@@ -70,8 +73,8 @@ def _runs_with(folder: Path, message: str) -> str:
     """Return the table of runs, one of which failed with a message."""
     study, found = make_study(folder, "rsm: {factors: [yield_stress, failure_strain]}\n"), StudyFolder(folder / "out")
     _screened(study, found, message)
-    write_table(ledger(study, found, _Saying(message)), study.names, folder / "runs.csv")
-    return (folder / "runs.csv").read_text("utf-8")
+    runs = runs_table(ledger(study, found, _Saying(message)), Names(), study.names)
+    return runs.headed(study.naming.headings).csv()
 
 
 class _Saying(FakeSolver):
@@ -120,7 +123,7 @@ def control(folder: Path, number: int, _rng: random.Random) -> None:
             said = _printed(bad)
             assert _is_readable(said), repr(said)
         case _:
-            table = PaperTable(5, "a", bad, (bad, "x"), ((bad, "1"), ("y", "2")), bad)
+            table = PaperTable(5, "a", bad, Table((Column("", bad), Column("x")), ((bad, "1"), ("y", "2"))), bad)
             for kind in ("md", "tex", "docx"):
                 try:
                     path = export_tables([table], kind, folder)[0]
@@ -142,8 +145,9 @@ def _printed(text: str) -> str:
     """Return what the terminal gets of a text as warning, note, error, and cell of a table."""
     code = (
         "import json, sys; from stemcal.cli.console import *; text = json.loads(sys.argv[1]);"
-        "from stemcal.report.tables.sheet import Sheet; from stemcal.report.tables.terminal import drawn;"
-        "warn(text); note(text); fail(text); say(text, *drawn(Sheet(text, (text, 'x'), ((text, '1'),), foot=(text,))))"
+        "from stemcal.files.rows import *; from stemcal.report.tables.terminal import drawn;"
+        "table = Table((Column(text), Column('x')), ((text, '1'),), text, (text,));"
+        "warn(text); note(text); fail(text); say(text, *drawn(table))"
     )
     command = [sys.executable, "-c", code, json.dumps(text)]
     done = subprocess.run(command, capture_output=True, env=ENVIRONMENT, check=True)
@@ -154,7 +158,7 @@ def link(folder: Path, number: int, _rng: random.Random) -> None:
     """A link or a line end in a cell of a Markdown table is text, and the table keeps its rows."""
     folder.mkdir(parents=True, exist_ok=True)
     text = LINKS[number % len(LINKS)] + ("\n| x | y |", "", "\r\n")[number // len(LINKS) % 3]
-    table = PaperTable(5, "a", text, (text, "x"), ((text, "1"), ("y", "2")), text)
+    table = PaperTable(5, "a", text, Table((Column("", text), Column("x")), ((text, "1"), ("y", "2"))), text)
     found = export_tables([replace(table)], "md", folder)[0].read_text("utf-8")
     assert len([line for line in found.splitlines() if line.startswith("|")]) == 4, found
     assert not re.search(r"(?<!\\)[\[\]<>`@]|(?<!\\)://|(?i:www)\.|mailto:", found), found

@@ -8,8 +8,7 @@ from typing import Any
 from rich.console import Console
 
 from stemcal.files.rows import Rows
-from stemcal.report.tables.appendix import shape_sheets
-from stemcal.report.tables.findings import response_sheets
+from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import stage_tables
 from stemcal.stages.invert.result import JointFitted, JointRow
 from stemcal.stages.validate import FurtherRow
@@ -33,9 +32,9 @@ def test_a_verdict_per_factor_the_strongest_first(stages: dict[str, Any]) -> Non
 
 
 def test_shape_and_ridge_of_the_surface(stages: dict[str, Any]) -> None:
-    assert [sheet.title for sheet in shape_sheets(stages["rsm"])] == [
+    assert [table.title for table in tables_of(stages["rsm"])][3:] == [
         "Canonical analysis",
-        "Share of the force's variation",
+        "Variance shares of the maximum force",
         "Ridge of steepest ascent",
     ]
     assert max(map(len, printed(stages["rsm"]).splitlines())) <= 80
@@ -45,8 +44,8 @@ def test_a_plane_has_no_stationary_point(stages: dict[str, Any], edited: Any) ->
     """As where every square and product was left out."""
     nowhere = dict.fromkeys(("coded", "natural", "predicted", "coded_radius"))
     plane = edited(stages["rsm"], lambda content: content["canonical"].update(nowhere, inside=False, kind="plane"))
-    sheet = shape_sheets(plane)[0]
-    assert sheet.foot[0].startswith("No single stationary point")
+    table = tables_of(plane)[3]
+    assert table.foot[0].startswith("No single stationary point")
 
 
 def test_what_the_force_leaves_open(stages: dict[str, Any]) -> None:
@@ -59,11 +58,10 @@ def test_what_the_force_leaves_open(stages: dict[str, Any]) -> None:
 def test_travel_and_work_stand_beside_the_force(stages: dict[str, Any]) -> None:
     row = JointRow(8.0, "travel", "mm", 1.06, None, None, 1.0613, -0.12, None)
     joint = JointFitted(Rows(), Rows([row]), "measured", None, 0, None, 0.0, None, 0.0, {})
-    (fitted,) = response_sheets(replace(stages["invert"], joint=joint))
-    assert fitted.rows == (("travel", "8", "1.06 mm", "1.061 mm", "−0.12"),) and fitted.columns[3] == "Predicted"
+    fitted = tables_of(replace(stages["invert"], joint=joint))[-1]
+    assert fitted.cells == (("travel", "8", "1.06 mm", "1.061 mm", "−0.12"),) and fitted.heads[3] == "Predicted"
     further = Rows([FurtherRow("travel", "mm", 1.06, None, 1.07, -0.9)])
     rows = stages["validate"].rows
     beside = Rows([rows[0], replace(rows[1], further=further), *rows[2:]])
-    (checked,) = response_sheets(replace(stages["validate"], rows=beside))
-    assert checked.rows[0][1:4] == ("8", "1.06 mm", "1.070 mm") and checked.columns[3] == "Simulated"
-    assert response_sheets(stages["rsm"]) == []
+    checked = tables_of(replace(stages["validate"], rows=beside))[1]
+    assert checked.cells[0][1:4] == ("8", "1.06 mm", "1.070 mm") and checked.heads[3] == "Simulated"

@@ -11,33 +11,34 @@ from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, ridge, studentised
 from stemcal.report.figures.validation import growth
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
-from stemcal.report.tables.appendix import canonical_sheet, checks_sheet, design_sheet, judged, ridge_sheet
-from stemcal.report.tables.setting import setting_sheets
-from stemcal.report.tables.stages import screening_sheet
+from stemcal.report.tables.of_designs import canonical_table, checks_table, design_table, ridge_table
+from stemcal.report.tables.setting import setting_tables
+from stemcal.report.tables.stages import tables_of
+from stemcal.text.names import Names
 
 VERDICT_ON_X7 = "may matter, unexpected sign"
 
 
 def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:
-    sheet = judged(screening_sheet(stages["screen"]), stages["screen"])
-    assert [sheet.rows[i][0] for i in sorted(sheet.strong)] == ["X4", "X7", "X9"]
-    assert sheet.columns[2] == "Verdict" and sheet.texts == 3
-    assert [row[2] for row in sheet.rows][3:7] == ["matters", "no effect seen", "no effect seen", VERDICT_ON_X7]
-    assert all(len(row) == len(sheet.columns) for row in sheet.rows)
+    (table,) = tables_of(stages["screen"], judged=True)
+    assert [table.rows[i][0] for i in sorted(table.strong)] == ["X4", "X7", "X9"]
+    assert table.heads[2] == "Verdict" and [column.left for column in table.columns][:4] == [True, True, True, False]
+    assert [row[2] for row in table.rows][3:7] == ["matters", "no effect seen", "no effect seen", VERDICT_ON_X7]
+    assert all(len(row) == len(table.columns) for row in table.rows)
 
 
 def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None:
     """Eigenvalues of B = [[1.294, …], …]: their sum is its trace, 1.29 − 0.83 + 2.88 (Table 9's squares)."""
     surface = stages["rsm"]
-    sheet = canonical_sheet(surface, surface.canonical)
-    assert [row[1] for row in sheet.rows] == ["3.981", "2.204", "−2.839"]
+    table = canonical_table(surface, surface.canonical, Names())
+    assert [row[1] for row in table.cells] == ["3.981", "2.204", "−2.839"]
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
-    assert "a saddle of 154.4 N" in sheet.foot[0] and "outside" in sheet.foot[0]
+    assert "saddle, 154.4 N" in table.foot[0] and "outside" in table.foot[0]
 
 
 def test_ridge_begins_at_the_centre(stages: dict[str, Any]) -> None:
-    rows = ridge_sheet(stages["rsm"]).rows
+    rows = ridge_table(stages["rsm"], Names()).cells
     assert rows[0] == ("0.00", "14.99", "0.03000", "90.00", "120.4", "1.99")
     forces = [float(row[4]) for row in rows]
     assert forces == sorted(forces)
@@ -48,20 +49,21 @@ def test_surface_tables_fit_a_terminal(stages: dict[str, Any]) -> None:
 
     from stemcal.report.tables.terminal import drawn
 
-    for sheet in (canonical_sheet(stages["rsm"], stages["rsm"].canonical), ridge_sheet(stages["rsm"])):
-        assert max(len(row) for row in sheet.rows) == len(sheet.columns)
+    surface, names = stages["rsm"], Names()
+    for table in (canonical_table(surface, surface.canonical, names), ridge_table(surface, names)):
+        assert max(len(row) for row in table.rows) == len(table.columns)
         console = Console(width=80, record=True, file=io.StringIO())
-        for part in drawn(sheet):
+        for part in drawn(table):
             console.print(part)
         text = console.export_text()
-        assert all(line in text for head in sheet.columns for line in head.split("\n"))
+        assert all(word in text for head in table.heads for word in head.split())
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
     symbols = {effect.factor: effect.symbol for effect in stages["screen"].effects}
-    sheet = design_sheet("Runs", stages["screen"].design, symbols)
-    assert sheet.columns == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
-    assert design_sheet("Runs", stages["rsm"].design, symbols).columns[1] == "yield_stress"
+    table = design_table(stages["screen"].design, Names(), symbols)
+    assert table.heads == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
+    assert design_table(stages["rsm"].design, Names(), symbols).heads[1] == "yield_stress"
 
 
 def test_checks_name_each_run_once() -> None:
@@ -70,10 +72,10 @@ def test_checks_name_each_run_once() -> None:
         label: RunRecord(key, Details(), checks, Provenance())
         for label, key in (("rsm 1", "a"), ("rsm 2", "b"), ("8 mm", "a"))
     }
-    sheet = checks_sheet(records)
-    assert sheet is not None and [row[0] for row in sheet.rows] == ["rsm 1", "rsm 2"]
-    assert sheet.rows[0][1:4] == ("150.0", "0.700", "no")
-    assert checks_sheet({"8 mm": RunRecord("a", Details(), None, Provenance())}) is None
+    table = checks_table(records)
+    assert table is not None and [row[0] for row in table.rows] == ["rsm 1", "rsm 2"]
+    assert table.cells[0][1:4] == ("150.0", "0.700", "no")
+    assert checks_table({"8 mm": RunRecord("a", Details(), None, Provenance())}) is None
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:
@@ -113,9 +115,9 @@ def test_limits_of_the_screening_figures(stages: dict[str, Any]) -> None:
 
 def test_setting_tells_what_was_measured(replayed: tuple[Any, Any]) -> None:
     study, _ = replayed
-    factors, measured, *_ = setting_sheets(study)
-    assert len(factors.rows) == 9 and factors.rows[2][3] == ""
-    assert measured.rows[1][:2] == ("8", "159.2") and measured.strong == {1}
+    factors, measured, *_ = setting_tables(study)
+    assert len(factors.rows) == 9 and factors.cells[2][3] == ""
+    assert measured.cells[1][:2] == ("8", "159.2") and measured.strong == {1}
 
 
 def test_every_stage_names_its_runs(stages: dict[str, Any], edited: Any) -> None:

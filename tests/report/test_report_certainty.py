@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.style import svg
-from stemcal.report.tables.stages import sheets_of
+from stemcal.report.tables.stages import tables_of
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import PosteriorSummary
 
@@ -47,7 +47,7 @@ def test_figures_are_svg_and_the_same_each_time(stages: dict[str, Any]) -> None:
         assert ElementTree.fromstring(text).tag.endswith("svg") and text == svg(draw())
 
 
-def test_climb_sheet() -> None:
-    (sheet,) = sheets_of(ClimbResult.from_json(CLIMB))
-    assert sheet.rows == (("0", "1.000", "90.00", "10.00"),)
-    assert "a 1.000 ± 0.5000" in sheet.foot[1]
+def test_climb_table() -> None:
+    (table,) = tables_of(ClimbResult.from_json(CLIMB))
+    assert table.cells == (("0", "1.000", "90.00", "10.00"),)
+    assert "a 1.000 ± 0.5000" in table.foot[2]

@@ -12,13 +12,18 @@ from typing import Any
 
 import pytest
 
+from stemcal.files.rows import Column, Table
 from stemcal.report.export.formats import export_tables, markdown
 from stemcal.report.export.latex import latex
 from stemcal.report.export.paper import PaperTable, numbered, paper_tables, stars_apart
 from stemcal.stages.results import Results
 
 NASTY = PaperTable(
-    5, "nasty", "Caption with 100 % & $x$_#", ("A_b", "<b>|x|</b>"), (("{a}~^\\", "−1"), ("=1+1", "屈服应力")), "x_y²"
+    5,
+    "nasty",
+    "Caption with 100 % & $x$_#",
+    Table((Column("a", "A_b"), Column("b", "<b>|x|</b>", form=str)), (("{a}~^\\", "−1"), ("=1+1", "屈服应力"))),
+    "x_y²",
 )
 
 
@@ -29,21 +34,21 @@ def tables(replayed: tuple[Any, Any], results: Results) -> dict[int, PaperTable]
 
 def test_all_nine_tables_of_the_paper(tables: dict[int, PaperTable]) -> None:
     assert sorted(tables) == list(range(5, 14))
-    assert {number: len(table.rows) for number, table in tables.items()} == {
+    assert {number: len(table.cells) for number, table in tables.items()} == {
         5: 9, 6: 12, 7: 9, 8: 5, 9: 20, 10: 14, 11: 3, 12: 9, 13: 5,
     }  # fmt: skip
 
 
 def test_cells_as_printed(tables: dict[int, PaperTable]) -> None:
-    assert tables[7].columns == ("Parameters", "Effect", "Contribution/%", "Sum of Squares", "F-Value", "p-Value")
-    assert tables[7].rows[3] == ("X4", "79.42", "60.19", "18921.02", "444.32", "0.0022 **")
-    assert tables[7].rows[4] == ("X5", "−0.25", "0.001", "0.1875", "0.0044", "0.9531")
-    assert tables[10].rows[0] == ("Model", "16225.35", "9", "1802.82", "75.48", "<0.0001 **")
-    assert tables[10].rows[-2] == ("Pure error", "93.33", "5", "18.67", "", "")
-    assert tables[8].rows[0][0] == "1.682"
-    assert tables[8].rows[1] == ("1", "17.97", "0.04", "95.95")
-    assert [row[3] for row in tables[13].rows] == ["−7.8", "−6.2", "5.8", "6.3", "7.5"]
-    assert tables[12].rows[0] == ("X1", "Density (kg/m³)", "1100")
+    assert tables[7].heads == ("Parameters", "Effect", "Contribution/%", "Sum of Squares", "F-Value", "p-Value")
+    assert tables[7].cells[3] == ("X4", "79.42", "60.19", "18921.02", "444.32", "0.0022 **")
+    assert tables[7].cells[4] == ("X5", "−0.25", "0.001", "0.1875", "0.0044", "0.9531")
+    assert tables[10].cells[0] == ("Model", "16225.35", "9", "1802.82", "75.48", "<0.0001 **")
+    assert tables[10].cells[-2] == ("Pure error", "93.33", "5", "18.67", "", "")
+    assert tables[8].cells[0][0] == "1.682"
+    assert tables[8].cells[1] == ("1", "17.97", "0.04", "95.95")
+    assert [row[3] for row in tables[13].cells] == ["−7.8", "−6.2", "5.8", "6.3", "7.5"]
+    assert tables[12].cells[0] == ("X1", "Density (kg/m³)", "1100")
 
 
 def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> None:
@@ -52,10 +57,10 @@ def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> N
     assert [table.number for table in numbered(own)] == list(range(5, 14))
     assert [table.number for table in numbered(own, 2)] == list(range(2, 11))
     assert [table.number for table in numbered([*own, replace(own[0], number=0)])] == list(range(5, 15))
-    assert stars_apart(tables[7]).columns[-2:] == ("p-Value", "Significance")
-    assert stars_apart(tables[7]).rows[3][-2:] == ("0.0022", "**")
-    assert stars_apart(tables[10]).rows[0][-2:] == ("<0.0001", "**")
-    assert stars_apart(tables[10]).rows[-2][-2:] == ("", "")
+    assert stars_apart(tables[7]).heads[-2:] == ("p-Value", "Significance")
+    assert stars_apart(tables[7]).cells[3][-2:] == ("0.0022", "**")
+    assert stars_apart(tables[10]).cells[0][-2:] == ("<0.0001", "**")
+    assert stars_apart(tables[10]).cells[-2][-2:] == ("", "")
     assert stars_apart(tables[13]) is tables[13]
 
 
@@ -69,7 +74,7 @@ def test_csv_has_plain_numbers(tables: dict[int, PaperTable], tmp_path: Path) ->
 
 def test_spreadsheets_run_nothing(tmp_path: Path) -> None:
     cells = ("=1+1", "@x", "+cmd", "-cmd", "−1.5", "0.1")
-    (path,) = export_tables([replace(NASTY, columns=cells, rows=(cells,))], "csv", tmp_path)
+    (path,) = export_tables([replace(NASTY, table=Table(tuple(map(Column, cells)), (cells,)))], "csv", tmp_path)
     rows = list(csv.reader(path.read_text("utf-8-sig").splitlines()))
     assert rows == 2 * [["'=1+1", "'@x", "'+cmd", "'-cmd", "-1.5", "0.1"]]
 
@@ -85,15 +90,15 @@ def test_latex_is_balanced_and_escaped(tables: dict[int, PaperTable], tmp_path: 
     for table in [*tables.values(), NASTY]:
         rows = latex(table).split(r"\toprule")[1].split(r"\bottomrule")[0]
         lines = [line for line in rows.splitlines() if line.endswith(r" \\")]
-        assert len(lines) == len(table.rows) + 1
-        assert all(len(re.findall(r"(?<!\\)&", line)) == len(table.columns) - 1 for line in lines)
+        assert len(lines) == len(table.cells) + 1
+        assert all(len(re.findall(r"(?<!\\)&", line)) == len(table.heads) - 1 for line in lines)
     assert r"\{a\}\textasciitilde{}\textasciicircum{}\textbackslash{}" in text
 
 
 def test_markdown_rows_have_as_many_cells_as_columns(tables: dict[int, PaperTable]) -> None:
     for table in [*tables.values(), NASTY]:
         lines = [line for line in markdown(table).splitlines() if line.startswith("|")]
-        assert {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {len(table.columns) + 1}
+        assert {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {len(table.heads) + 1}
     assert "<b>" not in markdown(NASTY).replace(r"\<b\>", "")
 
 
@@ -123,7 +128,8 @@ def latex_program() -> str | None:
 @pytest.mark.skipif(latex_program() is None, reason="pdflatex is not installed")
 def test_latex_compiles_and_nothing_sticks_out(tables: dict[int, PaperTable], tmp_path: Path) -> None:
     """Nine tables and one full of characters that LaTeX would take for its own; no line wider than the page."""
-    nasty = replace(NASTY, rows=(*NASTY.rows[:1], ("°±³…αβεσρν√≤≥×–’µ", "0.1 *")))
+    rows = (*NASTY.table.rows[:1], ("°±³…αβεσρν√≤≥×–’µ", "0.1 *"))
+    nasty = replace(NASTY, table=replace(NASTY.table, rows=rows))
     (path,) = export_tables([*tables.values(), nasty], "tex", tmp_path)
     done = subprocess.run(
         ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", path.name],

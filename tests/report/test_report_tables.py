@@ -9,7 +9,7 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from stemcal.report.tables.stages import screening_sheet, sheets_of
+from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import stage_tables
 
 
@@ -22,7 +22,7 @@ def printed(stage: Any, width: int = 80) -> str:
 
 
 def cells(text: str, begin: str) -> list[str]:
-    return next(line.split() for line in text.splitlines() if line.startswith(begin))
+    return next(line.split() for line in text.splitlines() if line.lstrip().startswith(begin))
 
 
 @pytest.mark.parametrize("name", ["screen", "rsm", "invert", "validate"])
@@ -41,23 +41,23 @@ def test_long_and_chinese_names_fold(stages: dict[str, Any], edited: Any) -> Non
 
 def test_screening_as_in_table_7(stages: dict[str, Any]) -> None:
     text = printed(stages["screen"])
-    assert cells(text, "X4")[:6] == ["X4", "yield_stress", "79.42", "60.19", "18921.02", "444.3"]
-    assert cells(text, "X4")[6] == "0.0022**"
-    assert cells(text, "X7")[6] == "0.0462*"
-    assert cells(text, "X5")[2:7] == ["−0.25", "0.001", "0.19", "0.0044", "0.9531"]
+    assert cells(text, "X4")[:6] == ["X4", "yield_stress", "79.42", "60.19", "18921.02", "444.32"]
+    assert cells(text, "X4")[6:8] == ["0.0022", "**"]
+    assert cells(text, "X7")[6:8] == ["0.0462", "*"]
+    assert cells(text, "X5")[2:7] == ["−0.25", "0.001", "0.1875", "0.0044", "0.9531"]
     assert "7.475" in text
     assert "16.83" in text
 
 
 def test_significant_factors_stand_out(stages: dict[str, Any]) -> None:
-    assert screening_sheet(stages["screen"]).strong == {3, 6, 8}
+    assert tables_of(stages["screen"])[0].strong == {3, 6, 8}
 
 
 def test_analysis_of_variance_as_in_table_10(stages: dict[str, Any]) -> None:
     text = printed(stages["rsm"])
-    assert cells(text, "Model") == ["Model", "16225.35", "9", "1802.82", "75.48", "<0.0001**"]
-    assert cells(text, "X7²") == ["X7²", "119.79", "1", "119.79", "5.016", "0.0490*"]
-    assert cells(text, "Lack of fit")[3:] == ["145.51", "5", "29.10", "1.559", "0.3189"]
+    assert cells(text, "Model") == ["Model", "16225.35", "9", "1802.82", "75.48", "<0.0001", "**"]
+    assert cells(text, "X7²") == ["X7²", "119.79", "1", "119.79", "5.02", "0.0490", "*"]
+    assert cells(text, "Lack of fit")[3:] == ["145.51", "5", "29.10", "1.56", "0.3189"]
     assert cells(text, "Cor total")[2:] == ["16464.20", "19"]
 
 
@@ -86,7 +86,7 @@ def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
 def test_failed_runs_show_their_reason(stages: dict[str, Any], edited: Any) -> None:
     failed = {"simulated": None, "error_percent": None, "status": "failed", "reason": "nan"}
     stage = edited(stages["validate"], lambda content: content["rows"][0].update(failed))
-    assert cells(printed(stage), "7 ") == ["7", "validation", "120", "nan", "–"]
+    assert cells(printed(stage), "7 ") == ["7", "validation", "120", "failed", "(nan)", "–"]
 
 
 def test_markup_in_names_is_text(stages: dict[str, Any], edited: Any) -> None:
@@ -102,7 +102,7 @@ def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> N
 
     stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
-    assert len(sheets_of(stage)[0].foot) == 1
+    assert len(tables_of(stage)[0].foot) == 1
 
 
 def test_a_measured_scatter_without_its_number_of_specimens_has_no_number(stages: dict[str, Any], edited: Any) -> None:
@@ -111,6 +111,6 @@ def test_a_measured_scatter_without_its_number_of_specimens_has_no_number(stages
         content["rows"][1] |= {"sd": 7.0, "n": 5, "measured_low": 150.5, "measured_high": 167.9}
         content["rows"][1] |= {"p_different": 0.04, "p_equivalent": 0.2}
 
-    (sheet,) = (s for s in sheets_of(edited(stages["validate"], measure)) if s.title.startswith("Tests against"))
-    assert sheet.rows[0] == ("7", "120 ± 6", "–", "129.4", "–", "–")
-    assert sheet.rows[1] == ("8", "159.2 ± 7 (5)", "150.5 to 167.9", "169.0", "0.0400", "0.2000")
+    (table,) = (s for s in tables_of(edited(stages["validate"], measure)) if s.title.startswith("Tests against"))
+    assert table.cells[0] == ("7", "120 ± 6", "–", "129.4", "–", "–")
+    assert table.cells[1] == ("8", "159.2 ± 7 (5)", "150.5 to 167.9", "169.0", "0.0400", "0.2000")

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from stemcal.cli.check import _measured
-from stemcal.cli.runs import table_of, write_table
 from stemcal.executors.inline import InlineExecutor
+from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
@@ -22,18 +22,18 @@ from stemcal.report.export.latex import document
 from stemcal.report.export.paper import paper_tables
 from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg
-from stemcal.report.page.render import first_pictures, run_sheets
+from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
-from stemcal.report.tables.appendix import shape_sheets
 from stemcal.report.tables.equation import equation
-from stemcal.report.tables.final import final_sheets
-from stemcal.report.tables.setting import setting_sheets
-from stemcal.report.tables.sheet import Sheet
-from stemcal.report.tables.stages import coefficient_sheet, fit_sheet, screening_sheet, sheets_of, validation_sheet
+from stemcal.report.tables.final import final_tables
+from stemcal.report.tables.of_designs import listed, runs_table
+from stemcal.report.tables.setting import setting_tables
+from stemcal.report.tables.stages import tables_of
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.text.names import Names
 from stemcal.text.page import kind_of, question
 from stemcal.text.results import certainty, outcome_of, remarks_of
 from stemcal.workflow import calibrate
@@ -99,17 +99,19 @@ def told(request: pytest.FixtureRequest) -> Told:
     return found
 
 
-def all_sheets(told: Told) -> list[Sheet]:
+def all_tables(told: Told) -> list[Table]:
     """Return every table of terminal and page."""
     study, folder, results = told
-    stages = [sheet for stage in results.done() for sheet in (*sheets_of(stage), *shape_sheets(stage))]
-    runs = table_of("Runs", ledger(study, folder), study.naming)
-    ends = [sheet for taken in (4, 40) for sheet in final_sheets(study, results, True, taken)]
-    return [*stages, *setting_sheets(study), *run_sheets(results, read_records(results, folder)), *ends, runs]
+    names = Names(study.naming)
+    stages = [table for stage in results.done() for table in tables_of(stage)]
+    runs = listed(runs_table(ledger(study, folder), names), names)
+    ends = [table for taken in (4, 40) for table in final_tables(study, results, True, taken)]
+    return [*stages, *setting_tables(study), *run_tables(results, read_records(results, folder)), *ends, runs]
 
 
-def words_of(sheet: Sheet) -> list[str]:
-    return [sheet.title, *sheet.columns, *(cell for row in sheet.rows for cell in row), *sheet.foot]
+def words_of(table: Table) -> list[str]:
+    foot = (*table.foot, *table.claimed)
+    return [table.title, *table.heads, *(cell for row in table.cells for cell in row), *foot]
 
 
 def of_stems(texts: Iterable[str]) -> list[str]:
@@ -118,60 +120,61 @@ def of_stems(texts: Iterable[str]) -> list[str]:
 
 
 def test_tables_speak_of_no_stem(told: Told) -> None:
-    sheets = all_sheets(told)
-    assert len(sheets) > 12
-    assert of_stems(word for sheet in sheets for word in words_of(sheet)) == []
+    tables = all_tables(told)
+    assert len(tables) > 12
+    assert of_stems(word for table in tables for word in words_of(table)) == []
 
 
 def test_tables_have_the_studys_own_heads(angle: Told) -> None:
     screen, surface, validation = angle[2].screen, angle[2].surface, angle[2].validation
     assert screen is not None and surface is not None and validation is not None
-    assert screening_sheet(screen).title == "Effects on the angle of repose"
-    assert screening_sheet(screen).columns[2] == "Effect,\n°"
-    assert coefficient_sheet(surface).columns[1] == "Coefficient, °"
-    assert coefficient_sheet(surface).foot[0].startswith("θ = 29.")
-    assert "PRESS, (°)²" in [row[0] for row in fit_sheet(surface).rows]
-    assert validation_sheet(validation).columns == ("Role", "Measured, °", "Simulated, °", "Error, %")
-    assert validation_sheet(validation).texts == 1
+    (effects,), (anova, coefficients, fit, *_) = tables_of(screen), tables_of(surface)
+    assert effects.title == "Effects on the angle of repose"
+    assert effects.heads[2] == "Effect, °" and anova.heads[0] == "Source"
+    assert coefficients.heads[1] == "Coefficient, °"
+    assert coefficients.foot[0].startswith("θ = 29.")
+    assert "PRESS, (°)²" in [row[0] for row in fit.rows]
+    assert tables_of(validation)[0].heads == ("Role", "Measured, °", "Simulated, °", "Error, %")
+    assert [column.left for column in tables_of(validation)[0].columns] == [True, False, False, False]
 
 
 def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
     validation = moist[2].validation
     assert validation is not None
-    sheet = validation_sheet(validation)
-    assert sheet.title == "Measured against simulated angle of repose"
-    assert sheet.columns[:3] == ("Moisture, %", "Role", "Measured, °")
-    assert [row[0] for row in sheet.rows] == ["12", "16"]
+    table = tables_of(validation)[0]
+    assert table.title == "Measured against simulated angle of repose"
+    assert table.heads[:3] == ("Moisture, %", "Role", "Measured, °")
+    assert [row[0] for row in table.cells] == ["12", "16"]
 
 
 def test_further_responses_are_named_with_their_units(moist: Told) -> None:
-    sheets = {sheet.title: sheet for sheet in all_sheets(moist)}
-    beside = sheets["Beside the angle of repose"]
-    assert [row[:3] for row in beside.rows] == [
+    tables = {table.title: table for table in all_tables(moist)}
+    beside = tables["Beside the angle of repose"]
+    assert [row[:3] for row in beside.cells] == [
         ("bulk density", "12", "745 kg/m³"),
         ("bulk density", "16", "741 kg/m³"),
     ]
     assert beside.foot == ()
-    joint = sheets["All moistures fitted together"]
-    assert [row[:3] for row in joint.rows] == [
+    joint = tables["Fitted together"]
+    assert [row[:3] for row in joint.cells] == [
         ("angle of repose", "12", "32.6°"),
         ("bulk density", "12", "745 kg/m³"),
         ("angle of repose", "16", "33°"),
         ("bulk density", "16", "741 kg/m³"),
     ]
-    assert sheets["Tests against the scatter of the further responses"].rows[0][:3] == (
-        "Bulk density, kg/m³",
+    assert tables["Tests against the scatter of the further responses"].cells[0][:3] == (
+        "bulk density",
         "12",
-        "745 ± 6 (5)",
+        "745 ± 6 (5) kg/m³",
     )
-    assert [row[0] for row in sheets["The most desirable point"].rows] == [row[0] for row in joint.rows]
-    measured = sheets["Measured angle of repose and bulk density"]
-    assert measured.columns == ("Moisture, %", "Angle of repose, °", "SD, °", "Bulk density, kg/m³", "SD, kg/m³", "n")
-    assert measured.rows[1] == ("16", "33", "0.9", "741", "6", "5")
-    assert sheets["Effects on the bulk density"].columns[2] == "Effect,\nkg/m³"
-    surface = sheets["Response surface in coded units: bulk density at moisture 16 %"]
-    assert surface.columns[1] == "Coefficient, kg/m³" and surface.foot[0].startswith("ρ = ")
-    assert sheets["Runs: screening"].columns[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")
+    assert [row[0] for row in tables["The most desirable point"].cells] == [row[0] for row in joint.cells]
+    measured = tables["Measured angle of repose and bulk density"]
+    assert measured.heads == ("Moisture, %", "Angle of repose, °", "SD, °", "Bulk density, kg/m³", "SD, kg/m³", "n")
+    assert measured.cells[1] == ("16", "33", "0.9", "741", "6", "5")
+    assert tables["Effects on the bulk density"].heads[2] == "Effect, kg/m³"
+    surface = tables["Response surface in coded units: bulk density at moisture 16 %"]
+    assert surface.heads[1] == "Coefficient, kg/m³" and surface.foot[0].startswith("ρ = ")
+    assert tables["Runs: screening"].heads[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")
 
 
 def test_papers_tables_speak_of_no_stem(told: Told) -> None:
@@ -179,7 +182,7 @@ def test_papers_tables_speak_of_no_stem(told: Told) -> None:
     tables = paper_tables(study, results)
     assert of_stems([document(tables).partition("begin{document}")[2]]) == []
     validation = next(table for table in tables if table.name == "validation")
-    assert "Angle of Repose Measured/°" in validation.columns
+    assert "Angle of Repose Measured/°" in validation.heads
     assert validation.caption.startswith("Comparison of the measured and simulated angle of repose")
     assert r"$\theta$ = " in document(tables)
 
@@ -187,11 +190,11 @@ def test_papers_tables_speak_of_no_stem(told: Told) -> None:
 def test_papers_tables_show_every_response(moist: Told) -> None:
     study, _, results = moist
     tables = {table.name: table for table in paper_tables(study, results)}
-    assert tables["screening-runs"].columns[-2:] == ("Angle of Repose/°", "Bulk Density/(kg/m³)")
-    assert tables["validation"].columns[0] == "Moisture/%"
-    assert tables["validation"].columns[4] == "Bulk Density Measured/(kg/m³)"
-    assert tables["validation"].rows[0][4] == "745"
-    assert tables["refinement"].columns[1] == "Moisture/%"
+    assert tables["screening-runs"].heads[-2:] == ("Angle of Repose/°", "Bulk Density/(kg/m³)")
+    assert tables["validation"].heads[0] == "Moisture/%"
+    assert tables["validation"].heads[4] == "Bulk Density Measured/(kg/m³)"
+    assert tables["validation"].cells[0][4] == "745"
+    assert tables["refinement"].heads[1] == "Moisture/%"
 
 
 def test_figures_speak_of_no_stem(told: Told) -> None:
@@ -244,11 +247,11 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert re.fullmatch(missed, outcome_of(joint)[1])
 
 
-def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told, tmp_path: Path) -> None:
+def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> None:
     heads = []
     for study, folder, _ in (angle, moist):
-        write_table(ledger(study, folder), study.names, tmp_path / "runs.csv", study.naming)
-        heads.append((tmp_path / "runs.csv").read_text(encoding="utf-8").partition("\n")[0].split(",")[:8])
+        table = runs_table(ledger(study, folder), Names(study.naming), study.names)
+        heads.append(table.headed(study.naming.headings).csv().partition("\n")[0].split(",")[:8])
     assert heads[0] == ["stage", "run", "key", "status", "angle", "reason", "message", "static"]
     assert heads[1] == ["stage", "run", "key", "status", "angle", "reason", "message", "moisture"]
     assert (_measured(angle[0]), _measured(moist[0])) == ("angle of repose", "angles of repose and bulk densities")

@@ -84,8 +84,8 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     steps, loop = read_result(folder, ClimbResult), read_result(folder, RefineResult)
     published = paper_tables(study, Results(climb=steps, refinement=loop))
     assert [table.name for table in published] == ["factors", "ascent", "refinement"]
-    assert len(published[1].rows) == len(steps.rows) == 4  # until the target is passed
-    assert published[2].rows[-1][-1] == fixed(loop.rows[-1].error_percent, 1)
+    assert len(published[1].cells) == len(steps.rows) == 4  # until the target is passed
+    assert published[2].cells[-1][-1] == fixed(loop.rows[-1].error_percent, 1)
 
 
 def test_a_table_cannot_climb(tmp_path: Path) -> None:

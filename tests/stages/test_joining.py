@@ -13,7 +13,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.report.tables.stages import sheets_of
+from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results
 from stemcal.stages.validate import RangesChosenAfter, TooFewForDiscrepancy
@@ -148,4 +148,4 @@ def test_what_the_model_misses_over_four_diameters(tmp_path: Path, monkeypatch: 
     assert found.discrepancy is not None and found.discrepancy.scale == pytest.approx(1.0, abs=1e-3)
     assert all(row.corrected is not None for row in found.rows)
     assert found.discrepancy.smooth is (way == "process") and found.predicted == [True] * 4
-    assert any(sheet.title == "With one scale for what the model misses" for sheet in sheets_of(found))
+    assert any(table.title == "With one scale for what the model misses" for table in tables_of(found))

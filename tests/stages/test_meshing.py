@@ -20,7 +20,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.overview.plan import OtherMeshes, asked, plan
 from stemcal.overview.status import ledger, retry, status
 from stemcal.report.page.render import render
-from stemcal.report.tables.stages import sheets_of
+from stemcal.report.tables.stages import tables_of
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.embedded import Embedded, meshed_as
 from stemcal.solvers.protocol import Answer, Belonging, Meshed, Request
@@ -164,11 +164,11 @@ def test_it_is_shown_and_comes_back_from_its_file(made: Made) -> None:
     content = json.loads((folder.path / "mesh.json").read_text(encoding="utf-8"))
     assert MeshResult.from_json(content) == results.mesh
     assert (folder.path / "mesh_budget.csv").is_file()
-    assert [sheet.title for sheet in sheets_of(results.mesh)] == [
+    assert [sheet.title for sheet in tables_of(results.mesh)] == [
         "The solution on other meshes",
         "What the error of the force is made of",
     ]
-    assert any("element_size d/16 (0.5 mm): cite" in line for line in sheets_of(results.inversion)[0].foot)
+    assert any("element_size d/16 (0.5 mm): cite" in line for line in tables_of(results.inversion)[0].foot)
     page = render(study, folder)
     assert "What the error of the force is made of" in page and "standard deviation of" in page
     assert OtherMeshes(4, 1, 1) in plan(study, folder).notes
@@ -235,7 +235,7 @@ def test_the_validation_has_the_scatter_of_the_travel(made: Made, monkeypatch: p
     middle = row.simulated * stats.gmean(TRAVELS)
     reach = stats.t.ppf(0.975, 3) * middle * (own * (1 + 1 / 4)) ** 0.5
     assert (low, high) == pytest.approx((middle - reach, middle + reach))
-    foot = sheets_of(validation)[1].foot
+    foot = tables_of(validation)[1].foot
     assert any(line.startswith("With the mesh at another place the travel at 7 mm lies within") for line in foot)
 
 

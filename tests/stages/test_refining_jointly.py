@@ -14,7 +14,7 @@ from stemcal import workflow
 from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.report.tables.stages import sheets_of
+from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.result import RefineResult
 from stemcal.study.reading import load_study
@@ -170,5 +170,5 @@ def test_running_again_computes_nothing_and_the_table_shows_diameters(tmp_path: 
     assert (
         workflow.refine(study, folder, InlineExecutor(), solver=Curved()).to_json() == stage and folder.keys() == keys
     )
-    sheet = sheets_of(RefineResult.from_json(stage))[0]
-    assert "Diam.,\nmm" in sheet.columns and len(sheet.strong) == 3
+    table = tables_of(RefineResult.from_json(stage))[0]
+    assert "Diameter, mm" in table.heads and len(table.strong) == 3

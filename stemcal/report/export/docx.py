@@ -9,7 +9,8 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.outputs import open_output
-from stemcal.report.export.paper import PaperTable, is_numeric
+from stemcal.report.export.paper import PaperTable
+from stemcal.report.tables.columns import starred
 
 WIDTH = 16.0  # cm between the margins of an A4 page
 PER_CHARACTER = 0.19  # cm, of letters of 9 points
@@ -47,16 +48,16 @@ def _add(document: Any, table: PaperTable) -> None:
     caption.add_run(f"Table {table.number}. ").bold = True
     caption.add_run(table.caption)
     caption.paragraph_format.keep_with_next = True
-    grid = document.add_table(rows=0, cols=len(table.columns))
+    grid = document.add_table(rows=0, cols=len(table.heads))
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER
     grid.autofit = False
     # cells with stars stand to the left, so that the digits stand below each other
-    right = [is_numeric(column) and not any("*" in cell for cell in column) for column in zip(*table.rows, strict=True)]
+    right = [column.form is not None and column.form is not starred for column in table.table.columns]
     for column, width in zip(grid.columns, column_widths(table), strict=True):
         column.width = Cm(width)
-    last = table.rows[-1]
-    for cells in (table.columns, *table.rows):
-        _add_row(grid, cells, right, heading=cells is table.columns, together=cells is not last)
+    rows = (table.heads, *table.cells)
+    for number, cells in enumerate(rows, 1):
+        _add_row(grid, cells, right, heading=number == 1, together=number < len(rows))
     _rule(grid.rows[0], "top", THICK)
     _rule(grid.rows[0], "bottom", THIN)
     _rule(grid.rows[-1], "bottom", THICK)
@@ -67,10 +68,12 @@ def _add(document: Any, table: PaperTable) -> None:
 def column_widths(table: PaperTable) -> list[float]:
     """Return widths in cm: of the longest cell or line of the heading, together no more than the page has.
 
-    >>> column_widths(PaperTable(5, "a", "Things.", ("No.", "Maximum Shear Force/N"), (("1", "90.30"),)))
+    >>> from stemcal.files.rows import Column, Table
+    >>> columns = Column("run", "No."), Column("force", "Maximum Shear Force", "N")
+    >>> column_widths(PaperTable(5, "a", "Things.", Table(columns, (("1", "90.30"),))))
     [1.16, 3.54]
     """
-    columns = zip(table.columns, *table.rows, strict=True)
+    columns = zip(table.heads, *table.cells, strict=True)
     longest = [max(BOLD * max(map(len, textwrap.wrap(name, LONGEST))), *map(len, cells)) for name, *cells in columns]
     wanted = [PER_CHARACTER * characters + PADDING for characters in longest]
     return [round(width * min(1.0, WIDTH / sum(wanted)), 2) for width in wanted]

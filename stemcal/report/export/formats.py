@@ -12,7 +12,7 @@ from stemcal.files.showing import csv_text, in_a_line
 from stemcal.outputs import make_folder
 from stemcal.report.export.docx import write_word
 from stemcal.report.export.latex import document
-from stemcal.report.export.paper import PaperTable, is_numeric
+from stemcal.report.export.paper import PaperTable
 
 Tables = Sequence[PaperTable]
 
@@ -20,21 +20,15 @@ Tables = Sequence[PaperTable]
 def export_tables(tables: Tables, kind: str, folder: Path) -> list[Path]:
     """Write tables into a folder in one of the `FORMATS`; returns the files."""
     make_folder(folder)
-    return FORMATS[kind]([_readable(table) for table in tables], folder)
-
-
-def _readable(table: PaperTable) -> PaperTable:
-    """Return a table whose texts are one line each, without control characters."""
-    rows = tuple(tuple(map(in_a_line, row)) for row in table.rows)
-    columns = tuple(map(in_a_line, table.columns))
-    return replace(table, caption=in_a_line(table.caption), columns=columns, rows=rows, note=in_a_line(table.note))
+    plain = [replace(one, caption=in_a_line(one.caption), note=in_a_line(one.note)) for one in tables]
+    return FORMATS[kind](plain, folder)
 
 
 def _csv_files(tables: Tables, folder: Path) -> list[Path]:
     """One file per table, UTF-8 with a byte order mark, which Excel needs to know it."""
     paths = []
     for table in tables:
-        text = csv_text([map(_ascii_minus, row) for row in (table.columns, *table.rows)])
+        text = csv_text([map(_ascii_minus, row) for row in (table.heads, *table.cells)])
         paths.append(folder / f"table{table.number:02d}-{table.name}.csv")
         write_durably(paths[-1], "\ufeff" + text)
     return paths
@@ -54,15 +48,17 @@ def _markdown_file(tables: Tables, folder: Path) -> list[Path]:
 def markdown(table: PaperTable) -> str:
     """Return a table in Markdown.
 
-    >>> print(markdown(PaperTable(5, "a", "Things.", ("A", "B"), (("x|y", "1"),))), end="")
+    >>> from stemcal.files.rows import Column, Table
+    >>> columns = Column("a", "A"), Column("b", "B", form=str)
+    >>> print(markdown(PaperTable(5, "a", "Things.", Table(columns, (("x|y", 1),)))), end="")
     **Table 5.** Things.
     <BLANKLINE>
     | A | B |
     |---|--:|
     | x\\|y | 1 |
     """
-    rules = ["--:" if is_numeric(column) else "---" for column in zip(*table.rows, strict=True)]
-    cells = [[_markdown_cell(cell) for cell in row] for row in (table.columns, *table.rows)]
+    rules = ["---" if column.left else "--:" for column in table.table.columns]
+    cells = [[_markdown_cell(cell) for cell in row] for row in (table.heads, *table.cells)]
     lines = [f"**Table {table.number}.** {_markdown_cell(table.caption)}", "", f"| {' | '.join(cells[0])} |"]
     lines += [f"|{'|'.join(rules)}|", *(f"| {' | '.join(row)} |" for row in cells[1:])]
     lines += ["", f"Note: {_markdown_cell(table.note)}"] if table.note else []

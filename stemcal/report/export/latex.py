@@ -6,7 +6,8 @@ import re
 import textwrap
 from collections.abc import Iterable, Sequence
 
-from stemcal.report.export.paper import PaperTable, is_numeric
+from stemcal.report.export.paper import PaperTable
+from stemcal.report.tables.columns import starred
 
 HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package xeCJK.
 \documentclass[a4paper]{article}
@@ -28,9 +29,8 @@ def document(tables: Sequence[PaperTable]) -> str:
 
 def latex(table: PaperTable) -> str:
     """Return a table as a float that carries the number it has in the published study."""
-    columns = list(zip(*table.rows, strict=True))
-    kinds = ["r" if is_numeric(column) else "l" for column in columns]
-    starred = [any(STARS.fullmatch(cell) for cell in column) for column in columns]
+    kinds = ["l" if column.left else "r" for column in table.table.columns]
+    stars = [column.form is starred for column in table.table.columns]
     lines = [
         rf"\setcounter{{table}}{{{table.number - 1}}}",
         r"\begin{table}[htbp]",
@@ -39,9 +39,9 @@ def latex(table: PaperTable) -> str:
         rf"\label{{tab:{table.name}}}",
         rf"\begin{{tabular}}{{{''.join(kinds)}}}",
         r"\toprule",
-        _row(_heading(name, kind) for name, kind in zip(table.columns, kinds, strict=True)),
+        _row(_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)),
         r"\midrule",
-        *(_row(_cell(cell, stars) for cell, stars in zip(row, starred, strict=True)) for row in table.rows),
+        *(_row(_cell(*cell) for cell in zip(row, stars, strict=True)) for row in table.cells),
         r"\bottomrule",
         r"\end{tabular}",
     ]
@@ -60,10 +60,10 @@ def _heading(name: str, kind: str) -> str:
     return stack if len(lines) == 1 else rf"\shortstack[{kind}]{{\strut {stack}}}"
 
 
-def _cell(text: str, starred: bool) -> str:
+def _cell(text: str, has_stars: bool) -> str:
     """Return a cell; in a column with stars each leaves their room, so that the digits stand below each other."""
     found = STARS.fullmatch(text)
-    if not starred or not text:
+    if not has_stars or not text:
         return escaped(text)
     number, stars = (found[1], found[2]) if found else (text, "")
     room = r"\phantom{" + "*" * (2 - len(stars)) + "}" if len(stars) < 2 else ""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, plain, styled
-from stemcal.report.tables.sheet import response_decimals
+from stemcal.report.tables.columns import response_decimals
 from stemcal.stages.screen import Limit, ScreenResult
 from stemcal.text.screening import limit_label
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stemcal.report.tables.stages import cited_ranges
+from stemcal.report.tables.of_parameters import cited_ranges
 from stemcal.stages.invert.result import InvertResult
 from stemcal.text.language import say
-from stemcal.text.numbers import significant, unit_written
+from stemcal.text.numbers import interval, significant, unit_written
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
@@ -41,7 +41,7 @@ def headline(
             study.factor(name).label or name,
             significant(value),
             unit_written(study.factor(name).unit),
-            say(ranged, range=ranges[name]) if holds else "",
+            say(ranged, range=interval(ranges.get(name))) if holds else "",
         )
         for name, value in (invert.point.solution if values is None else values).items()
         if name in invert.point.solution

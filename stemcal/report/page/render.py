@@ -7,30 +7,29 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
+from stemcal.files.rows import Table
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import small
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
 from stemcal.report.page.headline import headline
-from stemcal.report.page.labels import relabelled
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
-from stemcal.report.tables.appendix import checks_sheet, design_sheet, judged, page_sheets
-from stemcal.report.tables.setting import setting_sheets
-from stemcal.report.tables.sheet import Sheet, borne
-from stemcal.report.tables.stages import sheets_of
+from stemcal.report.tables.of_designs import checks_table, design_table
+from stemcal.report.tables.setting import setting_tables
+from stemcal.report.tables.stages import borne, tables_of
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.screen import ScreenResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.text.calibration import assumptions, valid_for
+from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
 from stemcal.text.numbers import short
@@ -57,16 +56,16 @@ class Picture:
 class Part:
     """Tables and pictures, those that tell the story and those that are folded."""
 
-    sheets: tuple[Sheet, ...] = ()
+    tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
-    details: tuple[Sheet, ...] = ()
+    details: tuple[Table, ...] = ()
     plates: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
     def folded(self) -> str:
         """What is folded, in words; nothing if nothing is."""
-        return folded([small(sheet.title) for sheet in self.details], len(self.plates), len(self.notes))
+        return folded([small(table.title) for table in self.details], len(self.plates), len(self.notes))
 
 
 @dataclass(frozen=True)
@@ -142,9 +141,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
         valid_for=_beside_values(results, verdict.holds),
-        setting=part_of(setting_sheets(study), ()),
+        setting=part_of(setting_tables(study), ()),
         sections=[section(result, plots, verdict, labels) for result in done],
-        runs=part_of([replace(sheet, detail=True) for sheet in run_sheets(results, records)], _plots_of("runs", plots)),
+        runs=part_of(run_tables(results, records), _plots_of("runs", plots)),
         provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
     )
 
@@ -166,13 +165,9 @@ def _beside_values(results: Results, holds: bool) -> list[str]:
 
 def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
-    sheets = borne([*sheets_of(result), *page_sheets(result)], verdict.holds)
-    if isinstance(result, ScreenResult):
-        each = result.of_each
-        sheets[: len(each)] = [judged(sheet, one) for sheet, one in zip(sheets, each, strict=False)]
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
-        [relabelled(sheet, labels) for sheet in sheets],
+        borne(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
     )
@@ -180,14 +175,14 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
     return Section(result.name, stage_called(result.name).title, " ".join(told), part)
 
 
-def part_of(sheets: Iterable[Sheet], plots: Iterable[Plot], notes: Sequence[str] = ()) -> Part:
+def part_of(tables: Iterable[Table], plots: Iterable[Plot], notes: Sequence[str] = ()) -> Part:
     """Return tables and drawn figures, the details apart."""
-    sheets = list(sheets)
+    tables = list(tables)
     pictures = [(plot.detail, drawn(plot, f"{plot.section}{number}")) for number, plot in enumerate(plots)]
     return Part(
-        tuple(sheet for sheet in sheets if not sheet.detail),
+        tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
-        tuple(sheet for sheet in sheets if sheet.detail),
+        tuple(table for table in tables if table.detail),
         tuple(picture for detail, picture in pictures if detail),
         tuple(notes),
     )
@@ -200,17 +195,17 @@ def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for name in names for plot in plots if plot.name == name]
 
 
-def run_sheets(results: Results, records: Records) -> list[Sheet]:
+def run_tables(results: Results, records: Records) -> list[Table]:
     """Return the designs run by run, and what the solver told of every run."""
-    sheets = []
+    tables = []
     if (screen := results.screen) is not None:
         symbols = {effect.factor: effect.symbol for effect in screen.effects}
-        sheets.append(design_sheet("Runs: screening", screen.design, symbols, screen.naming))
+        tables.append(design_table(screen.design, Names(screen.naming), symbols, say("Runs: screening")))
     if (surface := results.surface) is not None:
         symbols = {entry.factor: entry.symbol for entry in surface.factors}
-        sheets.append(design_sheet("Runs: response surface", surface.design, symbols, surface.naming))
-    checks = checks_sheet(records)
-    return sheets if checks is None else [*sheets, checks]
+        tables.append(design_table(surface.design, Names(surface.naming), symbols, say("Runs: response surface")))
+    checks = checks_table(records)
+    return tables if checks is None else [*tables, checks]
 
 
 def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:

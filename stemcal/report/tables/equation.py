@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.naming import FORCE, Named
-from stemcal.report.tables.sheet import response_decimals
+from stemcal.report.tables.columns import response_decimals
 from stemcal.text.numbers import fixed
 
 ONE = "1"

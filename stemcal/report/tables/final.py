@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stemcal.report.tables.findings import response_sheets
-from stemcal.report.tables.sheet import Sheet, borne
-from stemcal.report.tables.stages import cited_ranges, validation_sheet
+from stemcal.files.rows import Column, Table
+from stemcal.report.tables.of_parameters import calibration_table
+from stemcal.report.tables.of_responses import validation_tables
+from stemcal.report.tables.stages import borne
 from stemcal.stages.results import Results
 from stemcal.stages.validate import ValidateResult
-from stemcal.text.numbers import short, significant, unit_written
+from stemcal.text.names import Names
+from stemcal.text.numbers import significant, unit_written
+from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
@@ -19,48 +22,43 @@ LINES = 24  # of a terminal, the last of them the prompt's
 _AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, a foot, an empty line below each
 
 
-def final_sheets(study: Study, results: Results, holds: bool, taken: int) -> list[Sheet]:
+def final_tables(study: Study, results: Results, holds: bool, taken: int) -> list[Table]:
     """Return parameters and forces for what is left of a screen of which `taken` lines are used otherwise."""
-    sheets = borne([_parameters(study, results)], holds) if results.inversion is not None else []
+    tables = borne([_parameters(study, results)], holds) if results.inversion is not None else []
     if results.validation is not None:
-        left = LINES - 1 - taken - _AROUND - sum(len(sheet.rows) for sheet in sheets)
-        sheets.append(shortened(results.validation, left))
-        sheets += response_sheets(results.validation) if results.validation.naming.others else []
-    return sheets
+        left = LINES - 1 - taken - _AROUND - sum(len(table.rows) for table in tables)
+        first, *others = validation_tables(results.validation, Names(study.naming))
+        tables.append(shortened(first, results.validation, left))
+        tables += others if study.naming.others else []
+    return tables
 
 
-def _parameters(study: Study, results: Results) -> Sheet:
+def _parameters(study: Study, results: Results) -> Table:
     """Return each calibrated parameter with its unit and the range to cite."""
-    found = results.inversion
-    assert found is not None
-    head, ranges = cited_ranges(found)
-    values = results.parameters
-    published = {} if found.published is None else found.published.point.solution
-    rows = tuple(
-        (
-            name,
-            significant(values[name]),
-            unit_written(study.factor(name).unit),
-            ranges[name],
-            *([short(published.get(name))] if published else []),
-        )
-        for name in found.point.solution
+    assert results.inversion is not None
+    table = calibration_table(results.inversion, Names(study.naming))
+    factors, *others = (column.key for column in table.columns if column.key not in ("share", "coded"))
+    columns = (
+        replace(table.columns[0], label="Parameter"),
+        Column("refined", "Calibrated", form=significant),
+        Column("unit", "Unit", form=unit_written, words=True),
+        *table.columns[1:],
     )
-    columns = ("Parameter", "Calibrated", "Unit", head, *(["Published"] if published else []))
-    return Sheet("Calibrated parameters", columns, rows, claiming=(head,))
+    values = results.parameters
+    rows = tuple((row[0], values[row[0]], study.factor(row[0]).unit, *row[1:]) for row in table.rows)
+    whole = replace(table, columns=columns, rows=rows, foot=(), claimed=())
+    return whole.only([factors, "refined", "unit", *(key for key in others if key != "solution")])
 
 
-def shortened(validation: ValidateResult, most: int) -> Sheet:
-    """Return measured against simulated force in so many rows at most: those fitted, and the largest errors."""
-    sheet = validation_sheet(validation)
-    sheet = replace(sheet, foot=sheet.foot[:1])
-    most = max(most, 3)
-    if len(sheet.rows) <= most:
-        return sheet
+def shortened(table: Table, validation: ValidateResult, most: int) -> Table:
+    """Return measured against simulated in so many rows at most: those fitted, and the largest errors."""
+    table, most = replace(table, foot=table.foot[:1]), max(most, 3)
+    if len(table.rows) <= most:
+        return table
     ranked = sorted(
-        range(len(sheet.rows)),
+        range(len(table.rows)),
         key=lambda i: (validation.compared[i].role != "calibration", -abs(validation.compared[i].error_percent or 1e9)),
     )
     kept = sorted(ranked[: most - 1])
-    left = f"{validation.naming.counted(len(sheet.rows) - len(kept), 'other ')} of smaller error in the report"
-    return replace(sheet, rows=tuple(sheet.rows[i] for i in kept), foot=(*sheet.foot, f"{left}."))
+    rows = tuple(table.rows[i] for i in kept)
+    return replace(table, rows=rows, foot=(*table.foot, line("smaller", count=len(table.rows) - len(kept))))

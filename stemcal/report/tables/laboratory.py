@@ -2,78 +2,76 @@
 
 from __future__ import annotations
 
+from stemcal.files.rows import Column, Table
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
 from stemcal.power_law import PowerLaw
-from stemcal.report.tables.sheet import Sheet
-from stemcal.text.numbers import fixed, interval, probability, short, significant
+from stemcal.report.tables.columns import to_decimals
+from stemcal.text.language import say
+from stemcal.text.numbers import fixed, interval, short, significant
+from stemcal.text.tables import line
 
 
-def diameter_sheets(found: Diameters) -> list[Sheet]:
+def diameter_tables(found: Diameters) -> list[Table]:
     """Return the normal fit of the stem diameters, and their grades."""
-    tests = [
-        (test.name, f"{fixed(test.statistic, 4)}, p = {probability(test.p)}{_verdict(test.p)}")
-        for test in found.normality
+    columns = Column("statistic", "Statistic"), Column("value", "Value")
+    grades = [
+        Column("diameter", "Grade", "mm", short),
+        Column("range", "Diameters", "mm", interval, lambda grade: (grade.low, grade.high)),
+        Column("count", "Stems", form=format),
+        Column("share_percent", "Share", "%", to_decimals(1)),
+        Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
-    summary = found.summary
-    rows = (
-        ("Stems", f"{summary.n}, {found.readings} readings"),
-        ("Mean, mm", f"{fixed(summary.mean, 3)} (95 % {interval(summary.mean_interval)})"),
-        ("Standard deviation, mm", f"{fixed(summary.sd, 3)} (95 % {interval(summary.sd_interval)})"),
-        ("Coefficient of variation, %", fixed(summary.cv_percent, 2)),
-        *tests,
-    )
-    grades = tuple(
-        (short(g.diameter), f"{short(g.low)} to {short(g.high)}", str(g.count),
-         fixed(g.share_percent, 1), fixed(g.fitted_percent, 1))
-        for g in found.grades
-    )  # fmt: skip
-    foot = f"Together {fixed(found.share_percent, 1)} % of the stems; the upper limit belongs to the next grade."
-    columns = ("Grade, mm", "Diameters, mm", "Stems", "Share, %", "Fitted, %")
     return [
-        Sheet("Stem diameters", ("Statistic", "Value"), rows, texts=2),
-        Sheet("Grades", columns, grades, texts=2, foot=(foot,)),
+        Table(columns, tuple(_statistics(found).items()), say("Stem diameters")),
+        Table.of(grades, found.grades, say("Grades"), [line("grades", share=found.share_percent)]),
     ]
 
 
-def _verdict(p: float) -> str:
-    return ", normal is tenable" if p >= 0.05 else ", not normal"
-
-
-def shear_sheets(tests: ShearTests) -> list[Sheet]:
+def shear_tables(tests: ShearTests) -> list[Table]:
     """Return the maximum shear force of every specimen, and what each grade comes to."""
-    rows = tuple(
-        (
-            short(g.diameter),
-            str(g.summary.n),
-            significant(g.summary.mean),
-            significant(g.summary.sd),
-            fixed(g.summary.cv_percent, 1),
-            interval(g.summary.mean_interval),
-            g.suspect or "none",
-        )
-        for g in tests.grades
-    )
-    columns = ("Diameter, mm", "n", "Mean, N", "SD, N", "CV, %", "95 % of the mean, N", "Outlier")
-    foot = ("Outlier: by Grubbs' test, counted nevertheless.", *_law(tests.power_law))
-    return [Sheet("Maximum shear force by grade", columns, rows, texts=0, foot=foot), _specimen_sheet(tests)]
+    diameter = Column("diameter", "Diameter", "mm", short)
+    grades = [
+        diameter,
+        Column("n", "n", form=format),
+        Column("mean", "Mean", "N", significant),
+        Column("sd", "SD", "N", significant),
+        Column("cv_percent", "CV", "%", to_decimals(1)),
+        Column("mean_interval", "95 % of the mean", "N", interval),
+        Column("suspect", "Outlier", of=lambda grade: grade.suspect or say("none")),
+    ]
+    specimens = [
+        Column("name", "Specimen"),
+        diameter,
+        Column("maximum", "Maximum", "N", significant, lambda one: one.curve.max_force),
+        Column("travel", "at", "mm", fixed, lambda one: one.curve.travel_at_max),
+        Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
+        Column("left_out", "", of=lambda one: say("left out") if one.excluded else ""),
+    ]
+    return [
+        Table.of(grades, tests.grades, line("shear"), (line("outlier"), *_growth(tests.power_law))),
+        Table.of(specimens, tests.specimens, say("Specimens")),
+    ]
 
 
-def _law(law: PowerLaw | None) -> tuple[str, ...]:
+def _statistics(found: Diameters) -> dict[str, str]:
+    """Return what is told of a sample of stem diameters."""
+    summary = found.summary
+    return {
+        "Stems": line("readings", stems=summary.n, readings=found.readings),
+        "Mean, mm": line("with range", value=summary.mean, range=interval(summary.mean_interval)),
+        "Standard deviation, mm": line("with range", value=summary.sd, range=interval(summary.sd_interval)),
+        "Coefficient of variation, %": fixed(summary.cv_percent, 2),
+    } | {
+        test.name: line("normal" if test.p >= 0.05 else "not normal", value=test.statistic, p=test.p)
+        for test in found.normality
+    }
+
+
+def _growth(law: PowerLaw | None) -> list[str]:
+    """Tell how the force grows with the diameter."""
     if law is None:
-        return ()
-    bounds = f" (95 % {interval(law.exponent_interval, 3)})" if law.exponent_interval else ""
-    return (
-        f"F = {significant(law.factor, 3)}·d^{fixed(law.exponent, 2)}{bounds}, F in N, d in mm, "
-        f"R² {fixed(law.r2, 3)} of the logarithms.",
-    )
-
-
-def _specimen_sheet(tests: ShearTests) -> Sheet:
-    rows = tuple(
-        (s.name, short(s.diameter), significant(s.curve.max_force), fixed(s.curve.travel_at_max, 2),
-         str(s.curve.trimmed), "left out" if s.excluded else "")
-        for s in tests.specimens
-    )  # fmt: skip
-    columns = ("Specimen", "Diameter, mm", "Maximum, N", "at, mm", "Points trimmed", "")
-    return Sheet("Specimens", columns, rows)
+        return []
+    known = "growth" if law.exponent_interval is None else "known growth"
+    ends = interval(law.exponent_interval, 3)
+    return [line(known, factor=law.factor, exponent=law.exponent, range=ends, r2=law.r2)]

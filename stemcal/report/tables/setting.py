@@ -4,89 +4,91 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stemcal.report.tables.sheet import Sheet, place_cell, place_head
-from stemcal.text.numbers import short, significant, unit_written
-from stemcal.words import joined
+from stemcal.files.rows import Column, Table
+from stemcal.naming import Named
+from stemcal.report.tables.columns import condition
+from stemcal.text.language import say
+from stemcal.text.numbers import short, unit_written
+from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.study.model import EmbeddedSolver, Study
 
-Rows = tuple[tuple[str, str], ...]
 _UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below
 _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
 
 
-def setting_sheets(study: Study) -> list[Sheet]:
+def setting_tables(study: Study) -> list[Table]:
     """Return the factors, what stood still beside them, and what was measured."""
-    sheets = [_factors(study), _measured(study)]
+    tables = [_factors(study), _measured(study)]
     if study.solver.kind == "embedded":
-        parts = _parts(study) + _solver(study, study.solver)
-        sheets.append(Sheet("The virtual shear test", ("Part", "Value"), parts, texts=2, long=True, detail=True))
+        tables.append(_values("Part", _virtual_test(study, study.solver), say("The virtual shear test")))
     if study.material.given():
-        sheets.append(Sheet("Material held", ("Parameter", "Value"), _material(study), texts=2, long=True, detail=True))
-    return sheets
+        tables.append(_values("Parameter", _material(study), say("Material held")))
+    return tables
 
 
-def _factors(study: Study) -> Sheet:
-    rows = tuple((f.symbol, f.name, f.label, unit_written(f.unit), short(f.low), short(f.high)) for f in study.factors)
-    return Sheet("Factors", ("", "Factor", "Meaning", "Unit", "Low", "High"), rows, texts=4)
+def _values(head: str, values: dict[str, str], title: str) -> Table:
+    columns = Column("name", head), Column("value", "Value")
+    return Table(columns, tuple(values.items()), title, long=True, detail=True)
 
 
-def _measured(study: Study) -> Sheet:
+def _factors(study: Study) -> Table:
+    columns = [
+        Column("symbol", ""),
+        Column("name", "Factor"),
+        Column("label", "Meaning"),
+        Column("unit", "Unit", form=unit_written, words=True),
+        Column("low", "Low", form=short),
+        Column("high", "High", form=short),
+    ]
+    return Table.of(columns, study.factors, say("Factors"))
+
+
+def _measured(study: Study) -> Table:
     at, naming, targets = study.targets.calibrate_at, study.naming, study.targets.means
-    rows = tuple(
-        (
-            *place_cell(naming, target.condition),
-            short(target.response),
-            short(target.sd),
-            *(short(value) for other in naming.others for value in target.mean_of(other.name)),
-            str(target.n or "–"),
-        )
-        for target in targets
-    )
+
+    def other(named: Named) -> list[Column]:
+        return [
+            Column(named.name, named.capital, named.written, short, lambda target: target.mean_of(named.name)[0]),
+            Column(f"sd of {named.name}", "SD", named.written, short, lambda target: target.mean_of(named.name)[1]),
+        ]
+
+    unit = naming.response.written
+    columns = [
+        *condition(naming),
+        Column("response", naming.response.capital if naming.others else "Measured", unit, short),
+        Column("sd", "SD", unit, short),
+        *(column for named in naming.others for column in other(named)),
+        Column("n", "n", form=short),
+    ]
     strong = frozenset(i for i, t in enumerate(targets) if t.condition == at and naming.condition is not None)
-    others = (head for other in naming.others for head in (other.heading(), other.headed("SD")))
-    first = naming.response.heading() if naming.others else naming.response.headed("Measured")
-    columns = (*place_head(naming), first, naming.response.headed("SD"), *others, "n")
-    foot = (f"Bold: what the parameters are fitted to ({naming.place(at)}).",) if strong else ()
-    title = f"Measured {joined([response.long for response in (naming.response, *naming.others)])}"
-    return Sheet(title, columns, rows, texts=0, foot=foot, strong=strong)
+    title = line("measured", responses=[one.long for one in (naming.response, *naming.others)])
+    return Table.of(columns, targets, title, [line("fitted at", naming, at=at)] if strong else (), strong=strong)
 
 
-def _parts(study: Study) -> Rows:
-    stem, blade, supports, loading, contact = (
-        study.specimen, study.blade, study.supports, study.loading, study.contact,
-    )  # fmt: skip
-    bevel = "both sides bevelled" if blade.bevel == "both" else "one side bevelled"
-    bore = "wall a factor" if "wall_thickness" in study.names else f"bore {short(stem.diameter_ratio)} of it"
-    rubbing = f"{short(contact.static_friction)} at rest, {short(contact.dynamic_friction)} sliding"
-    return (
-        (
-            "Stem",
-            f"{short(stem.outer_diameter)} mm, {bore}, {short(stem.length)} mm long",
-        ),
-        ("Blade", f"{short(blade.thickness)} mm thick, edge of {short(blade.edge_angle)}°, {bevel}"),
-        ("Edge radius", f"{short(blade.edge_radius)} mm"),
-        ("Supports", f"{short(supports.clearance)} mm apart, edges rounded by {short(supports.fillet_radius)} mm"),
-        ("Loading", f"{significant(60.0 * loading.speed)} mm/min for {short(loading.duration)} s"),
-        ("Friction", "a factor" if "stem_friction" in study.names else rubbing),
-    )
+def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
+    """Return each part of the virtual shear test and how it is simulated."""
+    blade, fixed, law = study.blade, "wall_thickness" not in study.names, {"paper": say("as printed in the paper")}
+    rubbing = line("friction", **vars(study.contact))
+    return {
+        "Stem": line("stem" if fixed else "walled stem", **vars(study.specimen)),
+        "Blade": line("both bevels" if blade.bevel == "both" else "one bevel", **vars(blade)),
+        "Edge radius": f"{short(blade.edge_radius)} mm",
+        "Supports": line("supports", **vars(study.supports)),
+        "Loading": line("loading", speed=60.0 * study.loading.speed, duration=study.loading.duration),
+        "Friction": say("a factor") if "stem_friction" in study.names else rubbing,
+        "Model": line({"none": "whole"}.get(solver.symmetry, solver.symmetry), size=solver.element_size),
+        "Edge spread": f"{blade.edge_spread}",
+        "Internal length": f"{study.material.internal_length}",
+        "Strain-rate law": law.get(solver.rate_law, solver.rate_law.replace("_", "–")),
+        "Mass scaling": f"× {short(solver.mass_scaling)}",
+    }
 
 
-def _solver(study: Study, solver: EmbeddedSolver) -> Rows:
-    whole = {"none": "whole stem", "half": "half, mirrored", "quarter": "quarter, mirrored"}
-    return (
-        ("Model", f"{whole[solver.symmetry]}; elements of {solver.element_size}"),
-        ("Edge spread", f"{study.blade.edge_spread}"),
-        ("Internal length", f"{study.material.internal_length}"),
-        ("Strain-rate law", solver.rate_law.replace("_", "–").replace("paper", "as printed in the paper")),
-        ("Mass scaling", f"{short(solver.mass_scaling)} times"),
-    )
-
-
-def _material(study: Study) -> Rows:
-    rows = []
+def _material(study: Study) -> dict[str, str]:
+    rows = {}
     for name, value in study.material.given().items():
         scale, unit = _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
-        rows.append((name, f"{short(scale * value)} {unit_written(unit)}".strip()))
-    return tuple(rows)
+        rows[name] = f"{short(scale * value)} {unit_written(unit)}".strip()
+    return rows

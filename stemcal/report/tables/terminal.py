@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
-from stemcal.report.tables.appendix import shape_sheets
+from stemcal.files.rows import Table
 from stemcal.report.tables.findings import spoken
-from stemcal.report.tables.sheet import Sheet, borne
-from stemcal.report.tables.stages import sheets_of
+from stemcal.report.tables.stages import borne, tables_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
 
 
-CROWDED = 8  # columns from which the gaps shrink, so that names stay whole in 80 columns
+WIDTH = 80
+CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -27,34 +28,49 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
-    sheets = borne([*sheets_of(stage), *shape_sheets(stage)], holds)
     said = spoken(stage) if holds or not isinstance(stage, InvertResult | MeshResult) else []
-    return [*(part for sheet in sheets for part in drawn(sheet)), *said]
+    return [*(part for table in borne(tables_of(stage), holds) for part in drawn(table)), *said]
 
 
-def drawn(sheet: Sheet) -> list[RenderableType]:
-    """Return a sheet as a table, its foot as lines below it."""
+def drawn(table: Table) -> list[RenderableType]:
+    """Return a table as rich draws it, its foot as lines below it."""
+    from rich import table as rich
     from rich.box import SIMPLE_HEAD
     from rich.padding import Padding
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(
-        title=Text(sheet.title, style="bold"),
+    shown = rich.Table(
+        title=Text(table.title, style="bold"),
         title_justify="left",
         box=SIMPLE_HEAD,
-        padding=(0, 1 if len(sheet.columns) < CROWDED else 0, 0, 0),
+        padding=(0, 1 if len(table.columns) < CROWDED else 0, 0, 0),
         pad_edge=False,
         show_edge=False,
     )
-    for index, column in enumerate(sheet.columns):
-        words = index < sheet.texts
-        table.add_column(Text(column), justify="left" if words else "right", overflow="fold", no_wrap=not words)
-    for index, row in enumerate(sheet.rows):
-        style = "bold" if index in sheet.strong else ""
-        table.add_row(*(Text(cell, style=style) for cell in row))
-    foot = [Padding(Text(line, style="dim"), (0, 0, 0, 2), expand=False) for line in sheet.foot]
-    return [table, *foot, Text("")]
+    for column, head in zip(table.columns, _heads(table), strict=True):
+        shown.add_column(
+            Text(head), justify="left" if column.left else "right", overflow="fold", no_wrap=not column.left
+        )
+    for index, row in enumerate(table.cells):
+        style = "bold" if index in table.strong else ""
+        shown.add_row(*(Text(cell, style=style) for cell in row))
+    foot = [Padding(Text(line, style="dim"), (0, 0, 0, 2), expand=False) for line in (*table.foot, *table.claimed)]
+    return [shown, *foot, Text("")]
+
+
+def _heads(table: Table) -> list[str]:
+    """Return the headings, on several lines where one is too wide for a terminal."""
+    from rich.cells import cell_len
+
+    columns = [[head, *cells] for head, *cells in zip(table.heads, *table.cells, strict=True)]
+    if sum(max(map(cell_len, texts)) + 2 for texts in columns) <= WIDTH:
+        return list(table.heads)
+    return [_wrapped(head, max(map(cell_len, cells), default=0)) for head, *cells in columns]
+
+
+def _wrapped(head: str, width: int) -> str:
+    """Return a heading on as many lines as a column so wide needs; no word is broken."""
+    return "\n".join(textwrap.wrap(head, max(width, *map(len, head.split()), 1), break_long_words=False))
 
 
 def simulation_table(result: CuttingResult) -> RenderableType:

@@ -16,8 +16,6 @@ from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult, listed
 
-_COLUMNS = ("factor", "solution", "coded", "low", "high")
-
 
 @dataclass(frozen=True)
 class Point:
@@ -179,15 +177,6 @@ class Desired:
     rows: Rows[DesiredRow]
 
 
-@dataclass(frozen=True)
-class _FactorRow:
-    factor: str
-    solution: float
-    coded: float
-    low: float
-    high: float
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
 class InvertResult(StageResult):
     """The calibrated point, the whole set it was chosen from, every factor's level there.
@@ -227,8 +216,12 @@ class InvertResult(StageResult):
     def _tables(self) -> dict[str, Table]:
         """Return the solution with the range of each factor."""
         point = self.point
-        rows = [_FactorRow(n, value, point.coded[n], *self.ranges[n]) for n, value in point.solution.items()]
-        return {"invert": Table.of(_COLUMNS, rows)}
+        rows = [
+            {"factor": name, "solution": value, "coded": point.coded[name]}
+            | dict(zip(("low", "high"), self.ranges[name], strict=True))
+            for name, value in point.solution.items()
+        ]
+        return {"invert": Table.of(("factor", "solution", "coded", "low", "high"), rows)}
 
     def entries(self) -> Iterator[Entries]:
         """Yield what is told of each factor of the solution."""

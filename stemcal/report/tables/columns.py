@@ -1,0 +1,99 @@
+"""Columns that several tables share, and how their values are written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from stemcal.files.rows import Column
+from stemcal.naming import FIRST, FORCE, Named, Naming
+from stemcal.text.names import Names
+from stemcal.text.numbers import decimals, fixed, probability, short, significant
+from stemcal.text.tables import failed
+
+Form = Callable[[Any], str]
+ERROR = Column("error_percent", "Error", "%", fixed)
+
+
+def condition(naming: Naming) -> tuple[Column, ...]:
+    """Return the column of the condition; none where a study has none."""
+    named = naming.condition
+    return () if named is None else (Column("condition", named.capital, named.written, short),)
+
+
+def factor(names: Names) -> Column:
+    """Return the column that names a factor."""
+    return Column("factor", "Factor", form=names.factor, words=True)
+
+
+def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tuple[Column, ...]:
+    """Return a column for the level of each factor."""
+    return tuple(Column(name, names.factor(name), form=form) for name in factors)
+
+
+def level_list(levels: Mapping[str, float], names: Names) -> str:
+    """List levels of factors."""
+    return ", ".join(f"{names.factor(name)} {significant(value)}" for name, value in levels.items())
+
+
+def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:
+    """Return the column of what runs gave: the value, or why there is none."""
+
+    def of(row: Any) -> float | str:
+        outcome = getattr(row, "outcome", row)
+        value: float | None = outcome.response if key == FIRST else row.compared.simulated
+        return failed(outcome.reason) if value is None else value
+
+    return Column(key, label or named.capital, named.written, significant, of)
+
+
+def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
+    """Return columns of values of responses, by key, label and form.
+
+    The unit heads the column, or stands beside each value where every row has a response of its own: then a column that
+    names the response comes first.
+    """
+    naming, response = names.naming, names.response
+    if not each:
+        return [*condition(naming), *(Column(key, label, response.written, form) for key, label, form in columns)]
+
+    def beside(key: str, label: str, form: Form) -> Column:
+        def of(row: Mapping[str, Any]) -> str:
+            unit = naming.named(row["response"]).beside
+            return form(row.get(key)) + (unit if row.get(key) is not None else "")
+
+        return Column(key, label, form=str, of=of)
+
+    first = Column("response", "Response", of=lambda row: naming.named(row["response"]).noun)
+    return [first, *condition(naming), *(beside(*column) for column in columns)]
+
+
+def starred(value: tuple[float | None, str] | None) -> str:
+    """Return a p-value with its stars, the digits aligned; nothing where there is none.
+
+    >>> starred((0.0022, "**")), starred((0.4, "")), starred((None, ""))
+    ('0.0022 **', '0.4000   ', '')
+    """
+    return "" if value is None or value[0] is None else f"{probability(value[0])} {value[1]:<2}"
+
+
+def squares(value: float | None) -> str:
+    """Return a sum of squares with two decimals, more where they are needed to see it."""
+    if value is None:
+        return ""
+    return fixed(value) if abs(value) >= 1.0 or value == 0.0 else significant(value)
+
+
+def ratio(value: float | None) -> str:
+    """Return a ratio F, more decimals below 1; nothing where there is none."""
+    return "" if value is None else fixed(value, 2 if value >= 1.0 else 4)
+
+
+def response_decimals(response: Named, values: Iterable[float | None], usual: int = 2) -> int:
+    """Return the decimals of a response's values: those of forces in N, more where a response is small."""
+    return usual if response == FORCE else decimals(values, usual)
+
+
+def to_decimals(places: int) -> Form:
+    """Return what writes numbers with so many decimals."""
+    return lambda value: fixed(value, places)

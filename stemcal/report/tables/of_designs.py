@@ -1,0 +1,239 @@
+"""Tables of designs: the effects of a screening, the analysis of a response surface and its shape, the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from stemcal.files.rows import Column, Table
+from stemcal.files.typed import to_json
+from stemcal.naming import FIRST, Named
+from stemcal.overview.status import Entry
+from stemcal.report.records import Records, distinct_of
+from stemcal.report.tables.columns import (
+    condition,
+    factor,
+    level_list,
+    levels,
+    ratio,
+    response_decimals,
+    simulated,
+    squares,
+    starred,
+    to_decimals,
+)
+from stemcal.report.tables.equation import equation, written
+from stemcal.stages.result import DesignRuns
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.shape import Shape
+from stemcal.text.language import say
+from stemcal.text.names import Names
+from stemcal.text.numbers import fixed, percent, probability, short, significant, unit_written
+from stemcal.text.screening import standing
+from stemcal.text.surface import shape_name
+from stemcal.text.tables import line
+
+MANY = {"surface": 3, "design": 4}  # factors beyond which columns are headed by symbols in place of names
+SHORT_KEY = 8
+LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_seconds")
+"""What the terminal shows of a run; its CSV file has more."""
+
+
+def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Table:
+    """Return the effects as papers print them, with Lenth's t and the p-value adjusted by Holm.
+
+    Those of a `judged` table have a column that says in words what each of them means.
+    """
+    effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
+    rows = [{**to_json(e), "p": (e.p, e.stars), "standing": standing(e)} for e in effects]
+    empty = dict.fromkeys(("symbol", "standing", "effect", "f", "p_holm", "lenth_t"), "")
+    share = 100.0 * residual.sum_of_squares / (stage.total_sum_of_squares or 1.0)
+    rows.append({**empty, "factor": "Residual", "contribution_percent": share, **to_json(residual)})
+    places = response_decimals(response, [e.effect for e in effects])
+    columns = [
+        Column("symbol", ""),
+        factor(names),
+        *([Column("standing", "Verdict")] if judged and any(row["standing"] for row in rows) else []),
+        Column("effect", "Effect", response.written, to_decimals(places)),
+        Column("contribution_percent", "Share", "%", percent),
+        Column("sum_of_squares", "Sum of squares", form=squares),
+        Column("f", "F", form=ratio),
+        Column("p", "p", form=starred),
+        Column("p_holm", "p Holm", form=probability),
+        Column("lenth_t", "Lenth t", form=fixed),
+    ]
+    active = [line("lenth", names, **vars(lenth))] if lenth is not None and lenth.pse is not None else []
+    strong = frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant)
+    return Table.of(columns, rows, line("effects", names), (*active, line("stars")), strong=strong)
+
+
+# ---- response surfaces
+
+
+def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
+    """Return all tables of a surface."""
+    tables = [anova_table(stage), coefficient_table(stage, names), fit_table(stage)]
+    tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
+    tables += [sobol_table(stage, names)] if stage.sobol else []
+    return [*tables, *([ridge_table(stage, names)] if stage.ridge else [])]
+
+
+def anova_table(stage: SurfaceResult) -> Table:
+    """Return the analysis of variance."""
+    symbols = stage.symbols()
+    columns = [
+        Column("source", "Source", of=lambda row: written(row.source, symbols)),
+        Column("sum_of_squares", "Sum of squares", form=squares),
+        Column("df", "df", form=format),
+        Column("mean_square", "Mean square", form=squares),
+        Column("f", "F", form=ratio),
+        Column("p", "p", form=starred, of=lambda row: (row.p, row.stars)),
+    ]
+    title = line("sequential anova" if stage.sums_of_squares == "sequential" else "anova")
+    foot = () if stage.lack_of_fit_testable else [line("untestable")]
+    strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
+    return Table.of(columns, stage.anova, title, foot, strong=strong, detail=True)
+
+
+def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
+    """Return the coefficients with their intervals, the equation below."""
+    symbols, response = stage.symbols(), names.response
+    form = to_decimals(response_decimals(response, [row.value for row in stage.coefficients[1:]], 3))
+    columns = [
+        Column("term", "Term", of=lambda row: written(row.term, symbols)),
+        Column("value", "Coefficient", response.written, form),
+        Column("standard_error", "Std. error", form=form),
+        Column("low", "95 % low", form=form),
+        Column("high", "95 % high", form=form),
+    ]
+    coded = (
+        f"{entry.symbol or entry.factor} = ({entry.factor} − {short(entry.center)}) / {short(entry.half_step)}"
+        for entry in stage.factors
+    )
+    foot = equation(stage.coefficients, symbols, response), "; ".join(coded)
+    return Table.of(columns, stage.coefficients, line("coefficients"), foot, detail=True)
+
+
+def fit_table(stage: SurfaceResult) -> Table:
+    """Return how well the surface fits."""
+    response = stage.naming.response
+    rows = (
+        ("R²", fixed(stage.r2, 4)),
+        ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
+        ("Predicted R²", fixed(stage.predicted_r2, 4)),
+        ("Adequate precision", fixed(stage.adequate_precision, 2)),
+        (replace(response, unit=response.squared).headed("PRESS"), significant(stage.press, 6)),
+        ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
+    )
+    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, line("fit"))
+
+
+def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
+    """Return the surface along its own axes: curvature, and the direction in coded units."""
+    axes = enumerate(zip(shape.eigenvalues, shape.axes, strict=True), 1)
+    columns = [
+        Column("axis", "Axis", form=format),
+        Column("curvature", "Curvature", names.response.written, significant),
+        *levels(stage.names, _short_names(stage, names), to_decimals(3)),
+    ]
+    point = line("no stationary point")
+    if shape.natural is not None:
+        place = "inside" if shape.inside else "outside"
+        found = {"kind": shape_name(shape), "value": shape.predicted, "radius": shape.coded_radius}
+        point = line(place, names, levels=level_list(shape.natural, names), **found)
+    rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
+    return Table.of(columns, rows, line("canonical"), (point, line("curvature", names)), detail=True)
+
+
+def sobol_table(stage: SurfaceResult, names: Names) -> Table:
+    """Return which share of the surface's variation over the factors' ranges each factor has."""
+    columns = [
+        factor(names),
+        Column("first", "By itself", "%", to_decimals(1), lambda row: 100.0 * row.first),
+        Column("total", "Total", "%", to_decimals(1), lambda row: 100.0 * row.total),
+    ]
+    return Table.of(columns, stage.sobol, line("sobol", names), [line("uniform")], detail=True)
+
+
+def ridge_table(stage: SurfaceResult, names: Names) -> Table:
+    """Return the way along which the surface climbs most."""
+    found, response = stage.ridge or (), names.response
+    rows = [vars(row) | {name: stage.coding[name].natural(row.coded[name]) for name in stage.names} for row in found]
+    places = response_decimals(response, [row.standard_error for row in found])
+    heads = levels(stage.names, _short_names(stage, names))
+    columns = [
+        Column("radius", "Coded radius", form=fixed),
+        *(replace(head, unit=unit_written(stage.factor(head.key).unit or "1")) for head in heads),
+        Column("predicted", "Largest", response.written, significant),
+        Column("standard_error", "Std. error", response.written, to_decimals(places)),
+    ]
+    return Table.of(columns, rows, line("ridge"), detail=True)
+
+
+def _short_names(stage: SurfaceResult, names: Names) -> Names:
+    """Return what heads the column of each factor: where they are many, its symbol."""
+    return Names(names.naming, stage.symbols()) if len(stage.names) > MANY["surface"] else names
+
+
+# ---- runs
+
+
+def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | None = None, title: str = "") -> Table:
+    """Return the runs of a design: the varied levels and the responses, or why there is none."""
+    crowded = symbols is not None and len(design.varied) > MANY["design"]
+    columns = [
+        Column("run", "Run", form=format),
+        *levels(design.varied, Names(names.naming, symbols or {}) if crowded else names, short),
+        simulated(names.response),
+        *map(_other, names.naming.others),
+    ]
+    foot = [line("symbols")] if crowded and any((symbols or {}).values()) else []
+    return Table.of(columns, design.runs, title, foot, detail=True)
+
+
+def _other(named: Named) -> Column:
+    return Column(named.name, named.capital, named.written, significant, lambda run: run.outcome.of(named.name))
+
+
+def checks_table(records: Records) -> Table | None:
+    """Return the solver's checks of every distinct run, None where no solver told of them."""
+    rows = [vars(one.checks) | {"run": run} for run, one in distinct_of(records).values() if one.checks is not None]
+    columns = (
+        Column("run", "Run"),
+        Column("peak_force", "Peak", "N", significant),
+        Column("peak_travel", "at", "mm", to_decimals(3)),
+        Column("again", "Fell again", "", str, lambda row: say("yes") if row["stroke_was_enough"] else say("no")),
+        Column("elements", "Elements", form=format),
+        Column("deleted_elements", "Failed", form=format),
+        Column("steps", "Steps", form=format),
+        Column("energy_drift_percent", "Drift", "%", to_decimals(3)),
+        Column("kinetic_ratio_percent", "Kinetic", "%", fixed),
+        Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
+    )
+    return Table.of(columns, rows, line("checks"), [line("shares")], detail=True) if rows else None
+
+
+def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = (), title: str = "") -> Table:
+    """Return runs one by one, with all that their CSV file has."""
+    columns = [
+        Column("stage", "Stage"),
+        Column("run", "Run", form=format),
+        Column("key", "Key", form=lambda key: key[:SHORT_KEY], words=True),
+        Column("status", "Status"),
+        Column(FIRST, names.response.capital, names.response.written, significant),
+        Column("reason", "Reason"),
+        "message",
+        *(condition(names.naming) or ["condition"]),
+        *factors,
+        "tries",
+        Column("wall_seconds", "Time", "s", to_decimals(1)),
+        *("started", "host", "stemcal"),
+    ]
+    entries = list(found)
+    return Table.of(columns, entries, title, () if entries else [say("There are none.")])
+
+
+def listed(runs: Table, names: Names) -> Table:
+    """Return what the terminal shows of runs."""
+    return runs.only(key for key in LISTED if key != "condition" or names.naming.condition is not None)

@@ -1,0 +1,149 @@
+"""Tables of the parameters: as calibrated and how well they are known, the way to them, other meshes there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stemcal.files.rows import Column, Table
+from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
+from stemcal.stages.climb import ClimbResult
+from stemcal.stages.invert.result import Certainty, InvertResult
+from stemcal.stages.mesh.result import MeshResult, MeshRun
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import Interval
+from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
+from stemcal.text.language import say
+from stemcal.text.names import Names
+from stemcal.text.numbers import fixed, interval, short, significant
+from stemcal.text.tables import line
+
+
+def calibration_table(stage: InvertResult, names: Names) -> Table:
+    """Return the calibrated parameters with the range of each that is to be cited, and what else was found."""
+    point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
+    published = {} if stage.published is None else stage.published.point.solution
+    rows: list[dict[str, Any]] = [
+        {"factor": name, "range": ranges.get(name), "coded": point.coded[name], "published": published.get(name)}
+        | {"solution": value, "share": known and share_of_range(known, name)}
+        for name, value in point.solution.items()
+    ]
+    columns = [
+        factor(names),
+        Column("solution", "Calibrated", form=significant),
+        Column("range", head, form=interval, claims=True),
+        *([Column("share", "of its range", form=str, claims=True)] if known is not None else []),
+        Column("coded", "Coded", form=to_decimals(3)),
+        *([Column("published", "Published", form=short)] if published else []),
+    ]
+    found = {"target": stage.target, "predicted": point.predicted, "radius": point.coded_radius, "rule": stage.rule}
+    ends = line("intervals of the response", names, mean=point.mean_interval, one=point.prediction_interval)
+    foot = (line("point", names, **found), *valid_for(stage))
+    return Table.of(columns, rows, line("calibration"), foot, claimed=(ends, *range_to_cite(stage, names)))
+
+
+def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, Interval]]:
+    """Return what the range of each parameter to cite is called, and the ranges."""
+    return ("Exact solutions", stage.ranges) if stage.certainty is None else ("95 % range", stage.certainty.intervals)
+
+
+def share_of_range(part: Certainty, name: str) -> str:
+    """Return how much of a factor's range its interval takes, or that it is free."""
+    return say("free") if name in part.free else f"{100.0 * part.share[name]:.0f} %"
+
+
+def interval_table(stage: InvertResult, names: Names) -> Table:
+    """Return the interval of each parameter from one measured value and from all of them, side by side."""
+    columns = [factor(names)]
+    for part in stage.known:
+        columns.append(Column(part.source, source(part, stage, names), form=interval))
+        columns.append(Column(f"share {part.source}", "of range", form=str))
+    rows = [
+        {"factor": name}
+        | {part.source: part.intervals[name] for part in stage.known}
+        | {f"share {part.source}": share_of_range(part, name) for part in stage.known}
+        for name in stage.point.solution
+    ]
+    assumed = dict.fromkeys(sentence for part in stage.known for sentence in assumption(part))
+    return Table.of(columns, rows, line("known"), (line("profile"), *assumed), claims=True)
+
+
+def climb_table(stage: ClimbResult, names: Names) -> Table:
+    """Return every step towards the target with its relative error."""
+    columns = [Column("step", "Step", form=format), *levels(stage.names, names), simulated(names.response), ERROR]
+    centres = ", ".join(
+        f"{names.factor(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
+        for name, scale in stage.coding.items()
+    )
+    foot = _target(stage, names), line("error"), line("centre", levels=centres)
+    return Table.of(columns, stage.rows, line("climb"), foot, strong=frozenset({stage.best_step}))
+
+
+def _target(stage: ClimbResult | RefineResult, names: Names) -> str:
+    at = "target" if names.naming.condition is None else "target at"
+    return line(at, names, target=stage.target, at=stage.condition)
+
+
+def refine_table(stage: RefineResult, names: Names) -> Table:
+    """Return every iteration of the closed loop: where, what was predicted, what was simulated."""
+    places = {True: say("inside"), False: say("outside"), None: ""}
+    columns = [
+        Column("iteration", "No.", form=format),
+        Column("how", "From"),
+        *(condition(names.naming) if stage.at_conditions else ()),
+        *levels(stage.solution, names),
+        Column("predicted", "Surface", names.response.written, significant),
+        Column("interval", "Interval", of=lambda row: places[row.inside_interval]),
+        simulated(names.response, "Simulated"),
+        ERROR,
+    ]
+    best = frozenset(i for i, row in enumerate(stage.rows) if row.iteration == stage.iteration)
+    near = {"tolerance": stage.tolerance_percent, "runs": len(stage.rows), "budget": stage.budget}
+    within = line("within" if stage.converged else "beyond", **near)
+    foot = (*(() if stage.at_conditions else [_target(stage, names)]), within, line("predicted then", names))
+    return Table.of(columns, stage.rows, line("refinement"), foot, strong=best)
+
+
+# ---- other meshes at the solution
+
+
+def mesh_table(stage: MeshResult, names: Names) -> Table:
+    """Return the response on every mesh against that on the study's own."""
+    own = {row.condition: row.outcome.response for row in stage.rows if row.mesh == "own"}
+
+    def apart(row: MeshRun) -> float | str:
+        found, against = row.outcome.response, own[row.condition]
+        return 100.0 * (found / against - 1.0) if found and against and row.mesh != "own" else ""
+
+    def ends(row: MeshRun) -> Interval | str:
+        each = row.outcome.phase_responses or ()
+        return (min(each), max(each)) if len(each) > 1 else ""
+
+    def called(row: MeshRun) -> str:
+        kind = row.mesh if row.mesh in ("own", "phases") else "size"
+        return line(kind, size=row.mesh, count=len(row.outcome.phase_responses or ()))
+
+    columns = [
+        *condition(names.naming),
+        Column("mesh", "Mesh", of=called),
+        simulated(names.response),
+        Column("apart", "Against own", "%", fixed, apart),
+        Column("ends", "From to", names.response.written, interval, ends),
+    ]
+    scatter = stage.scatter
+    fields = {"places": scatter.placements, "sd": scatter.sd_percent, "common": 100.0 * scatter.common**0.5}
+    foot = line("shared scatter" if scatter.conditions > 1 else "scatter", **fields)
+    return Table.of(columns, stage.rows, line("meshes"), [foot])
+
+
+def budget_table(stage: MeshResult, names: Names) -> Table:
+    """Return what the error of the response is made of at every condition."""
+    columns = [
+        *condition(names.naming),
+        Column("source", "Source"),
+        Column("sd", "SD", names.response.written, fixed),
+        Column("share_percent", "Share of variance", "%", to_decimals(0)),
+        Column("df", "df", "", to_decimals(1), lambda row: say("known") if row.df is None else row.df),
+    ]
+    one, foot = stage.prediction_interval, (line("sources"), *assumption(stage.certainty))
+    claimed = (line("at any place", names, one=one),) if one is not None else ()
+    return Table.of(columns, stage.budget, line("budget", names), foot, claimed=claimed)

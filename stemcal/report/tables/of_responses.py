@@ -1,0 +1,115 @@
+"""Tables of responses, measured beside predicted or simulated: of a joint fit, of the validation, of its tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from stemcal.files.rows import Column, Table
+from stemcal.files.typed import to_json
+from stemcal.report.tables.columns import ERROR, Form, condition, level_list, measured_of, simulated, to_decimals
+from stemcal.stages.invert.result import Desired, JointFitted
+from stemcal.stages.validate import ValidateResult
+from stemcal.text.names import Names
+from stemcal.text.numbers import fixed, interval, probability, short, significant
+from stemcal.text.tables import line
+
+
+def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
+    """Return measured against simulated, further responses, and what the measured scatter tells of both."""
+    naming, tables = names.naming, [validation_table(stage, names)]
+    further = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
+    if further:
+        foot = [
+            line("other place", Names(naming.led_by(row["response"])), at=row["condition"], range=row["mesh_interval"])
+            for row in further
+            if row.get("mesh_interval") is not None
+        ]
+        tables += [
+            further_table(further, ("simulated", "Simulated", significant), names, foot),
+            *_tests(further, names),
+        ]
+    tables += [_corrected_table(stage, names)] if stage.discrepancy is not None else []
+    return [*tables, *_tests([to_json(row) for row in stage.compared], names)]
+
+
+def validation_table(stage: ValidateResult, names: Names) -> Table:
+    """Return measured against simulated response over the conditions."""
+    unit, meshed = names.response.written, any(row.mesh_interval is not None for row in stage.rows)
+    columns = [
+        *condition(names.naming),
+        Column("role", "Role"),
+        Column("measured", "Measured", unit, short),
+        simulated(names.response, "Simulated", "simulated"),
+        ERROR,
+        *([Column("mesh_interval", "95 % over meshes", unit, interval, claims=True)] if meshed else []),
+    ]
+    errors = {"largest": stage.max_abs_error_percent, "mean": stage.mean_abs_error_percent}
+    worst = [line("largest", **errors)] if names.naming.condition is not None else []
+    return Table.of(columns, stage.rows, line("validation", names), (*worst, line("error")))
+
+
+def joint_table(joint: JointFitted, names: Names) -> Table:
+    """Return what was measured beside the surfaces."""
+    values = ("measured", "Measured", short), ("predicted", "Surface", significant)
+    columns = measured_of(names, bool(names.naming.others), values)
+    columns += [ERROR, Column("left_out_error_percent", "Left out", "%", fixed)]
+    errors = {"error": joint.max_abs_error_percent, "left_out": joint.max_abs_left_out_error_percent}
+    largest = line("joint errors", best=joint.best_worst_error_percent, **errors)
+    return Table.of(columns, map(to_json, joint.rows), line("joint"), (largest, line("left out")))
+
+
+def desired_table(desired: Desired, names: Names) -> Table:
+    """Return the most desirable point: between which values each response is wanted, and what it is there."""
+    labels = {"low": "From", "target": "Measured", "high": "To", "predicted": "Surface"}
+    columns = measured_of(names, True, [(key, label, significant) for key, label in labels.items()])
+    columns.append(Column("desirability", "Desirability", form=to_decimals(3)))
+    overall = line("desirability", overall=desired.overall, levels=level_list(desired.solution, names))
+    return Table.of(columns, map(to_json, desired.rows), line("desired"), (overall, line("product")))
+
+
+def further_table(
+    rows: Iterable[Mapping[str, Any]], found: tuple[str, str, Form], names: Names, foot: Iterable[str] = ()
+) -> Table:
+    """Return further responses at each condition: measured, beside what the surface or the simulation `found`."""
+    columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
+    of_stems = [] if names.naming.others else [line("of stems")]
+    return Table.of(columns, rows, line("further", names), (*of_stems, *foot))
+
+
+def _tests(rows: list[dict[str, Any]], names: Names) -> list[Table]:
+    """Return the tests against the measured scatter, of one response or of one in each row; none without any test."""
+    if all(row.get("p_different") is None for row in rows):
+        return []
+    each = "response" in rows[0]
+    values = ("scatter", "Measured ± SD (n)", str), ("mean", "95 % of the mean", interval)
+    columns = measured_of(names, each, [*values, ("simulated", "Simulated", significant)])
+    columns += [
+        Column("p_different", "p different", form=probability),
+        Column("p_equivalent", "p equal", form=probability),
+    ]
+    for row in rows:
+        ends = row.get("measured_low"), row.get("measured_high")
+        row |= {
+            "scatter": with_scatter(row["measured"], row["sd"], row.get("n")),
+            "mean": None if None in ends else ends,
+        }
+    title, foot = line("tested further" if each else "tested", names), () if each else (line("tests"),)
+    return [Table.of(columns, rows, title, foot, claims=True)]
+
+
+def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
+    """Return a measured mean with its standard deviation and number of specimens, as far as they are known.
+
+    >>> with_scatter(745.0, 6.0, 5), with_scatter(745.0, 6.0, None), with_scatter(745.0, None, 5)
+    ('745 ± 6 (5)', '745 ± 6', '745')
+    """
+    told = short(mean) if sd is None else f"{short(mean)} ± {short(sd)}"
+    return f"{told} ({n})" if sd is not None and n is not None else told
+
+
+def _corrected_table(stage: ValidateResult, names: Names) -> Table:
+    """Return what one scale for what the model misses predicts."""
+    rows = [vars(row.compared) | vars(row.corrected) for row in stage.rows if row.corrected is not None]
+    values = ("measured", "Measured", short), ("response", "Predicted", significant), ("interval", "95 %", interval)
+    return Table.of(measured_of(names, False, values), rows, line("corrected"), [line("scaled")], claims=True)

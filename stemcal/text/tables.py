@@ -1,0 +1,152 @@
+"""What stands above and below tables: titles, feet, and words in place of numbers."""
+
+from __future__ import annotations
+
+from stemcal.naming import CUTTING, Naming
+from stemcal.text.names import Names
+
+LINES = {
+    # screening and surface
+    "effects": "Effects on the {response}",
+    "stars": "** p < 0.01, * p < 0.05. Share: of the total sum of squares.",
+    "lenth": "Lenth: pseudo standard error {pse:response}; an effect beyond ±{me:response} is active, beyond "
+    "±{sme:response} even among all factors.",
+    "anova": "Analysis of variance",
+    "sequential anova": "Analysis of variance, type I sums of squares",
+    "untestable": "Lack of fit cannot be tested.",
+    "coefficients": "Response surface in coded units",
+    "fit": "Quality of the fit",
+    "canonical": "Canonical analysis",
+    "no stationary point": "No single stationary point: the surface is a plane, or level along some direction.",
+    "inside": "Stationary point: {kind}, {value:response .4g} at {levels}; coded radius {radius:.2f}, inside the "
+    "region of the runs.",
+    "outside": "Stationary point: {kind}, {value:response .4g} at {levels}; coded radius {radius:.2f}, outside the "
+    "region of the runs.",
+    "curvature": "Negative: the {response} falls on both sides along that axis; the columns give its direction, coded.",
+    "sobol": "Variance shares of the {response}",
+    "uniform": "Sobol' indices of the fitted surface, factors uniform over their ranges; total: with all interactions.",
+    "ridge": "Ridge of steepest ascent",
+    "of another": "{title}: {response}",
+    "of another at": "{title}: {response} at {at:condition}",
+    # parameters
+    "calibration": "Calibrated parameters",
+    "point": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; rule "
+    "{rule}.",
+    "intervals of the response": "95 % interval of the mean {response} {mean:responses}, of one simulated {response} "
+    "{one:responses}.",
+    "joint": "Fitted together",
+    "joint errors": "Largest error {error:fixed} %, left out {left_out:fixed} %; no parameters in the region do better "
+    "than {best:fixed} %.",
+    "left out": "Left out: predicted from a fit to the others.",
+    "desired": "The most desirable point",
+    "desirability": "Overall desirability {overall:.3f} at {levels}.",
+    "product": "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest "
+    "there.",
+    "known": "How well the measurements fix the parameters",
+    "profile": "95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",
+    "climb": "Steps towards the target",
+    "target": "Target {target:response .6g}.",
+    "target at": "Target {target:response .6g} at {at:condition}.",
+    "centre": "The design of the surface: {levels} (coded 0 ± 1).",
+    "refinement": "Simulated at the solution",
+    "within": "The best point is within {tolerance:g} %, after {runs} of {budget} runs.",
+    "beyond": "The best point is not within {tolerance:g} %, after {runs} of {budget} runs.",
+    "predicted then": "Surface: as it was then. Interval: whether the simulated {response} lies inside or outside its "
+    "95 % prediction interval.",
+    # meshes
+    "meshes": "The solution on other meshes",
+    "scatter": "Standard deviation over {places} places {sd:.2f} %.",
+    "shared scatter": "Standard deviation over {places} places {sd:.2f} % ({common:.2f} % shared by all diameters).",
+    "own": "the study's own",
+    "phases": "mean of {count} places",
+    "size": "elements of {size}",
+    "budget": "What the error of the {response} is made of",
+    "sources": "Laboratory: of the measured mean. Surface: of one more simulation. Mesh: of its place along the stem.",
+    "at any place": "At the solution of the surface a simulation with the mesh at any place gives {one:responses} (95 "
+    "%).",
+    # responses, measured beside simulated
+    "error": "Error = 100·(measured − simulated)/measured.",
+    "validation": "Measured against simulated {response}",
+    "largest": "Largest error {largest:fixed} %, mean {mean:fixed} % (absolute).",
+    "smaller": "Not shown, of smaller error: {count}; see the report.",
+    "further": "Beside the {response}",
+    "of stems": "Travel and work of the blade from first touch to the maximum force.",
+    "other place": "With the mesh at another place the {response} at {at:condition} lies within {range:responses} (95 "
+    "%).",
+    "tested further": "Tests against the scatter of the further responses",
+    "tested": "Tests against the scatter of the measured {response}",
+    "tests": "Different: Welch's test. Equal: two one-sided tests; a small p shows agreement within the margin.",
+    "corrected": "With one scale for what the model misses",
+    "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
+    # audit and runs
+    "audit": "What does not agree",
+    "agree": "Printed cells that agree: {counts}.",
+    "checks": "Checks of every run",
+    "shares": "Failed: elements that had failed at the peak. Drift: largest error of the energy balance. Kinetic, "
+    "hourglass: largest share of the internal energy on the way to the peak; small shares mean a quasi-static test.",
+    "symbols": "Symbols as in the table of factors.",
+    "failed": "failed",
+    "failed for": "failed ({reason})",
+    # the laboratory
+    "readings": "{stems}, {readings} readings",
+    "with range": "{value:.3f} (95 % {range})",
+    "normal": "{value:.4f}, p = {p:p}, normality not rejected",
+    "not normal": "{value:.4f}, p = {p:p}, normality rejected",
+    "grades": "Together {share:.1f} % of the stems; the upper limit belongs to the next grade.",
+    "shear": "Maximum shear force by grade",
+    "outlier": "Outlier: by Grubbs' test, still included.",
+    "growth": "F = {factor:significant 3}·d^{exponent:.2f}, F in N, d in mm, R² {r2:.3f} of the logarithms.",
+    "known growth": "F = {factor:significant 3}·d^{exponent:.2f} (95 % {range}), F in N, d in mm, R² {r2:.3f} of the "
+    "logarithms.",
+    # what was varied, held and measured
+    "measured": "Measured {responses:all}",
+    "fitted at": "Bold: what the parameters are fitted to ({at:condition}).",
+    "stem": "{outer_diameter:g} mm, bore {diameter_ratio:g} of it, {length:g} mm long",
+    "walled stem": "{outer_diameter:g} mm, wall a factor, {length:g} mm long",
+    "one bevel": "{thickness:g} mm thick, edge of {edge_angle:g}°, one side bevelled",
+    "both bevels": "{thickness:g} mm thick, edge of {edge_angle:g}°, both sides bevelled",
+    "supports": "{clearance:g} mm apart, edges rounded by {fillet_radius:g} mm",
+    "loading": "{speed:significant} mm/min for {duration:g} s",
+    "friction": "{static_friction:g} at rest, {dynamic_friction:g} sliding",
+    "whole": "whole stem; elements of {size}",
+    "half": "half, mirrored; elements of {size}",
+    "quarter": "quarter, mirrored; elements of {size}",
+    # captions and notes of published tables
+    "published factors": "Screening test parameters.",
+    "published screening-runs": "Design scheme and results of the screening test.",
+    "published screening": "Significance analysis of the screening test parameters.",
+    "published ascent": "Scheme and results of the steepest ascent test.",
+    "published levels": "Factor coding of the response surface design.",
+    "published surface-runs": "Test results and scheme of the response surface design.",
+    "published anova": "ANOVA of the response surface.",
+    "published sequential anova": "Sequential ANOVA of the response surface.",
+    "published calibration": "Parameter calibration values.",
+    "published parameters": "Parameters of the simulation.",
+    "published stem": "Finite element simulation parameters of the stem.",
+    "published refinement": "Iterations of simulation and refitted surface.",
+    "published validation": "Comparison of the measured and simulated {responses:all}.",
+    "published stars": "** represents extremely significant effect (p < 0.01), * represents significant effect (p < "
+    "0.05).",
+    "coded": "{equation} (coded values).",
+    "relative error": "Relative error = 100·(measured − simulated)/measured, measured {target:response .6g}.",
+    "then": "Predicted by the surface as it was before the run; error = 100·(measured − simulated)/measured.",
+    "served": "Error = 100·(measured − simulated)/measured; the {response} served for calibration and checks nothing.",
+    "served at": "Error = 100·(measured − simulated)/measured; {at:condition} served for calibration and checks "
+    "nothing.",
+}
+"""Titles, lines of feet, captions and words of cells, by a name."""
+
+
+def line(name: str, names: Names | Naming = CUTTING, /, **fields: object) -> str:
+    """Return a line of a table; each knows the ``response``.
+
+    >>> line("effects")
+    'Effects on the maximum force'
+    """
+    names = Names(names) if isinstance(names, Naming) else names
+    return names.say(LINES[name], **{"response": names.response.long, **fields})
+
+
+def failed(reason: str) -> str:
+    """Return what stands in place of the response of a run that failed."""
+    return line("failed for", reason=reason) if reason else line("failed")
