@@ -52,7 +52,7 @@ def draw(
     plots = [plot for plot in what.plots if plot.on_page]
     if executor is not None:
         draw_by_workers(plots, executor)
-    if figures:
+    if figures and plots:
         write_figures(plots, folder.path / "figures")
     return write_page(study, folder, what, f"{made_of} -->\n")
 
