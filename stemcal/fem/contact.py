@@ -28,6 +28,9 @@ class Tool:
         x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
     spread : float
         Length to either side over which the edge's force is spread, mm (`kernels.spread`); 0 leaves it a line.
+    parts : bool
+        Whether it parts the body on the plane x = 0 (`kernels.cohesive`): its planes meet nodes then, its edge that plane
+        only.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -36,6 +39,7 @@ class Tool:
     speed: float = 0.0
     edge: float | None = None
     spread: float = 0.0
+    parts: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a polygon that is not convex and counter-clockwise."""
@@ -78,6 +82,7 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
         height=np.array([tool.height for tool in tools], dtype=float),
         speed=np.array([tool.speed for tool in tools], dtype=float),
         edge=np.array([tool.edge or 0.0 for tool in tools], dtype=float),
+        parts=np.array([tool.parts for tool in tools], dtype=bool),
         spread=np.array([0.0 if tool.edge is None else tool.spread for tool in tools], dtype=float),
         traction=np.zeros((len(tools), nodes, 3)),
         force=np.zeros((len(tools), 3)),
@@ -89,7 +94,9 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, pe
 
     They lie symmetric about y = 0 and reach one element past the body.
     """
-    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
+    tool = next(
+        (t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0 and not tool.parts), -1
+    )
     spacing = size / per_face
     first = int(np.floor((x[:, 1].min() - size) / spacing)) if tool >= 0 else 0
     last = int(np.ceil((x[:, 1].max() + size) / spacing)) if tool >= 0 else 1
@@ -124,7 +131,9 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
     size : float
         Length of the smallest elements, mm.
     """
-    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
+    tool = next(
+        (t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0 and not tool.parts), -1
+    )
     a, place = (tools[tool].spread, float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
     sources = np.arange(len(x), dtype=np.int32)
     sources[ghosts[:, 0]] = ghosts[:, 1]

@@ -229,7 +229,7 @@ def compile_all(precision: Precision) -> None:
         _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
         _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
         _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
-        _compile(march.kick_by_contact, 0.0, body, clock, state.ledger)
+        _compile(march.kick_by_contact, 0.0, body, state.tools, clock, state.ledger)
         _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
         _compile(march.finish_step, body, state.tools, clock, state.ledger)
         _wait_for(beside)
@@ -240,7 +240,7 @@ def compile_contact(precision: Precision) -> None:
     """Compile what meets the tools."""
     state = start(_smallest_model(precision))
     _compile(
-        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread,
+        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread, state.cut,
         state.candidates, state.clock, state.ledger, state.friction, state.settings,
     )  # fmt: skip
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
@@ -53,6 +54,7 @@ __all__ = [
     "Contact",
     "EmbeddedSolver",
     "Factor",
+    "Failure",
     "Hourglass",
     "InvertOptions",
     "Loading",
@@ -226,6 +228,17 @@ class Material(_Frozen):
     def given(self) -> dict[str, float]:
         """Return the parameters that have a value."""
         return {name: value for name in PARAMETERS if (value := getattr(self, name, None)) is not None}
+
+
+class Failure(_Frozen):
+    """How the stem fails: elements by their plastic strain, or the plane of the cut by `strength` and `toughness`.
+
+    Elements have no failure strain in the second case, which is experimental.
+    """
+
+    kind: Literal["strain", "toughness"] = "strain"
+    strength: Annotated[float, Quantity("stress", above=0)] | None = None
+    toughness: Annotated[float, Quantity("toughness", above=0)] | None = None
 
 
 class Hourglass(_Frozen):
@@ -609,6 +622,7 @@ class StudyForm(_Frozen):
     loading: Loading = Loading()
     contact: Contact = Contact()
     material: Material = Material()
+    failure: Failure = Failure()
     solver: Annotated[
         EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver, Field(discriminator="kind")
     ] = EmbeddedSolver()
@@ -690,10 +704,11 @@ class Study(StudyForm):
         """Return the nine material parameters in internal units; factors without a level stay at mid-level."""
         chosen = self._internal(levels)
         varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
-        return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {})}
+        never = {"failure_strain": inf} if self.failure.kind == "toughness" else {}
+        return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {}), **never}
 
     def at(self, levels: Mapping[str, float]) -> Study:
-        """Return the study whose specimen and contact are what the levels of such factors say.
+        """Return the study whose specimen, contact and failure are what the levels of such factors say.
 
         `stem_friction` is the coefficient of friction at any speed; `wall_thickness` is that of the stem at the
         calibration diameter, and stems of other diameters have the same ratio of inner to outer diameter.
@@ -706,6 +721,8 @@ class Study(StudyForm):
         if (wall := chosen.get("wall_thickness")) is not None:
             ratio = 1.0 - 2.0 * wall / self.targets.calibrate_at
             sections["specimen"] = self.specimen.model_copy(update={"diameter_ratio": ratio})
+        if cut := {name: value for name, value in chosen.items() if name in ("strength", "toughness")}:
+            sections["failure"] = self.failure.model_copy(update=cut)
         return self.model_copy(update=sections) if sections else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:

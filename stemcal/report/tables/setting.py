@@ -77,11 +77,19 @@ def _solver(study: Study, solver: EmbeddedSolver) -> Rows:
     whole = {"none": "whole stem", "half": "half, mirrored", "quarter": "quarter, mirrored"}
     return (
         ("Model", f"{whole[solver.symmetry]}; elements of {solver.element_size}"),
-        ("Edge spread", f"{study.blade.edge_spread}"),
-        ("Internal length", f"{study.material.internal_length}"),
+        *_failure(study),
         ("Strain-rate law", solver.rate_law.replace("_", "–").replace("paper", "as printed in the paper")),
         ("Mass scaling", f"{short(solver.mass_scaling)} times"),
     )
+
+
+def _failure(study: Study) -> Rows:
+    law = study.failure
+    if law.kind == "strain":
+        return (("Edge spread", f"{study.blade.edge_spread}"), ("Internal length", f"{study.material.internal_length}"))
+    strength = "a factor" if law.strength is None else f"{short(law.strength)} MPa"
+    toughness = "a factor" if law.toughness is None else f"{short(law.toughness)} kJ/m²"
+    return (("Failure", "by toughness (experimental)"), ("Strength", strength), ("Toughness", toughness))
 
 
 def _material(study: Study) -> Rows:

@@ -61,7 +61,7 @@ def _sizes(study: Study) -> Iterator[Finding]:
 def _mesh(study: Study) -> Iterator[Finding]:
     """Elements of more than half a length cannot resolve it, and without the lengths the force is the mesh's."""
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver):
+    if not isinstance(solver, EmbeddedSolver) or study.failure.kind == "toughness":
         return
     lengths = {
         ("blade", "edge_spread"): study.blade.edge_spread,

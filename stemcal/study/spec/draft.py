@@ -13,6 +13,7 @@ from stemcal.study.model import (
     Contact,
     EmbeddedSolver,
     Factor,
+    Failure,
     InvertOptions,
     Material,
     MeshOptions,
@@ -58,6 +59,7 @@ class Draft:
     supports: Supports | None = None
     contact: Contact | None = None
     material: Material | None = None
+    failure: Failure | None = None
     solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
@@ -72,6 +74,11 @@ class Draft:
     def embedded(self) -> EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
         return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the stem is parted on the plane of the cut, in place of elements that fail."""
+        return self.failure is not None and self.failure.kind == "toughness"
 
     @property
     def stem_solver(self) -> str:

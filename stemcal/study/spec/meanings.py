@@ -19,6 +19,7 @@ TOP = {
     "loading": "How the blade moves.",
     "contact": "Friction and contact between stem, blade and supports.",
     "material": "Fixed values of the parameters that are no factors, and the length behind failure.",
+    "failure": "How the stem fails: by a plastic strain, or by the toughness of the plane of the cut (experimental).",
     "solver": "What answers which force a set of levels gives.",
     "targets": "What the laboratory measured.",
     "screen": "Stage 1: which factors matter.",
@@ -152,6 +153,12 @@ MEANINGS: dict[str, dict[str, str]] = {
         "internal_length": "Length over which the plastic strain that decides failure is averaged: a length, or a "
         "share of "
         "the diameter such as d/4.5. 0 mm: element by element, and the force belongs to the mesh.",
+    },
+    "Failure": {
+        "kind": "`strain`: elements are removed at `material.failure_strain`; `toughness`: the blade parts the plane "
+        "of the cut, with neither failure strain nor `edge_spread` nor `internal_length`.",
+        "strength": "Stress at which the plane of the cut begins to open in tension.",
+        "toughness": "Energy that parting it takes, per area.",
     },
     "Hourglass": _HOURGLASS,
     "DeckHourglass": _HOURGLASS,
@@ -385,6 +392,7 @@ PLACES = {
     "Loading": "loading",
     "Contact": "contact",
     "Material": "material",
+    "Failure": "failure",
     "EmbeddedSolver": "solver, kind: embedded",
     "Hourglass": "solver.hourglass, kind: embedded",
     "TableSolver": "solver, kind: table",
