@@ -57,7 +57,7 @@ from stemcal.fem.kernels.hexahedron import (
     strain_increment,
     velocity_gradient,
 )
-from stemcal.fem.kernels.hourglass import dot3, modal_rate, resist, taken_from_stress
+from stemcal.fem.kernels.hourglass import dot3, modal_rate, resist, taken_by_stress, taken_from_stress
 from stemcal.fem.kernels.numbers import HALF, ONE, TINY, ZERO, like
 from stemcal.fem.kernels.plasticity import (
     double_dot,
@@ -127,7 +127,7 @@ def stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Float
 @inlined
 def hourglass_forces(
     state: Array, lane: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats,
-    L: Floats, R: Floats, dt: float, material: Floats, alive: float,
+    L: Floats, R: Floats, stress: Floats, dt: float, material: Floats, alive: float,
 ) -> Floats:  # fmt: skip
     """Return the forces on the four hourglass modes and their power, at the mean of old and new force if they last.
 
@@ -135,7 +135,9 @@ def hourglass_forces(
     """
     memory = material.hourglass_memory
     lasting = memory if alive > ZERO else ZERO
-    stiffness = load(state, HOURGLASS_STIFFNESS, lane) if alive > ZERO else ZERO
+    least = memory * taken_by_stress(double_dot(stress, stress), load(state, VISCOUS_LENGTH, lane))
+    wanted = max(load(state, HOURGLASS_STIFFNESS, lane), least)
+    stiffness = wanted if alive > ZERO else ZERO
     gain = stiffness * (memory * dt + (ONE - memory))
     turn = (
         lasting * R[0], lasting * R[1], lasting * R[2],
@@ -199,7 +201,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     work = HALF * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
-    Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, dt, material, alive)
+    Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, stress, dt, material, alive)
     acting = acting_stress(stress, pressure, alive)
     store8(scratch, FORCES, lane, corner_forces(0, acting, Q, x, y, z, bx, by, bz, per_whole))
     store8(scratch, FORCES + 8, lane, corner_forces(1, acting, Q, x, y, z, bx, by, bz, per_whole))

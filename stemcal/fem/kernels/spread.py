@@ -8,7 +8,7 @@ spread a meets the surface through its mean height around each place y_j along t
 and hands its force back with the same weights. It is rigid: row j takes the force λ_j that just keeps its mean height
 from rising above the edge,
 
-    H_j + Δt (Ḣ_j − V) ≤ z_edge,   λ_j ≥ 0,   one of the two with equality,
+    H_j + Δt (Ḣ_j − V) ≤ max(z_edge, H_j),   λ_j ≥ 0,   one of the two with equality,
 
 with Ḣ = Σ N n·v / n_z for a surface of normal n that passes a fixed place. Rows share nodes, so they are solved
 together, one after the other and again until nothing changes, from the forces of the step before (projected
@@ -43,10 +43,6 @@ Ints = NDArray[np.int32]
 # The rows are solved until no force changes by more than this share of the largest, or so often.
 _CLOSE = 1.0e-4
 _SWEEPS = 50
-# What stands above the edge already (a surface that a failed element has laid bare) is brought down by at most this
-# share of it in a step, and at most so many times as fast as the edge itself moves.
-_BROUGHT_BACK = 0.1
-_FASTEST = 5.0
 # A row further below the edge than this share of the spread is left alone until the next look.
 _NEAR = 0.05
 
@@ -71,7 +67,7 @@ class SpreadEdge(NamedTuple):
     sources: Ints  # (N,) the node that feels a force on each: itself, or for a ghost the node that it mirrors
     found: Ints  # (L, Q) face under each sample, −1 none, changes
     place: Array  # (L, Q, 6) ξ, η, height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
-    line_sums: Array  # (L, 3) Σ w, Σ w z and Σ w crown of the samples that meet a face, changes
+    line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples that meet a face, changes
     line_sizes: Ints  # (L,) nodes under each line, changes
     line_nodes: Ints  # (L, 4 Q), changes
     line_hold: Array  # (L, 4 Q, 3) Σ w N, Σ w N n_x/n_z (its sign turned beyond a mirror) and Σ w N n_y/n_z, changes
@@ -79,7 +75,7 @@ class SpreadEdge(NamedTuple):
     nodes: Ints  # (R, K), changes
     shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
     normal: Array  # (R, K, 3) Σ w N n/n_z, likewise
-    crown: Array  # (R,) how much higher the true surface is on the mean, changes
+    offset: Array  # (R,) mean height less Σ normal·x, changes
     compliance: Array  # (R, R) Σ normal·normal/m of two rows, the same either way round, changes
     give: Array  # (R,) Σ shape²/m, changes
     force: Array  # (R, 4) λ and the friction, changes
@@ -101,13 +97,13 @@ def take_hold(
     for j in range(edge.lines.shape[0]):
         edge.shape[j, : edge.sizes[j]] = 0.0
         edge.normal[j, : edge.sizes[j]] = 0.0
-        edge.sizes[j], edge.crown[j] = 0, 0.0
-        total, height, crown = mean_height(edge, j)
+        edge.sizes[j] = 0
+        total, height = mean_height(edge, j)
         if height >= tip - _NEAR * edge.spread:  # nothing that lies deeper comes so far before the next look
-            edge.crown[j] = crown
             for m in range(edge.lines.shape[1]):
                 if edge.lines[j, m] >= 0:
                     add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
+            edge.offset[j] = height - along_normal(edge, j, x)
     list_met(edge)
     work_out_compliance(edge, free, inverse_mass)
 
@@ -147,7 +143,7 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
     """Sum up the samples of a line that have met a face: weights, heights, and what falls to each node."""
     edge.line_hold[line, : edge.line_sizes[line]] = 0.0
     edge.line_sizes[line] = 0
-    total, height, crown = 0.0, 0.0, 0.0
+    total, height = 0.0, 0.0
     last, places = -1, (0, 0, 0, 0)
     for q in range(edge.weight.shape[0]):
         face, weight = edge.found[line, q], edge.weight[q]
@@ -156,8 +152,7 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
         if face != last:  # several samples in a row lie in one face
             last, places = face, places_of_face(edge, line, faces[face])
         total += weight
-        height += weight * edge.place[line, q, 2]
-        crown += weight * edge.place[line, q, 3]
+        height += weight * (edge.place[line, q, 2] + edge.place[line, q, 3])
         shape = shape_functions(edge.place[line, q, 0], edge.place[line, q, 1])
         for corner in range(4):
             node = faces[face, corner]
@@ -166,7 +161,7 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
             edge.line_hold[line, k, 0] += share
             edge.line_hold[line, k, 1] += (share if source == node else -share) * edge.place[line, q, 4]
             edge.line_hold[line, k, 2] += share * edge.place[line, q, 5]
-    edge.line_sums[line, 0], edge.line_sums[line, 1], edge.line_sums[line, 2] = total, height, crown
+    edge.line_sums[line, 0], edge.line_sums[line, 1] = total, height
 
 
 @inlined
@@ -181,15 +176,14 @@ def places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
 
 @inlined
 def mean_height(edge: Floats, j: int) -> Floats:
-    """Return the sum of a row's weights over the samples that have met a face, their mean height, and mean crown."""
-    total, height, crown = 0.0, 0.0, 0.0
+    """Return the sum of a row's weights over the samples that have met a face, and their mean height."""
+    total, height = 0.0, 0.0
     for m in range(edge.lines.shape[1]):
         line = edge.lines[j, m]
         if line >= 0:
             total += edge.bell[j, m] * edge.line_sums[line, 0]
             height += edge.bell[j, m] * edge.line_sums[line, 1]
-            crown += edge.bell[j, m] * edge.line_sums[line, 2]
-    return (total, (height + crown) / total, crown / total) if total > 0.0 else (0.0, -1.0e30, 0.0)
+    return (total, height / total) if total > 0.0 else (0.0, -1.0e30)
 
 
 @inlined
@@ -252,7 +246,7 @@ def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
             for i in range(3):
                 answer[n, i] = edge.normal[j, k, i] * inverse_mass[n] * free[n, i]
         for other in range(j, edge.sizes.shape[0]):
-            edge.compliance[other, j] = edge.compliance[j, other] = mean_rate(edge, other)
+            edge.compliance[other, j] = edge.compliance[j, other] = along_normal(edge, other, answer)
         for k in range(edge.sizes[j]):
             answer[edge.nodes[j, k], :] = 0.0
 
@@ -294,14 +288,17 @@ def hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
 
 
 @inlined
-def mean_rate(edge: Floats, j: int) -> float:
-    """Return the rate of a row's mean height; three sums side by side, for none waits for another."""
+def along_normal(edge: Floats, j: int, u: Array) -> float:
+    """Return Σ normal·u of a row, of velocities the rate of its mean height.
+
+    Three sums side by side, for none waits for another.
+    """
     x, y, z = 0.0, 0.0, 0.0
     for k in range(edge.sizes[j]):
         n = edge.nodes[j, k]
-        x += edge.normal[j, k, 0] * edge.velocity[n, 0]
-        y += edge.normal[j, k, 1] * edge.velocity[n, 1]
-        z += edge.normal[j, k, 2] * edge.velocity[n, 2]
+        x += edge.normal[j, k, 0] * u[n, 0]
+        y += edge.normal[j, k, 1] * u[n, 1]
+        z += edge.normal[j, k, 2] * u[n, 2]
     return x + y + z
 
 
@@ -335,12 +332,14 @@ def impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> No
 
 @inlined
 def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
-    """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s."""
-    height = edge.crown[j]
-    for k in range(edge.sizes[j]):
-        height += edge.shape[j, k, 2] * body.x[edge.nodes[j, k], 2]
-    above, rate = height - tip, mean_rate(edge, j) - speed
-    return rate + (above / dt if above < 0.0 else min(_BROUGHT_BACK * above / dt, _FASTEST * abs(speed)))
+    """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s.
+
+    The height follows from the normals as its rate does, or slip along a slope would be taken for a rise. What stands
+    above the edge already, as a surface that a failed element has laid bare, goes along with the edge: pushing it back
+    would be work that nobody does.
+    """
+    above = edge.offset[j] + along_normal(edge, j, body.x) - tip
+    return along_normal(edge, j, edge.velocity) - speed + min(above, 0.0) / dt
 
 
 @inlined
