@@ -29,8 +29,7 @@ class Tool:
     spread : float
         Length to either side over which the edge's force is spread, mm (`kernels.spread`); 0 leaves it a line.
     parts : bool
-        Whether it parts the body on the plane x = 0 (`kernels.cohesive`): its planes meet nodes then, its edge meets that
-        plane.
+        Whether it parts the body on the plane x = 0 (`kernels.cohesive`): its sides meet nodes, its edge that plane.
     """
 
     corners: tuple[tuple[float, float], ...]
