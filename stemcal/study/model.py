@@ -161,7 +161,7 @@ class Specimen(_Frozen):
 class Blade(_Frozen):
     """The rigid blade; `edge_angle` is the angle between its two edge faces.
 
-    `edge_spread` is the length to either side of the edge over which the embedded solver spreads its force.
+    `edge_spread` is how far from its own profile the blade of the embedded solver bears on the surface beside its edge.
     """
 
     length: Size = 90.0
@@ -170,7 +170,7 @@ class Blade(_Frozen):
     edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
     bevel: Literal["both", "one"] = "both"
     edge_radius: SizeOrZero = 0.1
-    edge_spread: StemLengthOrZero = Length(divisor=8.0)
+    edge_spread: StemLengthOrZero = Length(divisor=9.5)
 
 
 class Supports(_Frozen):

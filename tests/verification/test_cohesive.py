@@ -72,8 +72,8 @@ class Law(NamedTuple):
 
 @pytest.mark.parametrize("widest", [0.0, 0.2, 0.9, 1.0])
 @pytest.mark.parametrize("opening", [-0.01, 0.0, 1e-4, 0.1, 0.25, 0.6, 0.95, 1.5])
-def test_the_force_belongs_to_the_opening_that_it_leaves(widest: float, opening: float) -> None:
-    """σ(w) A = (opening − w)/give on the line of the law that w lies on; openings in parts of w_c."""
+def test_the_force_belongs_to_the_opening_of_the_step(widest: float, opening: float) -> None:
+    """f = (opening − w)/give is A σ on the line of the law that w lies on; opening further, half way. In parts of w_c."""
     give, area = 1.0e-4, 3.0
     law = Law(STRENGTH, TOUGHNESS, np.array([widest * CRITICAL]), np.array([area]))
     force = -cohesion.py_func(law, 0, opening * CRITICAL, give)
@@ -82,7 +82,7 @@ def test_the_force_belongs_to_the_opening_that_it_leaves(widest: float, opening:
     if opening <= 0.0:
         assert w == pytest.approx(0.0, abs=1e-12) and force <= 0.0
     elif w > max(widest, 1e-12):
-        assert force == pytest.approx(area * STRENGTH * max(1.0 - w, 0.0), abs=1e-9)
+        assert force == pytest.approx(area * STRENGTH * max(1.0 - 0.5 * (widest + w), 0.0), abs=1e-9)
     elif widest > 0.0:
         assert force == pytest.approx(area * STRENGTH * (1.0 - widest) * w / widest, abs=1e-9)
     else:

@@ -4,15 +4,16 @@ The plane is the mirror plane x = 0 of a body of which one half is computed; an 
 length is resisted by half of everything. Three laws share the area of the plane, each rigid as long as it holds:
 
     cohesion   σ(w) = σ_c (1 − w/w_c),  w_c = 2G/σ_c,   back along σ/w;   w ≥ 0       (pulls the halves together)
-    edge       0 ≤ λ ≤ G (1 − w/w_c)² + F_nose per length,   ż_material ≤ ż_edge,   one with equality
+    edge       0 ≤ λ ≤ G_left + F_nose per length,   ż_material ≤ ż_edge,   one with equality
     flanks     gap + Δt·ġ ≥ 0,  λ ≥ 0, one with equality, and friction up to μ λ
 
 What the edge passes is parted: its area is taken from the cohesion of the nodes around it, with the weights by which
-they bear the edge's force. So an area costs G once, whoever parts it: G (1 − (1 − w/w_c)²) by tension and the rest by
-the edge. None has a stiffness of its own: the forces are those that the motion of the step leaves no choice about,
-found together by sweeps of Gauss–Seidel from those of the step before, as in `spread`. The cohesion is that of
-Camacho and Ortiz (Int. J. Solids Struct. 33, 2899-2938, 1996), taken at the end of the step: the force is continuous
-where it begins to open (Papoulia, Sam and Vavasis, Int. J. Numer. Methods Eng. 58, 679-701, 2003).
+they bear the edge's force. So an area costs G once, whoever parts it: G_left is what tension has left of it.
+
+None has a stiffness of its own: the forces are those that the motion of the step leaves no choice about, found together
+by sweeps of Gauss–Seidel from those of the step before, as in `spread`. The cohesion is that of Camacho and Ortiz (Int.
+J. Solids Struct. 33, 2899-2938, 1996), with a force that is continuous where it begins to open (Papoulia, Sam and
+Vavasis, Int. J. Numer. Methods Eng. 58, 679-701, 2003).
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ Floats = Any
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-# The laws are solved together until no force changes by more than this share of the largest, or so often.
+# The laws are solved together until no force changes by more than this share of the largest of its kind, or so often.
 _CLOSE = 1.0e-4
 _SWEEPS = 50
 # What lies inside a flank is brought out by at most this share of its depth in a step, and at most so many times as
@@ -89,15 +90,18 @@ def part(
         find_station(cut, body, s, tip)
     take_up(cut, body, kick)
     for _ in range(_SWEEPS):
-        change, largest = press_edge(cut, body, speed, kick, dt)
-        changed, most = hold_plane(cut, body, kick, dt)
-        change, largest = max(change, changed), max(largest, most)
-        changed, most = push_flanks(cut, body, speed, kick, dt, friction)
-        change, largest = max(change, changed), max(largest, most)
-        if change <= _CLOSE * largest:
+        pressed, held = press_edge(cut, body, speed, kick, dt), hold_plane(cut, body, kick, dt)
+        pushed = push_flanks(cut, body, speed, kick, dt, friction)
+        if settled(pressed) and settled(held) and settled(pushed):
             break
     advance_cut(cut, body, speed, tip, dt)
     hand_over(cut, tools, body)
+
+
+@inlined
+def settled(forces: Floats) -> bool:
+    """Return whether the largest change of some forces is nothing against the largest of them."""
+    return bool(forces[0] <= _CLOSE * forces[1])
 
 
 @inlined
@@ -227,7 +231,7 @@ def lies_in(cut: Floats, body: Floats, s: int, face: int, tip: float) -> bool:
         cut.shape[s, k] = shape[k]
         n, p = cut.faces[face, k], cut.places[face, k]
         if cut.area[p] > 0.0:
-            intact += shape[k] * max(1.0 - cut.widest[p] / critical, 0.0) ** 2
+            intact += shape[k] * share_left(2.0 * x[n, 0] / critical, cut.widest[p] / critical)
         if x[n, 2] < tip:
             ahead, below = ahead + shape[k] * 2.0 * max(x[n, 0], 0.0), below + shape[k]
     closed = max(1.0 - ahead / below / cut.nose_width, 0.0) if cut.nose > 0.0 else 0.0
@@ -235,6 +239,18 @@ def lies_in(cut: Floats, body: Floats, s: int, face: int, tip: float) -> bool:
     cut.most[s] = 0.5 * cut.spacing * resistance
     cut.rounding[s] = nose / resistance if resistance > 0.0 else 0.0
     return True
+
+
+@inlined
+def share_left(opening: float, widest: float) -> float:
+    """Return which share of G it still takes to part what is open by w and was open by m, both in parts of w_c.
+
+    (1 − m)² beyond m, and before it the way back up the line σ/w: (1 − m)(m² − w²)/m.
+    """
+    if widest >= 1.0:
+        return 0.0
+    back = max(widest * widest - max(opening, 0.0) ** 2, 0.0)
+    return float((1.0 - widest) ** 2 + ((1.0 - widest) * back / widest if widest > 0.0 else 0.0))
 
 
 @inlined
@@ -301,7 +317,8 @@ def hold_plane(cut: Floats, body: Floats, kick: float, dt: float) -> Floats:
 def cohesion(cut: Floats, p: int, opening: float, give: float) -> float:
     """Return the force on a node that would be open by so much at the end of the step, if a force opens it by `give`.
 
-    The force belongs to the opening that it leaves: σ(w) A = (opening − w)/give.
+    The force f leaves the opening w = opening − give f. Where it opens further than ever, it is that half way from the
+    widest opening to w, so that a step takes what lies under σ(w); else that of w.
     """
     if opening <= 0.0:
         return -opening / give
@@ -309,9 +326,9 @@ def cohesion(cut: Floats, p: int, opening: float, give: float) -> float:
     if area == 0.0 or widest >= critical:
         return 0.0
     most = give * area * cut.strength
-    further = (opening - most) / (1.0 - most / critical)
+    further = (opening - most * (1.0 - 0.5 * widest / critical)) / (1.0 - 0.5 * most / critical)
     if further > widest:  # opens on
-        return -area * cut.strength * max(1.0 - further / critical, 0.0)
+        return -area * cut.strength * max(1.0 - 0.5 * (widest + further) / critical, 0.0)
     if widest == 0.0:  # holds
         return -opening / give
     stiffness = area * cut.strength * (1.0 / widest - 1.0 / critical)

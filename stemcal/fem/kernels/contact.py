@@ -35,6 +35,7 @@ class ToolArrays(NamedTuple):
     edge: Array  # (T,) x of its edge
     parts: Array  # (T,) whether `cohesive` sees to all of its contact
     spread: Array  # (T,) distance from its edge within which its nodes are the edge's, 0 without a spread edge
+    reach: Array  # (T,) how far beside its edge it meets faces, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step, changes
 

@@ -119,9 +119,9 @@ MEANINGS: dict[str, dict[str, str]] = {
         "edge_angle": "Angle between the two faces of the edge.",
         "bevel": "Ground on both sides, or on one only.",
         "edge_radius": "Radius of the edge; 0 mm for a sharp one.",
-        "edge_spread": "Length to either side of the edge over which its force is spread: a length, or a share of the "
-        "stem's "
-        "diameter such as d/8. It belongs to the calibrated failure strain. 0 mm: the force belongs to the mesh.",
+        "edge_spread": "How far from its own profile the blade bears on the surface beside its edge: a length, or a "
+        "share of the stem's diameter such as d/9.5. It belongs to the calibrated failure strain. 0 mm: the force "
+        "belongs to the mesh.",
     },
     "Supports": {
         "clearance": "The gap between the two supports; the blade comes down in its middle.",
@@ -168,8 +168,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "rate_law": f"{_RATE_LAW[:-1]}, `none` not at all.",
         "symmetry": "Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`.",
         "element_size": "Length of the elements under the edge: a length, or a share of the diameter such as d/16. At "
-        "most "
-        "half of `edge_spread` and `internal_length`.",
+        "most 0.6 of `edge_spread` and `internal_length`.",
         "edge_over": "Whether the edge comes down on a row of nodes or over the middle of a row of elements.",
         "element": "One-point elements, or the slow fully integrated reference.",
         "precision": "`mixed`: strains, stresses and hourglass forces of the elements in single precision, all else in "

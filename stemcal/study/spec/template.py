@@ -139,8 +139,9 @@ specimen:
   length: 50 mm
 
 # The rigid blade. edge_angle lies between the two edge faces.
-# bevel: both | one (ground on one side only). edge_spread: the length to either side over which the edge's force
-# is spread, a part of the diameter (d/8) or a length (1 mm). It belongs to the calibrated failure strain.
+# bevel: both | one (ground on one side only). edge_spread: how far from its profile the blade bears on
+# the surface beside the edge, a part of the diameter (d/9.5) or a length (1 mm). It belongs to the calibrated
+# failure strain.
 blade:
   length: 90 mm
   width: 28 mm
@@ -148,11 +149,11 @@ blade:
   edge_angle: 37.5 deg
   bevel: both
   edge_radius: 0.1 mm
-  edge_spread: d/8
+  edge_spread: d/9.5
 
 # Parameters that are not to be calibrated leave `factors` and get a fixed value here:
 # internal_length is the length over which the strain that decides failure is averaged. It, edge_spread and
-# element_size belong to the calibrated failure strain; elements should be at most half as long as either.
+# element_size belong to the calibrated failure strain; elements should be at most 0.6 times as long as either.
 material:
   # density: 1100 kg/m3
   # poisson_ratio: 0.3
