@@ -233,7 +233,7 @@ def contact(
     """Meet the tools."""
     for _ in range(n):
         march.meet_tools(False, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-        leave_pushes(body)
+        leave_pushes(body, 0.0, tools.speed, ledger.held)
         clock.steps[0] += 1
 
 

@@ -88,7 +88,8 @@ class SimulationFailed(StemcalError):
     Parameters
     ----------
     reason : str
-        One word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``.
+        One word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``,
+        ``contact_energy``.
     message : str
         The sentence for people, with time and element.
     """

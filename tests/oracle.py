@@ -149,15 +149,18 @@ def one_point_forces(element: OnePoint, x: Array, v: Array, dt: float, m: Any) -
     forces = volume * b @ (element.point.stress - q * IDENTITY)
     mean_q, element.viscous_pressure = 0.5 * (element.viscous_pressure + q), q
     element.internal_energy += volume * (element.point.work - mean_q * np.trace(strain))
+    # at least three times what a pressure takes from a cube's patterns, 48 a = p l, for amplitudes γ·v/8
+    least = 64.0 * 3.0 / 48.0 * element.length * np.linalg.norm(element.point.stress) / np.sqrt(3.0)
+    stiffness = max(element.stiffness, least) if m.hourglass_memory else element.stiffness
     for mode in range(4):
         gamma = GAMMA[mode] - b @ (x.T @ GAMMA[mode])
         rate = gamma @ v / 8.0
         if m.hourglass_memory:
             turned = R @ element.hourglass[mode]
-            force = turned + element.stiffness * dt * rate
+            force = turned + stiffness * dt * rate
             element.hourglass_energy += 0.5 * dt * float((turned + force) @ rate)
         else:
-            force = element.stiffness * rate
+            force = stiffness * rate
             element.hourglass_energy += dt * float(force @ rate)
         element.hourglass[mode] = force
         forces += np.outer(gamma, force) / 8.0

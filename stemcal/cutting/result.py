@@ -71,6 +71,9 @@ class CuttingResult:
         the first tenth of the work.
     hourglass_ratio_percent : float
         Largest hourglass over internal energy on the way to the peak, after the first tenth of the work.
+    contact_energy_percent : float
+        Smallest share of the blade's work that contact has held back until the stem breaks, after the first tenth of
+        the work. Friction and damping only take: a share below 0 is energy that the numbers have created.
     break_travel : float or None
         Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond tells of the mesh and of the
         swinging stem rather than of the material. None if it does not break.
@@ -92,6 +95,7 @@ class CuttingResult:
     energy_drift_percent: float
     kinetic_ratio_percent: float
     hourglass_ratio_percent: float
+    contact_energy_percent: float
     stroke_was_enough: bool
     warnings: tuple[str, ...]
     history: ForceHistory
@@ -251,6 +255,7 @@ def evaluate(
         energy_drift_percent=checks["energy_drift_percent"],
         kinetic_ratio_percent=checks["kinetic_ratio_percent"],
         hourglass_ratio_percent=checks["hourglass_ratio_percent"],
+        contact_energy_percent=_least_contact_percent(curve, broken),
         stroke_was_enough=end.was_enough,
         stroke_end=end.kind,
         warnings=(*_warnings(end, **checks), *_after_break(curve, peak, broken)),
@@ -284,6 +289,13 @@ def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
     rows = np.arange(len(part))
     counted = (rows <= until) & (curve.external > _BEGINNING * max(curve.external[until], 1e-12))
     return float(100.0 * np.max(part[counted] / curve.internal[counted], initial=0.0))
+
+
+def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
+    """Return the smallest contact/work in percent until the break, past the first tenth of the work done by then."""
+    work, contact = curve.external[:broken], curve.contact[:broken]
+    counted = work > _BEGINNING * max(work.max(), 1e-12)
+    return float(100.0 * np.min(contact[counted] / work[counted], initial=100.0))
 
 
 def _warnings(

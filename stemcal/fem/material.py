@@ -40,6 +40,9 @@ class Material:
         Effective plastic strain at which an element is eroded.
     rate_law : str
         ``cowper_symonds`` scales yield by 1 + (ε̇/C)^(1/P), ``paper`` by 1 + (ε̇/C)^P.
+    rate_filter : float
+        Time over which the plastic strain rate is smoothed before it enters the law, s. With 0 the rate is that of each
+        step by itself, in which every vibration counts.
     failure_length : float or None
         Element length at which the failure strain is meant, mm; None applies it to every element as it is.
     internal_length : float
@@ -57,6 +60,7 @@ class Material:
     strain_rate_p: float = 1.0
     failure_strain: float = inf
     rate_law: RateLaw = "cowper_symonds"
+    rate_filter: float = 0.0
     failure_length: float | None = None
     internal_length: float = 0.0
 
@@ -109,6 +113,7 @@ class Material:
             beta=float(self.hardening_parameter),
             rate_c=float(self.strain_rate_c),
             rate_exponent=RATE_EXPONENTS[self.rate_law](float(self.strain_rate_p)),
+            rate_filter=self.rate_filter,
             density=density,
             sound_speed=sqrt(self.p_wave_modulus / density),
             viscosity_linear=viscosity.linear,

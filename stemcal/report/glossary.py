@@ -182,6 +182,8 @@ GLOSSARY: tuple[Entry, ...] = (
           ("kinetic_ratio_percent",)),
     Entry("energy drift", "Largest error of the energy balance in percent of the work done.", _BELY,
           ("energy_drift_percent", "energy balance")),
+    Entry("contact energy", "What friction and damping take of the blade's work, in percent; less than none is energy "
+          "that the numbers have created, and the run fails.", _BELY, ("contact_energy_percent",)),
     Entry("time step", "Smallest element over the speed of sound, times a safety factor.",
           "R. Courant, K. Friedrichs, H. Lewy, Math. Ann. 100 (1928) 32", ("time_step_safety",)),
     Entry("censored", "A force not clearly past its maximum when the stroke ended: the true one is at least that.",

@@ -45,8 +45,12 @@ from stemcal.study.spec.lengths import Length
 _CURVE_POINTS = 200
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
+# The strain rate is smoothed while the blade travels this share of the diameter.
+RATE_TRAVEL = 0.01
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
+# Nor is one whose contact has created more than this share of the blade's work, percent (`CuttingResult`).
+_LEAST_CONTACT = -1.0
 # What a step takes on one core of a small machine, s, and an element in it; and the share of the stroke that runs take
 # which end once the stem is broken. For estimates only.
 _STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.7
@@ -105,6 +109,9 @@ class Embedded:
         if result.energy_drift_percent > _WORST_DRIFT:
             message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
             return Answer("failed", reason="energy_drift", message=message, details=details)
+        if result.contact_energy_percent < _LEAST_CONTACT:
+            message = f"contact has created {-result.contact_energy_percent:.1f} % of the blade's work"
+            return Answer("failed", reason="contact_energy", message=message, details=details)
         return Answer("ok", force=result.peak_force, details=details)
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
@@ -226,6 +233,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         material=Material(
             **study.parameters(levels),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
+            rate_filter=RATE_TRAVEL * diameter / study.loading.speed,
             failure_length=solver.failure_length,
             internal_length=0.0 if failure else study.material.internal_length.at(diameter),
         ),

@@ -21,12 +21,26 @@ def known_result() -> CuttingResult:
     travel = time * 5.0 / 3.0
     force = 120.0 * (1.0 - ((travel - 0.6) / 0.6) ** 2)
     zeros = np.zeros_like(time)
-    names = ("kinetic", "internal", "hourglass", "eroded", "contact", "external", "balance", "deleted")
+    names = (
+        "kinetic",
+        "internal",
+        "hourglass",
+        "eroded",
+        "contact",
+        "contact_edge",
+        "contact_flanks",
+        "contact_supports",
+        "contact_friction",
+        "external",
+        "balance",
+        "deleted",
+    )
     history = ForceHistory(time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros))
     return CuttingResult(
         peak_force=120.0, peak_force_raw=121.5, peak_time=0.36, peak_travel=0.6, elements=918,
         deleted_elements=14, steps=21000, wall_seconds=4.2, element_steps_per_second=9.5e6,
         energy_drift_percent=0.4, kinetic_ratio_percent=0.02, hourglass_ratio_percent=3.0,
+        contact_energy_percent=1.5,
         stroke_was_enough=True, warnings=("the force still rose at the end",), history=history,
     )  # fmt: skip
 

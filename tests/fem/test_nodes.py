@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from called import called
 
+from stemcal.fem.contact import Tool
 from stemcal.fem.kernels import nodes
 from stemcal.fem.kernels.nodes import CHUNK, kick_and_drift
 from stemcal.fem.material import Material
@@ -27,36 +28,40 @@ def shaken() -> State:
     mesh = brick((8.0, 8.0, 9.0), (8, 8, 9))
     loads = random.uniform(-1.0, 1.0, mesh.nodes.shape)
     held = random.uniform(size=mesh.nodes.shape) < 0.2
-    model = Model(mesh, Material(1e-9, 100.0, 0.3), velocity=random.standard_normal(mesh.nodes.shape), held=held)
+    tool = Tool(((0.0, 0.0), (1.0, 3.0), (-1.0, 3.0)), 0.1, height=100.0, speed=-5.0)
+    velocity = random.standard_normal(mesh.nodes.shape)
+    model = Model(mesh, Material(1e-9, 100.0, 0.3), tools=(tool,), velocity=velocity, held=held)
     state = start(replace(model, loads=loads))
     count = len(mesh.nodes)
     assert CHUNK < count < 2 * CHUNK
     state.body.f[:count] = random.standard_normal((count, 3))
     for n in range(0, count, 7):
         for i in range(3):
-            push(state.body.pushes, n, i, random.standard_normal())
+            push(state.body.pushes, n % 3, n, i, random.standard_normal())
     return state
 
 
 def test_nodes_move_as_the_formula_says() -> None:
     state = shaken()
     body, count = state.body, len(state.body.x)
-    x, v, f, pushes = body.x.copy(), body.v.copy(), body.f[:count].copy(), body.pushes.force.copy()
+    x, v, f, pushes = body.x.copy(), body.v.copy(), body.f[:count].copy(), body.pushes.force.sum(axis=0)
     free, loads, mass = body.free, body.loads, body.mass[:, None]
     new = np.where(free, v + KICK * (f + pushes + loads) / mass, v)
     sums = state.ledger.node_sums
     kinetic = energy_within(body, KICK)
-    before = take(body, KICK)
+    by_source, contact_held = body.pushes.force.copy(), np.zeros(3)
+    take(body, KICK, state.tools.speed, contact_held)
     kick_and_drift(body, KICK, DRIFT, sums, 0, len(sums))
-    after = leave(body)
+    leave(body, KICK, state.tools.speed, contact_held)
     round_off = 1e-14 * np.abs(new).max()
     np.testing.assert_allclose(body.v, new, rtol=0.0, atol=round_off)
     np.testing.assert_allclose(body.x, x + DRIFT * new, rtol=0.0, atol=round_off)
     assert np.all(body.v[~free] == v[~free])
-    assert not body.f[:count].any() and not body.pushes.force.any() and body.pushes.many[0] == 0
+    assert not body.f[:count].any() and not body.pushes.force.any() and not body.pushes.many.any()
     mean = 0.5 * (v + new)
     holding = np.where(free, 0.0, v) * (f + pushes + loads)
-    assert 0.5 * (before + after) == pytest.approx(np.sum(pushes * mean), rel=1e-12)
+    slower = np.array([0.0, 0.0, -5.0]) - mean
+    np.testing.assert_allclose(contact_held, KICK * np.sum(by_source * slower, axis=(1, 2)), rtol=1e-12)
     # what is held does the work of all that pushes it, with the other sign
     assert sums[:, 0].sum() == pytest.approx(KICK * (np.sum(loads * mean) - np.sum(holding)), rel=1e-12)
     assert sums[:, 1].max() == pytest.approx(np.linalg.norm(new, axis=1).max(), rel=1e-14)
@@ -68,9 +73,11 @@ def test_kinetic_energy_gains_the_work_done() -> None:
     state = shaken()
     body, count = state.body, len(state.body.x)
     f, v, mass = body.f[:count].copy(), body.v.copy(), body.mass[:, None]
-    before = take(body, KICK)
+    contact_held, still = np.zeros(3), np.zeros(1)
+    take(body, KICK, still, contact_held)
     kick_and_drift(body, KICK, DRIFT, state.ledger.node_sums, 0, len(state.ledger.node_sums))
-    contact = 0.5 * KICK * (before + leave(body))
+    leave(body, KICK, still, contact_held)
+    contact = -contact_held.sum()
     inside = KICK * np.sum(f * 0.5 * (v + body.v))
     gained = 0.5 * np.sum(mass * (body.v**2 - v**2))
     assert gained == pytest.approx(inside + contact + state.ledger.node_sums[:, 0].sum(), rel=1e-10)

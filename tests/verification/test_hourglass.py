@@ -11,7 +11,7 @@ from driven import ELEMENTS, NO_VISCOSITY, advance, distorted, row, stresses
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stemcal.fem.kernels.block import HOURGLASS_ENERGY, HOURGLASS_FORCE
+from stemcal.fem.kernels.block import HOURGLASS_ENERGY, HOURGLASS_FORCE, STRESS
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Model
@@ -84,6 +84,34 @@ def test_viscous_force_on_a_cube(mode: int) -> None:
     wanted = np.zeros((8, 3))
     wanted[:, 1] = -8.0 * coefficient * 1e-9 * h**2 * sound / 4.0 * rate * oracle.GAMMA[mode]
     np.testing.assert_allclose(f, wanted, atol=1e-5 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("pressure", [0.0, 20.0, 300.0])
+def test_pressure_does_not_make_a_cube_lose_its_patterns(pressure: float) -> None:
+    """V = l³ + (4l/3)(a₅b₄ − a₄b₅) + …: pressure pushes a = b apart with (4l/3)p, the resistance is 64·0.038 h(λ+2μ)l.
+
+    At 20 MPa the plain resistance of h = 0.01, 0.51 MPa of l, has less than it takes, 0.42 MPa, times three: it is
+    three times that then. So a pattern in x and one in y always cost energy together.
+    """
+    h, a, coefficient = 2.0, 1e-6, 0.01
+    wave_modulus = 1000.0 * 0.7 / (1.3 * 0.4)
+    mesh = brick((h, h, h), (1, 1, 1))
+    state = start(Model(mesh, Material(1e-9, 1000.0, 0.3), hourglass=Hourglass("stiffness", coefficient),
+                        viscosity=NO_VISCOSITY))  # fmt: skip
+    state.body.state[:, STRESS : STRESS + 3] = -pressure
+    x, pattern = mesh.nodes.copy(), np.zeros((8, 3))
+    pattern[:, 0], pattern[:, 1] = oracle.GAMMA[1], oracle.GAMMA[0]
+    before = -pressure * volume_gradient(mesh.nodes[mesh.hexes[0]])
+    x[mesh.hexes[0]] += a * pattern
+    resisted = -np.sum((advance(state, x)[mesh.hexes[0]] + before) * pattern) / a
+    own = 64.0 * max(0.038 * coefficient * wave_modulus, 3.0 * pressure / 48.0) * h
+    assert resisted == pytest.approx(2.0 * own - 2.0 * pressure * 4.0 * h / 3.0, rel=1e-3) and resisted > 0.0
+
+
+def volume_gradient(x: np.ndarray) -> np.ndarray:
+    """Return ∂V/∂x (8, 3) of a hexahedron."""
+    b, volume = oracle.mean_b_matrix(x)
+    return np.asarray(volume * b)
 
 
 def test_a_coefficient_that_is_a_cubes_own_bending() -> None:

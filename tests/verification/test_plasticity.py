@@ -16,7 +16,7 @@ from called import called
 from driven import ELEMENTS, NO_VISCOSITY, advance, row, stresses, stretched
 
 from stemcal.fem.kernels.block import INTERNAL_ENERGY, PLASTIC_STRAIN
-from stemcal.fem.kernels.plasticity import rate_factor
+from stemcal.fem.kernels.plasticity import rate_factor, smoothed
 from stemcal.fem.material import Material, RateLaw
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
@@ -184,6 +184,18 @@ def test_no_rate_effect_with_c_of_zero(law: RateLaw) -> None:
     factor = called(rate_factor)
     assert factor(1.0, 0.0, 2.0) == 1.0
     assert factor(0.0, 5.0, 0.5) == 1.0
+
+
+def test_smoothed_rate_nears_a_constant_one_as_a_filter_of_first_order_does() -> None:
+    """r_n = ε̇ (1 − (1 + Δt/τ)^−n) from rest, 63 % after τ; without a time the rate of the step itself."""
+    smooth, dt, time, rate = called(smoothed), 1e-3, 0.05, 2.0
+    found, history = 0.0, []
+    for _ in range(100):
+        found = smooth(found, rate * dt, dt, time)
+        history.append(found)
+    np.testing.assert_allclose(history, rate * (1.0 - (1.0 + dt / time) ** -np.arange(1.0, 101.0)), rtol=1e-12)
+    assert history[49] == pytest.approx(rate * (1.0 - np.exp(-1.0)), rel=0.01)
+    assert smooth(7.0, rate * dt, dt, 0.0) == pytest.approx(rate, rel=1e-12)
 
 
 def test_rate_factor_lags_one_step_and_only_beyond_static_yield() -> None:

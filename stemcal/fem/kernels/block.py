@@ -49,12 +49,13 @@ VISCOUS_PRESSURE = 29
 # What rounding has kept from the energies so far.
 INTERNAL_REMAINDER = 30
 HOURGLASS_REMAINDER = 31
+PLASTIC_RATE = 32  # smoothed
 # Rows that stay as they were at the start.
-HOURGLASS_STIFFNESS = 32  # of a modal sum over the corners
-VISCOUS_LENGTH = 33
-FAILURE_STRAIN = 34
-ELEMENT_MASS = 35
-STATE_ROWS = 36
+HOURGLASS_STIFFNESS = 33  # of a modal sum over the corners
+VISCOUS_LENGTH = 34
+FAILURE_STRAIN = 35
+ELEMENT_MASS = 36
+STATE_ROWS = 37
 
 # Rows of the scratch: corner coordinates and velocities (x, y, z by eight); forces take the place of the coordinates.
 COORDINATES = 0

@@ -22,6 +22,7 @@ from stemcal.fem.kernels.block import (
     INTERNAL_ENERGY,
     INTERNAL_REMAINDER,
     LANES,
+    PLASTIC_RATE,
     PLASTIC_STRAIN,
     RATE_FACTOR,
     STRESS,
@@ -64,6 +65,7 @@ from stemcal.fem.kernels.plasticity import (
     elastic_trial,
     radial_return,
     rate_factor,
+    smoothed,
 )
 
 Array = NDArray[np.float64]
@@ -80,6 +82,7 @@ class MaterialNumbers(NamedTuple):
     beta: float
     rate_c: float
     rate_exponent: float
+    rate_filter: float
     density: float
     sound_speed: float
     viscosity_linear: float
@@ -194,6 +197,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     old, back = rotate_tensor(R, load6(state, STRESS, lane)), rotate_tensor(R, load6(state, BACK_STRESS, lane))
     trial = elastic_trial(old, de, material.bulk, material.shear)
     factor, strain = load(state, RATE_FACTOR, lane), load(state, PLASTIC_STRAIN, lane)
+    before = strain
     stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
     alive = alive if strain < load(state, FAILURE_STRAIN, lane) else ZERO
     pressure = bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
@@ -216,8 +220,11 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     book(state, HOURGLASS_ENERGY, HOURGLASS_REMAINDER, lane, dt * power if alive > ZERO else ZERO)
     store(state, PLASTIC_STRAIN, lane, strain)
     store(state, ALIVE, lane, alive)
+    smooth = smoothed(load(state, PLASTIC_RATE, lane), strain - before, dt, material.rate_filter)
+    store(state, PLASTIC_RATE, lane, smooth)
     yielded = double_dot(de, de) if q > static_yield else ZERO
-    store(state, RATE_FACTOR, lane, -yielded if yielded > ZERO else ONE)  # see `follow_rates`
+    at_once = -yielded if yielded > ZERO else ONE  # see `follow_rates`
+    store(state, RATE_FACTOR, lane, factor if material.rate_filter > ZERO else at_once)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
 
@@ -237,6 +244,17 @@ def follow_rates(state: Array, dt: float, material: Floats) -> None:
             if squared > ZERO:
                 rate = sqrt(squared) * per_time(dt)
                 store(state, RATE_FACTOR, lane, rate_factor(rate, material.rate_c, material.rate_exponent))
+
+
+@kernel
+def follow_smooth_rates(state: Array, material: Floats) -> None:
+    """Work out the rate factors of all elements whose plastic strain rate is smoothed."""
+    if material.rate_filter > ZERO and material.rate_c > ZERO:
+        for b in range(state.shape[0]):
+            for lane in range(LANES):
+                rate = state[b, PLASTIC_RATE, lane]
+                if rate > ZERO:
+                    state[b, RATE_FACTOR, lane] = rate_factor(rate, material.rate_c, material.rate_exponent)
 
 
 @inlined

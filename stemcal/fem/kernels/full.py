@@ -41,17 +41,19 @@ from stemcal.fem.kernels.plasticity import (
     equivalent_rate,
     radial_return,
     rate_factor,
+    smoothed,
 )
 from stemcal.fem.kernels.timestep import element_coordinates
 
 Floats = Any
 Array = NDArray[np.float64]
 
-# What each of an element's eight points keeps: stress, back stress, plastic strain, rate factor.
+# What each of an element's eight points keeps: stress, back stress, plastic strain, rate factor, smoothed rate.
 POINT_STRESS = slice(0, 6)
 POINT_PLASTIC_STRAIN = 12
 POINT_RATE_FACTOR = 13
-POINT_ROWS = 14
+POINT_PLASTIC_RATE = 14
+POINT_ROWS = 15
 _GAUSS = 1.0 / np.sqrt(3.0)
 SIGNS = np.array(
     [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]],
@@ -117,13 +119,16 @@ def update_point(row: Array, L: Floats, dt: float, material: Floats) -> Floats:
     de, R = strain_increment(Lm, dt), spin_rotation(Lm, dt)
     old = rotate_tensor(R, read6(row, 0))
     trial = elastic_trial(old, de, material.bulk, material.shear)
+    before = row[POINT_PLASTIC_STRAIN]
     stress, back, strain, q, static_yield = radial_return(
-        trial, rotate_tensor(R, read6(row, 6)), row[POINT_PLASTIC_STRAIN], row[POINT_RATE_FACTOR], material
+        trial, rotate_tensor(R, read6(row, 6)), before, row[POINT_RATE_FACTOR], material
     )
     write6(row, 0, stress)
     write6(row, 6, back)
     row[POINT_PLASTIC_STRAIN] = strain
-    rate = equivalent_rate(de, dt) if q > static_yield else 0.0
+    row[POINT_PLASTIC_RATE] = smoothed(row[POINT_PLASTIC_RATE], strain - before, dt, material.rate_filter)
+    at_once = equivalent_rate(de, dt) if q > static_yield else 0.0
+    rate = row[POINT_PLASTIC_RATE] if material.rate_filter > 0.0 else at_once
     row[POINT_RATE_FACTOR] = rate_factor(rate, material.rate_c, material.rate_exponent)
     return stress, 0.5 * (double_dot(old, de) + double_dot(stress, de))
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stemcal.fem.kernels.cohesive import part
 from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
-from stemcal.fem.kernels.element import add_internal_forces
+from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
 from stemcal.fem.kernels.nodes import (
@@ -41,6 +41,8 @@ Array = NDArray[np.float64]
 
 # How many steps the time step, the mean strains and the hold of a spread edge serve before they are worked out again.
 STEP_LIFE = 20
+# How many the rate factors do where the rate is smoothed, over many times as long.
+RATE_LIFE = 5
 
 # How often a thread that waits for others looks whether they have come before it lets others have its core.
 _PATIENCE = 1000
@@ -181,11 +183,12 @@ def add_forces_inside(share: Floats, body: Floats, topology: Floats, clock: Floa
 
     Returns how many elements may have failed.
     """
-    dt = clock.step_before[0]
+    dt, mine = clock.step_before[0], slice(share.blocks[0], share.blocks[1])
+    if clock.steps[0] % RATE_LIFE == 0:
+        follow_smooth_rates(body.state[mine], material)
     if body.points.shape[0] > 0:  # one thread does all of them
         add_full_internal_forces(topology, body.points, body.x, body.v, body.state, body.f, dt, material)
         return 1
-    mine = slice(share.blocks[0], share.blocks[1])
     runs, targets, state = body.runs[mine], body.targets[mine], body.state[mine]
     return add_internal_forces(share.scratch, runs, targets, body.seen, state, body.f, dt, material)
 

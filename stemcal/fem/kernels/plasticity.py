@@ -100,8 +100,17 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
 
 
 @inlined
+def smoothed(rate: float, increment: float, dt: float, time: float) -> Floats:
+    """Return the plastic strain rate after a step, smoothed over a time: the filter of first order, τ ṙ = ε̇ₚ − r."""
+    return rate + (increment - dt * rate) / max(time + dt, TINY)
+
+
+@inlined
 def rate_factor(rate: float, c: float, exponent: float) -> Floats:
-    """Return 1 + (ε̇/C)^exponent; exponent 1/P is Cowper and Symonds' law, P the paper's. C = 0 means no rate effect."""
+    """Return 1 + (ε̇/C)^exponent; exponent 1/P is Cowper and Symonds' law, P the paper's. C = 0 means no rate effect.
+
+    The rate is that of a step, √(ε̇:ε̇), or the plastic strain rate smoothed over a time: vibration is no rate.
+    """
     if c <= 0.0 or rate <= 0.0:
         return ONE
     return ONE + (rate / c) ** exponent

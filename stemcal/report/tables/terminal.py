@@ -88,5 +88,6 @@ def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
         ("Elements", f"{result.elements}, {result.deleted_elements} of them eroded by then"),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
+        ("Contact energy", f"{fixed(result.contact_energy_percent, 3)} % of the work, at least"),
         ("Kinetic energy", f"{fixed(result.kinetic_ratio_percent, 3)} % of internal, at most"),
     ]
