@@ -73,7 +73,7 @@ class Law(NamedTuple):
 @pytest.mark.parametrize("widest", [0.0, 0.2, 0.9, 1.0])
 @pytest.mark.parametrize("opening", [-0.01, 0.0, 1e-4, 0.1, 0.25, 0.6, 0.95, 1.5])
 def test_the_force_belongs_to_the_opening_of_the_step(widest: float, opening: float) -> None:
-    """f = (opening − w)/give is A σ on the line of the law that w lies on; opening further, half way. In parts of w_c."""
+    """f = (opening − w)/give is A σ on the line of the law that w lies on; further, half way."""
     give, area = 1.0e-4, 3.0
     law = Law(STRENGTH, TOUGHNESS, np.array([widest * CRITICAL]), np.array([area]))
     force = -cohesion.py_func(law, 0, opening * CRITICAL, give)
