@@ -163,8 +163,8 @@ def blades() -> None:
         half = mesh(replace(test, blade=replace(test.blade, bevel=bevel)), symmetry="half")
         history = simulate(build(half), 0.6 * half.loading.duration)
         late = history.time > 0.3 * half.loading.duration
-        sideways = 100.0 * history.force[late, 0, 0].mean() / history.force[late, 0, 2].mean()
-        print(f"bevel {bevel}: {sideways:+.2f} % of the force goes sideways", flush=True)
+        sideways = 100.0 * np.abs(history.force[late, 0, 0]).mean() / history.force[late, 0, 2].mean()
+        print(f"bevel {bevel}: {sideways:.3f} % of the force goes sideways", flush=True)
 
 
 def lengths() -> None:

@@ -60,15 +60,15 @@ def test_force_rises_with_angle_and_radius() -> None:
 
 
 @pytest.mark.slow
-def test_one_bevel_pushes_sideways() -> None:
-    """Towards its vertical side; two bevels do not."""
+def test_one_bevel_pushes_sideways_and_two_do_not() -> None:
+    """By a few tenths of a percent of the force only: what the edge bears on lies mostly flat."""
 
     def sideways(bevel: str) -> float:
         test = shipped(bevel=bevel)
         how = replace(test.discretisation, symmetry="half")
         history = simulate(build(replace(test, discretisation=how, loading=Loading(duration=0.25))), 0.25)
-        late = history.time > 0.15
-        return float(history.force[late, 0, 0].mean() / history.force[late, 0, 2].mean())
+        late = history.time > 0.2
+        return float(np.abs(history.force[late, 0, 0]).mean() / history.force[late, 0, 2].mean())
 
-    assert abs(sideways("both")) < 1e-3
-    assert abs(sideways("one")) > 0.005
+    assert sideways("both") < 1e-5
+    assert 1e-4 < sideways("one") < 1e-2
