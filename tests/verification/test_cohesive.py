@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from stemcal.cutting.blade import Blade
 from stemcal.fem.cohesive import Cohesion
@@ -91,7 +90,6 @@ def test_the_force_belongs_to_the_opening_of_the_step(widest: float, opening: fl
 
 ARM, LONG = 3.0, 45.0
 BENDING = E * ARM**3 / 12.0  # E I of one arm, one unit wide
-MOMENT = np.sqrt(TOUGHNESS * BENDING)  # at the root of an arm where a crack runs: G = M²/(b E I)
 
 
 def arm() -> Mesh:
@@ -135,20 +133,12 @@ def test_a_split_beam_opens_as_beam_theory_says() -> None:
 def wedge_force(depth: float, half: float, rubbing: float) -> float:
     """Return the force on a wedge that splits a beam, by beam theory; half angle and angle of friction in radians.
 
-    The ends of the arms ride on the flanks. With P the force across and V = P tan(half + rubbing) along each arm, at
-    its inner face, the moment at the root is P a − V h/2 = √(G b E I); the end has moved by
-    δ = P a³/3EI − V h a²/4EI and its inner corner has come up by θ h/2, θ = P a²/2EI − V h a/2EI; δ = tan(half) times
-    the depth below that corner.
+    The ends of the arms ride on the flanks, δ = depth · tan(half) apart from the middle. P across each arm follows as
+    for the double cantilever, F = 2 P tan(half + rubbing). That the arms turn and that F presses on their inner faces
+    makes 0.01 % without friction and 2 % with 0.2.
     """
-    t = tan(half + rubbing)
-
-    def miss(a: float) -> float:
-        p = MOMENT / (a - 0.5 * t * ARM)
-        delta = p * a**3 / (3 * BENDING) - p * t * ARM * a**2 / (4 * BENDING)
-        turn = p * a**2 / (2 * BENDING) - p * t * ARM * a / (2 * BENDING)
-        return delta - tan(half) * (depth + 0.5 * turn * ARM)
-
-    return 2.0 * t * MOMENT / (brentq(miss, t * ARM, 1000.0) - 0.5 * t * ARM)
+    across = (TOUGHNESS * BENDING) ** 0.75 / (3.0 * BENDING) ** 0.5 / (depth * tan(half)) ** 0.5
+    return float(2.0 * across * tan(half + rubbing))
 
 
 @pytest.mark.slow
