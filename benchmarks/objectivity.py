@@ -7,6 +7,7 @@ python benchmarks/objectivity.py sizes         elements of d/12 to d/32 with the
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
 python benchmarks/objectivity.py choices       friction, radii, bevel, wall, filter: one at a time
+python benchmarks/objectivity.py blades        edge angle and radius, with elements of d/16 and d/24; one bevel
 python benchmarks/objectivity.py lengths       the force over edge spread and internal length
 python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
 python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
@@ -25,8 +26,9 @@ from dataclasses import replace
 import numpy as np
 from cases import Case, agreement, paper_cases, simulate_all, tests_of
 
-from stemcal.cutting import CuttingResult, ShearTest, in_phases, perturbed
+from stemcal.cutting import CuttingResult, ShearTest, build, in_phases, perturbed
 from stemcal.fem.material import Hourglass
+from stemcal.fem.stepper import simulate
 
 CALIBRATED = Case("validate", {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}, 8.0, 169.0)
 
@@ -148,11 +150,28 @@ def choices() -> None:
         print(f"{name}:", told(simulate_all([change(test) for test in centre()])), flush=True)
 
 
+def blades() -> None:
+    """Print the force over edge angle and radius at the centre, and how an edge ground on one side pushes sideways."""
+    test = centre()[0]
+    changes = [{"edge_angle": angle} for angle in (15.0, 25.0, 37.5, 60.0)]
+    changes += [{"edge_radius": radius} for radius in (0.02, 0.5)]
+    for change in changes:
+        blade = replace(test.blade, **change)
+        tests = [of_size(replace(test, blade=blade), parts) for parts in (16.0, 24.0)]
+        print(f"{change}, d/16 and d/24:", told(simulate_all(tests)), flush=True)
+    for bevel in ("both", "one"):
+        half = mesh(replace(test, blade=replace(test.blade, bevel=bevel)), symmetry="half")
+        history = simulate(build(half), 0.6 * half.loading.duration)
+        late = history.time > 0.3 * half.loading.duration
+        sideways = 100.0 * np.abs(history.force[late, 0, 0]).mean() / history.force[late, 0, 2].mean()
+        print(f"bevel {bevel}: {sideways:.3f} % of the force goes sideways", flush=True)
+
+
 def lengths() -> None:
     """Print the forces of Table 6 and 13 over edge spread and internal length, and how they agree with the paper's."""
     cases = paper_cases(["screen", "validate"])
     paper = np.array([case.paper for case in cases])
-    for spread, internal in ((8.0, 4.5), (8.0, 5.0), (8.0, 4.0), (9.0, 4.5), (7.0, 4.5)):
+    for spread, internal in ((9.5, 4.5), (9.5, 5.0), (9.5, 4.0), (10.5, 4.5), (8.5, 4.5)):
         tests = [
             replace(
                 test,
@@ -214,7 +233,8 @@ def hourglass() -> None:
 
 ROWS = {
     "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
-    "choices": choices, "lengths": lengths, "cut": cut, "precision": precision, "hourglass": hourglass, "even": even,
+    "choices": choices, "blades": blades, "lengths": lengths, "cut": cut, "precision": precision,
+    "hourglass": hourglass, "even": even,
 }  # fmt: skip
 
 if __name__ == "__main__":

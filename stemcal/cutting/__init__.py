@@ -15,15 +15,19 @@ from numpy.typing import NDArray
 from stemcal.cutting.blade import Blade
 from stemcal.cutting.build import build, stem_mesh
 from stemcal.cutting.end_state import Shape, shape_of
-from stemcal.cutting.parts import SHARES, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
+from stemcal.cutting.parts import SHARES, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry, Toughness
 from stemcal.cutting.phases import in_phases, mean_over_phases, perturbed
 from stemcal.cutting.result import (
+    THROUGH,
     BreakWatch,
     CuttingResult,
     ForceHistory,
+    break_row,
+    cut_through,
     evaluate,
     filter_rows,
     force_history,
+    through_row,
     travel_at,
 )
 from stemcal.cutting.size import MeshSize, mesh_size
@@ -43,6 +47,7 @@ __all__ = [
     "Stem",
     "Supports",
     "Symmetry",
+    "Toughness",
     "build",
     "in_phases",
     "mean_over_phases",
@@ -79,14 +84,18 @@ def shear(
     breaking = BreakWatch(how.break_drop, filter_rows(test))
     started = time.perf_counter()
 
-    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
+    def report(t: float, forces: NDArray[np.float64], deleted: int, parted: float) -> bool:
         force = scale * float(forces[0, 2])
         if watch is not None:
             watch(travel_at(test, t), force)
-        return how.stop_after_peak and breaking.is_past(force, deleted)
+        is_broken = parted >= THROUGH if test.failure else breaking.is_past(force, deleted)
+        return how.stop_after_peak and is_broken
 
     history = simulate(model, test.loading.duration, report, inspect)
     wall = time.perf_counter() - started
     curve = force_history(test, history, scale)
-    result = evaluate(curve, history, how.break_drop, len(model.mesh.hexes), wall, filter_rows(test))
+    broken = through_row(curve) if test.failure else break_row(curve.force_filtered, curve.deleted, how.break_drop)
+    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
+    if test.failure:
+        result = cut_through(result, broken)
     return replace(result, shape=shape_of(model, history, how.symmetry))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import radians, tan
+from math import cos, radians, sin, tan
 from typing import Literal
 
 
@@ -11,7 +11,8 @@ from typing import Literal
 class Blade:
     """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
 
-    `edge_spread` is the length to either side of the edge over which its force is spread, mm; 0 leaves it a line.
+    `edge_spread` is the distance from its profile within which it bears on the surface beside its edge, mm; with 0 the
+    edge is a line.
 
     `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
     """
@@ -22,6 +23,19 @@ class Blade:
     edge_radius: float = 0.1
     bevel: Literal["both", "one"] = "both"
     edge_spread: float = 0.0
+
+    def rounding(self, pressure: float, friction: float) -> tuple[float, float]:
+        """Return the force per length of edge (N/mm) that pushes the rounding through, and how wide it parts (mm).
+
+        The material bears on the rounding with a constant pressure p and rubs: with half the edge angle β,
+
+            F = ∫ p (cos θ + μ sin θ) r dθ over |θ| < π/2 − β = 2 r p (cos β + μ (1 − sin β)),
+
+        which for β = 0 is the force on a wire of diameter 2r less the toughness (Kamyab, Chakrabarti and Williams,
+        J. Mater. Sci. 33, 2763-2770, 1998).
+        """
+        r, half = self.edge_radius, radians(0.5 * self.edge_angle)
+        return 2.0 * r * pressure * (cos(half) + friction * (1.0 - sin(half))), 2.0 * r * cos(half)
 
     def outline(self) -> tuple[tuple[float, float], ...]:
         """Return the polygon that, swollen by the edge radius, is the blade; its lowest line is z = 0."""

@@ -43,6 +43,17 @@ class Loading:
 
 
 @dataclass(frozen=True)
+class Toughness:
+    """Failure by cutting: the plane of the cut opens at `strength` (MPa), and parting it takes `toughness` (N/mm).
+
+    1 N/mm is 1 kJ/m². Elements do not fail then.
+    """
+
+    strength: float
+    toughness: float
+
+
+@dataclass(frozen=True)
 class Discretisation:
     """How the stem is meshed and integrated.
 
@@ -95,7 +106,7 @@ class Discretisation:
 
 @dataclass(frozen=True)
 class ShearTest:
-    """Everything that determines one virtual shear test."""
+    """Everything that determines one virtual shear test; without `failure` elements fail by their strain."""
 
     material: Material
     stem: Stem = field(default_factory=Stem)
@@ -104,3 +115,4 @@ class ShearTest:
     loading: Loading = field(default_factory=Loading)
     contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
     discretisation: Discretisation = field(default_factory=Discretisation)
+    failure: Toughness | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from stemcal.cutting.parts import ShearTest
 from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
-from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
+from stemcal.fem.kernels.nodes import COHESION, EDGE, FRICTION, SURFACE
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,8 @@ class ForceHistory:
 
     Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm. `force` is that on the blade,
     `supports` the filtered one on what carries the stem: they differ by its inertia. `contact` is the sum of what the
-    blade's edge, its flanks, the supports and friction hold back of the blade's work.
+    blade's edge, its flanks, the supports and friction hold back of the blade's work; `cohesion` is what opening the
+    plane of the cut takes, `parted` the share of that plane that is parted.
     """
 
     time: Array
@@ -42,9 +43,11 @@ class ForceHistory:
     contact_supports: Array
     contact_friction: Array
     supports: Array
+    cohesion: Array
     external: Array
     balance: Array
     deleted: NDArray[np.int64]
+    parted: Array
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,10 @@ class CuttingResult:
     break_travel : float or None
         Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond tells of the mesh and of the
         swinging stem rather than of the material. None if it does not break.
+    work_of_cutting : float or None
+        Work of the blade until the stem is parted, or over the stroke, mJ; None where elements fail by their strain.
+    cut_area_percent : float or None
+        How much of the plane of the cut is parted at the end.
     """
 
     peak_force: float
@@ -103,6 +110,8 @@ class CuttingResult:
     break_travel: float | None = None
     stroke_end: End = "fallen"
     shape: Shape | None = None
+    work_of_cutting: float | None = None
+    cut_area_percent: float | None = None
 
 
 def travel_at(test: ShearTest, t: float) -> float:
@@ -122,15 +131,17 @@ def force_history(test: ShearTest, history: History, scale: float) -> ForceHisto
         internal=scale * history.internal,
         hourglass=scale * history.hourglass,
         eroded=scale * history.eroded,
-        contact=scale * history.contact,
+        contact=scale * (history.contact - history.held[:, COHESION].sum(axis=1)),
         contact_edge=scale * history.held[:, EDGE].sum(axis=1),
         contact_flanks=scale * history.held[:, SURFACE, 0],
         contact_supports=scale * history.held[:, SURFACE, 1:].sum(axis=1),
         contact_friction=scale * history.held[:, FRICTION].sum(axis=1),
         supports=moving_mean(-scale * history.force[:, 1:, 2].sum(axis=1), filter_rows(test)),
+        cohesion=scale * history.held[:, COHESION].sum(axis=1),
         external=scale * history.external,
         balance=scale * history.balance,
         deleted=history.deleted,
+        parted=history.parted,
     )
 
 
@@ -165,6 +176,23 @@ def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | No
     """
     broken = is_broken(force, np.maximum.accumulate(force), deleted, drop)
     return int(np.argmax(broken)) if broken.any() else None
+
+
+# The stem is parted once so much of the plane of the cut is: the rest is a corner of a face that the edge has passed.
+THROUGH = 0.999
+
+
+def through_row(curve: ForceHistory) -> int | None:
+    """Return the first row at which the stem is parted, None if it is not."""
+    through = curve.parted >= THROUGH
+    return int(np.argmax(through)) if through.any() else None
+
+
+def cut_through(result: CuttingResult, through: int | None) -> CuttingResult:
+    """Return a result with the work until the stem is parted, at row `through` if it is, and the parted area."""
+    curve = result.history
+    work = float(curve.external[-1 if through is None else through])
+    return replace(result, work_of_cutting=work, cut_area_percent=100.0 * float(curve.parted[-1]))
 
 
 class BreakWatch:
@@ -203,16 +231,15 @@ _MOST_DRIFT = 2.0
 
 
 def evaluate(
-    curve: ForceHistory, history: History, drop: float, elements: int, wall: float, window: int
+    curve: ForceHistory, history: History, broken: int | None, elements: int, wall: float, window: int
 ) -> CuttingResult:
-    """Return the peak of a force curve until the stem breaks (`break_row`) and the measures of trust in it.
+    """Return the peak of a force curve until the stem breaks, at row `broken`, if it does, and the measures of trust.
 
     Raises
     ------
     SimulationFailed
         If the blade met no resistance.
     """
-    broken = break_row(curve.force_filtered, curve.deleted, drop)
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:
         raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")

@@ -8,7 +8,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
+from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays, outline_distance
 from stemcal.fem.kernels.spread import SpreadEdge
 
 
@@ -27,7 +27,10 @@ class Tool:
     edge : float or None
         x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
     spread : float
-        Length to either side over which the edge's force is spread, mm (`kernels.spread`); 0 leaves it a line.
+        Distance from the tool within which its edge bears on the surface beside it, mm (`kernels.spread`); 0 leaves the
+        edge a line.
+    parts : bool
+        Whether it parts the body on the plane x = 0 (`kernels.cohesive`): its sides meet nodes, its edge that plane.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -36,6 +39,7 @@ class Tool:
     speed: float = 0.0
     edge: float | None = None
     spread: float = 0.0
+    parts: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a polygon that is not convex and counter-clockwise."""
@@ -78,7 +82,9 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
         height=np.array([tool.height for tool in tools], dtype=float),
         speed=np.array([tool.speed for tool in tools], dtype=float),
         edge=np.array([tool.edge or 0.0 for tool in tools], dtype=float),
+        parts=np.array([tool.parts for tool in tools], dtype=bool),
         spread=np.array([0.0 if tool.edge is None else tool.spread for tool in tools], dtype=float),
+        reach=np.array([max(reach_beside(tool)) if tool.edge is not None else 0.0 for tool in tools], dtype=float),
         traction=np.zeros((len(tools), nodes, 3)),
         force=np.zeros((len(tools), 3)),
     )
@@ -89,7 +95,9 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, pe
 
     They lie symmetric about y = 0 and reach one element past the body.
     """
-    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
+    tool = next(
+        (t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0 and not tool.parts), -1
+    )
     spacing = size / per_face
     first = int(np.floor((x[:, 1].min() - size) / spacing)) if tool >= 0 else 0
     last = int(np.ceil((x[:, 1].max() + size) / spacing)) if tool >= 0 else 1
@@ -105,6 +113,8 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, pe
     )
 
 
+# A blunt tool bears at most so many spreads away from its edge; beyond it is no blade.
+_FARTHEST = 4.0
 # Samples across a spread edge, and lines of them and rows along it to each length a. With 4 rows the strain under the
 # edge still grows in bursts as row after row takes hold, up to 8 % in the force at which it reaches a limit.
 _ACROSS = 24
@@ -124,14 +134,15 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
     size : float
         Length of the smallest elements, mm.
     """
-    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
-    a, place = (tools[tool].spread, float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
+    tool = next(
+        (t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0 and not tool.parts), -1
+    )
+    a, place = (max(reach_beside(tools[tool])), float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
     sources = np.arange(len(x), dtype=np.int32)
     sources[ghosts[:, 0]] = ghosts[:, 1]
     mirrored = bool(len(ghosts)) or bool(np.all(x[:, 0] > place - 1e-9))
     half = bool(np.all(x[:, 1] > -1e-9))
-    across = a * ((np.arange(_ACROSS) + 0.5) / _ACROSS * 2.0 - 1.0)
-    across = across[across > 0.0] if mirrored else across
+    across, weight = _across(tools[tool], mirrored) if tool >= 0 else (np.zeros(0), np.zeros(0))
     far = float(np.abs(x[:, 1]).max()) if tool >= 0 else 0.0
     ends = (0.0 if half else -far, far)
     along, rows = _places(ends, a / _LINES), _places(ends, a / _ROWS)
@@ -143,7 +154,7 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
         spread=a,
         mirrored=mirrored,
         across=across,
-        weight=_bell(across / a),
+        weight=weight,
         along=along,
         lines=lines,
         bell=_bell(places / a),
@@ -172,6 +183,34 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
         met_count=np.zeros(1, dtype=np.int64),
         is_met=np.zeros(len(x) if tool >= 0 else 0, dtype=bool),
     )
+
+
+def gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distance (mm) from a tool of points beside its edge by s (mm), at the height of the edge.
+
+    It is |s| for an edge without angle and radius, and less beside flanks and rounding.
+    """
+    corners = np.array(tool.corners)
+    gaps = [outline_distance.py_func((tool.edge or 0.0) + float(one), 0.0, corners)[0] for one in s]
+    return np.maximum(np.array(gaps) - tool.radius, 0.0)
+
+
+def reach_beside(tool: Tool) -> tuple[float, float]:
+    """Return how far to the left and to the right of its edge a spread tool bears: where the gap reaches the spread."""
+    far = tool.spread * np.linspace(0.0, _FARTHEST, 4001)
+    left, right = (float(far[gap_beside(tool, side * far) < tool.spread].max(initial=0.0)) for side in (-1.0, 1.0))
+    return left, right
+
+
+def _across(tool: Tool, mirrored: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return samples across a spread edge, and the bell there: over their distance from the tool.
+
+    Of a mirrored body those on its side of the edge.
+    """
+    left, right = reach_beside(tool)
+    across = -left + (left + right) * (np.arange(_ACROSS) + 0.5) / _ACROSS
+    across = across[across > 0.0] if mirrored else across
+    return across, _bell(gap_beside(tool, across) / tool.spread)
 
 
 def _bell(s: NDArray[np.float64]) -> NDArray[np.float64]:

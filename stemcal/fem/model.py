@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.fem.cohesive import Cohesion
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import BulkViscosity, Hourglass, Material
 from stemcal.fem.mesh import Mesh
@@ -73,6 +74,8 @@ class Model:
         that holds ghosts counts half in the energies.
     crowns : array (E, 6), optional
         How far the true surface bulges over the middle of each face along a spread edge, mm.
+    cohesion : Cohesion, optional
+        What holds the plane x = 0 together, on which a tool parts the body; components along x must not be held there.
     """
 
     mesh: Mesh
@@ -88,3 +91,4 @@ class Model:
     loads: Array | None = None
     ghosts: NDArray[np.int32] | None = None
     crowns: Array | None = None
+    cohesion: Cohesion | None = None

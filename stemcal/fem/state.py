@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
 from stemcal.fem.averaging import exchange
+from stemcal.fem.cohesive import cut_plane
 from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays
 from stemcal.fem.kernels.block import (
     ALIVE,
@@ -26,6 +27,7 @@ from stemcal.fem.kernels.block import (
     VISCOUS_LENGTH,
     Seen,
 )
+from stemcal.fem.kernels.cohesive import CutPlane
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
 from stemcal.fem.kernels.erosion import Exchange
@@ -60,6 +62,7 @@ class State:
     tools: ToolArrays
     edge: EdgeArrays
     spread: SpreadEdge
+    cut: CutPlane
     candidates: Candidates
     exchange: Exchange
     lanes: Lanes
@@ -73,8 +76,8 @@ class State:
     def parts(self) -> tuple[Any, ...]:
         """Return the arguments of `kernels.march.march` after the time."""
         return (
-            self.body, self.topology, self.tools, self.edge, self.spread, self.candidates, self.exchange, self.clock,
-            self.ledger, self.material, self.friction, self.settings,
+            self.body, self.topology, self.tools, self.edge, self.spread, self.cut, self.candidates, self.exchange,
+            self.clock, self.ledger, self.material, self.friction, self.settings,
         )  # fmt: skip
 
 
@@ -98,6 +101,7 @@ def start(model: Model) -> State:
         tools=tool_arrays(model.tools, len(body.x)),
         edge=edge_arrays(model.tools, body.x, size),
         spread=spread_edge(model.tools, body.x, body.ghosts, float(np.cbrt(volumes.min()))),
+        cut=cut_plane(model.cohesion, model.tools, model.mesh, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes)),
         exchange=exchange(
             model.mesh,

@@ -21,6 +21,7 @@ from stemcal.cutting import (
     Stem,
     Supports,
     Symmetry,
+    Toughness,
     in_phases,
     mean_over_phases,
     perturbed,
@@ -147,6 +148,8 @@ class Embedded(OfSpecAlone):
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is no factor."""
         study, strain = self.study, self.study.material.failure_strain
+        if study.failure.kind == "toughness":
+            return {"element_size": _told(_options(study).element_size, diameter)}
         lengths = {
             "element_size": _options(study).element_size,
             "edge_spread": study.blade.edge_spread,
@@ -227,14 +230,14 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
     solver, discretisation = _options(study), _discretisation(study, diameter)
     study = study.at(levels)
-    blade, contact = study.blade, study.contact
+    blade, contact, failure = study.blade, study.contact, _toughness(study)
     return ShearTest(
         material=Material(
             **study.parameters(levels),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
             rate_filter=RATE_TRAVEL * diameter / study.loading.speed,
             failure_length=solver.failure_length,
-            internal_length=study.material.internal_length.at(diameter),
+            internal_length=0.0 if failure else study.material.internal_length.at(diameter),
         ),
         stem=Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
         blade=Blade(
@@ -251,7 +254,14 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
             contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
         ),
         discretisation=discretisation,
+        failure=failure,
     )
+
+
+def _toughness(study: Study) -> Toughness | None:
+    """Return what the plane of the cut opposes to the blade, None where elements fail by their strain."""
+    law = study.failure
+    return Toughness(law.strength or 0.0, law.toughness or 0.0) if law.kind == "toughness" else None
 
 
 def _options(study: Study) -> EmbeddedSolver:

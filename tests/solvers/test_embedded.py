@@ -23,7 +23,7 @@ def test_calibrated_values_belong_to_lengths() -> None:
     assert isinstance(solver, Belonging)
     assert solver.belongings(8.0) == {
         "element_size": "d/16 (0.5 mm)",
-        "edge_spread": "d/8 (1 mm)",
+        "edge_spread": "d/9.5 (0.842 mm)",
         "internal_length": "d/4.5 (1.78 mm)",
     }
 

@@ -282,7 +282,7 @@ def test_the_embedded_solver_meshes_otherwise(tmp_path: Path) -> None:
     solver = Embedded(load_study(path))
     assert isinstance(solver, Meshed) and isinstance(solver, Belonging) and solver.phases == 1
     assert solver.belongings(8.0) == {
-        "element_size": "d/16 (0.5 mm)", "edge_spread": "d/8 (1 mm)", "internal_length": "d/4.5 (1.78 mm)",
+        "element_size": "d/16 (0.5 mm)", "edge_spread": "d/9.5 (0.842 mm)", "internal_length": "d/4.5 (1.78 mm)",
     }  # fmt: skip
     request = Request("mesh", 0, {"yield_stress": 15.0, "failure_strain": 0.03}, 8.0)
     assert len(solver.identity(replace(request, phases=3))["tests"]) == 3

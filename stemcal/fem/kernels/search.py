@@ -65,7 +65,7 @@ def list_faces_under_edge(
 ) -> None:
     """List the exposed faces that a tool's edge, or what it is spread over, may meet within `margin`."""
     count = 0
-    reach = margin + tools.spread[tool]
+    reach = margin + tools.reach[tool]
     tip, edge = tools.height[tool] - reach, tools.edge[tool]
     for e in range(topology.standing.shape[0]):
         if not topology.standing[e]:

@@ -84,6 +84,15 @@ def simulation_table(result: CuttingResult) -> RenderableType:
     return table
 
 
+def _cut(result: CuttingResult) -> list[tuple[str, str]]:
+    if result.work_of_cutting is None or result.cut_area_percent is None:
+        return []
+    return [
+        ("Work of cutting", f"{significant(result.work_of_cutting)} mJ"),
+        ("Cut", f"{fixed(result.cut_area_percent, 1)} % of the section"),
+    ]
+
+
 def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
     rate = result.element_steps_per_second / 1e6
     return [
@@ -91,6 +100,7 @@ def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
         ("  before the filter", f"{significant(result.peak_force_raw)} N"),
         ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
         *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
+        *_cut(result),
         ("Elements", f"{result.elements}, {result.deleted_elements} of them eroded by then"),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),

@@ -47,11 +47,14 @@ class Deck:
         Raises
         ------
         UsageError
-            If the study's solver computes no stem: its factors are then no stem material.
+            If the study's solver computes no stem: its factors are then no stem material. Or if the stem fails by the
+            toughness of the plane of the cut.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             known = "`solver: {kind: embedded}`, lsdyna or openradioss"
             raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
+        if study.failure.kind == "toughness":
+            raise UsageError("a deck has no card for failure: {kind: toughness}; write kind: strain under failure")
         return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property

@@ -37,6 +37,7 @@ from stemcal.study.model.result_readers import (
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
+    FailureSection,
     LoadingSection,
     MaterialSection,
     SpecimenSection,
@@ -50,7 +51,8 @@ from stemcal.study.model.whole_study import Study, StudyForm
 __all__ = [
     "AROUND", "EMBEDDED", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult", "ClimbOptions",
     "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
-    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "HourglassSection",
+    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
+    "HourglassSection",
     "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "MaterialSection", "Mean", "MeshOptions",
     "OpenRadiossSolver", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions", "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",

@@ -40,9 +40,9 @@ class BladeSection(Frozen):
     """Ground on both sides, or on one only."""
     edge_radius: SizeOrZero = 0.1
     """Radius of the edge; 0 mm for a sharp one."""
-    edge_spread: StemLengthOrZero = Length(divisor=8.0)
-    """Length to either side of the edge over which its force is spread: a length, or a share of the stem's diameter
-    such as d/8. It belongs to the calibrated failure strain. 0 mm: the force belongs to the mesh."""
+    edge_spread: StemLengthOrZero = Length(divisor=9.5)
+    """How far from its own profile the blade bears on the surface beside its edge: a length, or a share of the stem's
+    diameter such as d/9.5. It belongs to the calibrated failure strain. 0 mm: the force belongs to the mesh."""
 
 
 class SupportsSection(Frozen):
@@ -114,3 +114,15 @@ class MaterialSection(Frozen):
     def given(self) -> dict[str, float]:
         """Return the parameters that have a value."""
         return {name: value for name in PARAMETERS if (value := getattr(self, name, None)) is not None}
+
+
+class FailureSection(Frozen):
+    """How the stem fails: elements by their plastic strain, or the plane of the cut by its toughness (experimental)."""
+
+    kind: Literal["strain", "toughness"] = "strain"
+    """`strain`: elements are removed at `material.failure_strain`; `toughness`: the blade parts the plane of the cut,
+    with neither failure strain nor `edge_spread` nor `internal_length`."""
+    strength: Annotated[float, Quantity("stress", above=0)] | None = None
+    """Stress at which the plane of the cut begins to open in tension."""
+    toughness: Annotated[float, Quantity("toughness", above=0)] | None = None
+    """Energy that parting it takes, per area."""

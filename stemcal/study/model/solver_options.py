@@ -61,7 +61,7 @@ class EmbeddedSolver(Frozen):
     symmetry: Literal["none", "half", "quarter"] = "quarter"
     """Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`."""
     element_size: StemLength = Length(divisor=16.0)
-    """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most half of
+    """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most 0.6 of
     `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
     edge_over: Literal["elements", "nodes"] = "nodes"

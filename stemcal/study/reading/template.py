@@ -198,7 +198,7 @@ blade:
   edge_angle: 37.5 deg
   bevel: both
   edge_radius: 0.1 mm
-  edge_spread: d/8
+  edge_spread: d/9.5
 
 # A parameter that is not to be calibrated leaves `factors` and gets its value here, such as `density: 1100 kg/m3`.
 material:

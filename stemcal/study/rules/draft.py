@@ -15,6 +15,7 @@ from stemcal.study.model import (
     DeckSolver,
     EmbeddedSolver,
     Factor,
+    FailureSection,
     InvertOptions,
     LsDynaSolver,
     MaterialSection,
@@ -60,6 +61,7 @@ class Draft:
     supports: SupportsSection | None = None
     contact: ContactSection | None = None
     material: MaterialSection | None = None
+    failure: FailureSection | None = None
     solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
@@ -74,6 +76,11 @@ class Draft:
     def embedded(self) -> EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
         return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the stem is parted on the plane of the cut, in place of elements that fail."""
+        return self.failure is not None and self.failure.kind == "toughness"
 
     @property
     def stem_solver(self) -> str:

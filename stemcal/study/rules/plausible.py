@@ -38,6 +38,8 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s
 _THROUGH = 4  # elements
+# Elements of more than this share of a length do not resolve it.
+_RESOLVED = 0.6
 _LEAST_SCATTER = 1e-4  # of a mean
 
 
@@ -65,9 +67,9 @@ def _speed(study: Study) -> Iterator[Finding]:
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
-    """Elements of more than half a length cannot resolve it, and without the lengths the force is the mesh's."""
+    """Elements of more than 0.6 of a length cannot resolve it, and without the lengths the force is the mesh's."""
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver):
+    if not isinstance(solver, EmbeddedSolver) or study.failure.kind == "toughness":
         return
     lengths = {
         ("blade", "edge_spread"): study.blade.edge_spread,
@@ -79,13 +81,13 @@ def _mesh(study: Study) -> Iterator[Finding]:
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
             message = "without this length the force belongs to the mesh: finer elements give another one"
-            yield Finding(path, message, "write d/8 for blade.edge_spread, d/4.5 for material.internal_length")
+            yield Finding(path, message, "write d/9.5 for blade.edge_spread, d/4.5 for material.internal_length")
             continue
-        coarse = [d for d in conditions if solver.element_size.at(d) > 0.5 * length.at(d) * (1.0 + 1e-9)]
+        coarse = [d for d in conditions if solver.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
             whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
-            message = f"elements of {solver.element_size} are more than half of {whole}"
-            remedy = f"take at most {0.5 * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
+            message = f"elements of {solver.element_size} are more than {_RESOLVED:g} of {whole}"
+            remedy = f"take at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
 

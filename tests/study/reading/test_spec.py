@@ -168,7 +168,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     text = (ROOT / "configs" / "wild-chrysanthemum.yaml").read_text(encoding="utf-8")
     said = study_of(text.replace("element_size: d/16", "element_size: d/12")).warnings
     assert len(said) == 1
-    assert "elements of d/12 are more than half of blade.edge_spread (d/8) at 7 mm; take at most 0.44 mm" in said[0]
+    assert "elements of d/12 are more than 0.6 of blade.edge_spread (d/9.5) at 7 mm; take at most 0.44 mm" in said[0]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,74 @@
+"""The blade's profile in the cutting force where elements fail by their strain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, radians, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stemcal.study.spec import load_study
+
+from stemcal.cutting import Loading, ShearTest, build, shear
+from stemcal.fem.contact import gap_beside, reach_beside
+from stemcal.fem.stepper import simulate
+from stemcal.solvers.embedded import shear_test
+
+SPEC = Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml"
+
+
+def shipped(**blade: object) -> ShearTest:
+    """Return the centre of the shipped study with another blade."""
+    study = load_study(SPEC)
+    test = shear_test(study, study.midlevels(), 8.0)
+    return replace(test, blade=replace(test.blade, **blade))
+
+
+@pytest.mark.parametrize(("angle", "radius"), [(15.0, 0.1), (37.5, 0.02), (60.0, 0.5)])
+def test_the_gap_is_that_from_rounding_and_flank(angle: float, radius: float) -> None:
+    """√(s² + r²) − r beside the rounding, s cos β − r (1 − sin β) beside the flank; the bell reaches where it is a."""
+    tool = build(shipped(edge_angle=angle, edge_radius=radius, edge_spread=1.0)).tools[0]
+    half, s = radians(0.5 * angle), np.linspace(0.0, 1.5, 31)
+    beside_flank = s * sin(half) > radius * cos(half)
+    expected = np.where(
+        beside_flank, s * cos(half) - radius * (1.0 - sin(half)), np.sqrt(s * s + radius * radius) - radius
+    )
+    np.testing.assert_allclose(gap_beside(tool, s), expected, atol=1e-12)
+    round_, flank = sqrt((1.0 + radius) ** 2 - radius**2), (1.0 + radius * (1.0 - sin(half))) / cos(half)
+    reach = flank if flank * sin(half) > radius * cos(half) else round_
+    assert reach_beside(tool) == pytest.approx((reach, reach), abs=2e-3)
+
+
+def test_an_edge_ground_on_one_side_bears_farther_on_that_side() -> None:
+    left, right = reach_beside(build(shipped(bevel="one", edge_spread=1.0)).tools[0])
+    assert left == pytest.approx(sqrt(1.1**2 - 0.1**2), abs=2e-3)
+    assert right == pytest.approx((1.0 + 0.1 * (1.0 - sin(radians(37.5)))) / cos(radians(37.5)), abs=2e-3)
+
+
+@pytest.mark.slow
+def test_force_rises_with_angle_and_radius() -> None:
+    """At the centre of the shipped study."""
+
+    def force(**blade: object) -> float:
+        return shear(shipped(**blade)).peak_force
+
+    angles = [force(edge_angle=angle) for angle in (15.0, 37.5, 60.0)]
+    radii = [force(edge_radius=radius) for radius in (0.02, 0.1, 0.5)]
+    assert np.all(np.diff(angles) > 0.0) and angles[2] > 1.02 * angles[0]
+    assert np.all(np.diff(radii) > 0.0) and radii[2] > 1.08 * radii[0]
+
+
+@pytest.mark.slow
+def test_one_bevel_pushes_sideways_and_two_do_not() -> None:
+    """By a few tenths of a percent of the force only: what the edge bears on lies mostly flat."""
+
+    def sideways(bevel: str) -> float:
+        test = shipped(bevel=bevel)
+        how = replace(test.discretisation, symmetry="half")
+        history = simulate(build(replace(test, discretisation=how, loading=Loading(duration=0.25))), 0.25)
+        late = history.time > 0.2
+        return float(np.abs(history.force[late, 0, 0]).mean() / history.force[late, 0, 2].mean())
+
+    assert sideways("both") < 1e-5
+    assert 1e-4 < sideways("one") < 1e-2
