@@ -34,7 +34,6 @@ from stemcal.fem.state import State, start
 from stemcal.fem.threads import march_to
 from stemcal.fem.warm import warm
 from stemcal.folder.store import StudyFolder
-from stemcal.report.drawing import draw_by_workers
 from stemcal.report.figures.gallery import write_figures
 from stemcal.report.page.render import shown, write_page
 from stemcal.solvers import make_solver
@@ -83,7 +82,7 @@ def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
         statistic = seconds_of(lambda: calibrate(asked, folder, executor))
         what = shown(asked, folder)
         plots = [plot for plot in what.plots if plot.on_page]
-        drawing = seconds_of(lambda: draw_by_workers(plots, executor))
+        drawing = seconds_of(lambda: [(plot.document, plot.pixels) for plot in plots])
     page = seconds_of(lambda: write_page(asked, folder, what))
     writing = seconds_of(lambda: write_figures(plots, out / "figures"))
     command = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out), "--quiet"]
@@ -94,7 +93,7 @@ def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
         ("workers: start, load the kernels", starting),
         ("simulate", first - statistic),
         ("statistics", statistic),
-        ("figures, drawn by the workers", drawing),
+        ("figures", drawing),
         ("page", page),
         ("files of the figures", writing),
     ], again

@@ -50,7 +50,7 @@ def run(
         work.watch.busy("drawing the report")
         results = fresh_results(work.study, work.folder)
         verdict = verdict_of(work.study, work.folder, results)
-        page = draw(work.study, work.folder, results, verdict, executor=work.executor)
+        page = draw(work.study, work.folder, results, verdict)
     if open_it:
         open_page(page)
     show_run(work.study, results, verdict, page, work.folder, as_json, quiet)

@@ -56,11 +56,6 @@ class LocalExecutor(RunExecutor):
         """How many processes there are at most."""
         return self._workers
 
-    @property
-    def started(self) -> int:
-        """How many processes there are already."""
-        return len(self._threads)
-
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Queue a call; function, arguments and result must be picklable."""
         return self.submit_pickled(pickle.dumps((fn, args, kwargs)), self.time_limit)

@@ -21,8 +21,8 @@ from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Tim
 _MOST_RECORDS = 50  # that are looked at
 # Of two cores at 2.1 GHz, s: starting and statistics; what workers add; compiling, as long as it was never timed.
 _STARTING, _WORKERS, _COMPILING = 2.5, 1.5, 30.0
-# So too: the page, and loading what draws; figures, which workers share.
-_PAGE, _FIGURES = 0.5, 4.0
+# So too: the page with its figures.
+_PAGE = 5.0
 
 Source = Literal["none", "guess", "tried", "recorded"]
 """How costs are known: by the solver's guess, by half a second of a run here, by runs recorded here."""
@@ -85,9 +85,9 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
     return total
 
 
-def beside(solver: Solver, workers: int) -> float:
-    """Return the seconds that compiling, starting, statistics and, drawn by so many workers, the page take."""
-    compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
+def beside(solver: Solver) -> float:
+    """Return the seconds that compiling, starting, statistics and the page take."""
     if isinstance(solver, Immediate):
-        return _STARTING + _PAGE + _FIGURES
-    return _STARTING + _WORKERS + _PAGE + _FIGURES / workers + (_COMPILING if compiling is None else compiling)
+        return _STARTING + _PAGE
+    compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
+    return _STARTING + _WORKERS + _PAGE + (_COMPILING if compiling is None else compiling)

@@ -138,7 +138,7 @@ def plan(
     stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
-    rest = beside(solver, workers)
+    rest = beside(solver)
     notes = [part.note for part in wanted if part.note is not None]
     foretold = [
         note

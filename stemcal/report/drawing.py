@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import os
-import pickle
-from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,8 +14,6 @@ from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 
 if TYPE_CHECKING:
-    from stemcal.executors.base import RunExecutor
-    from stemcal.report.figures.gallery import Plot
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
@@ -33,12 +28,10 @@ def draw(
     verdict: Verdict,
     figures: bool = True,
     again: bool = False,
-    executor: RunExecutor | None = None,
 ) -> Path:
     """Write page and figures unless both are there, made of the same by the same code; returns the page.
 
-    The page tells in its last line what it was made of. With `again` it is written anyway. Workers of this machine
-    that the `executor` has share the figures out.
+    The page tells in its last line what it was made of. With `again` it is written anyway.
     """
     page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
     if figures:
@@ -50,8 +43,6 @@ def draw(
 
     what = shown(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
-    if executor is not None:
-        draw_by_workers(plots, executor)
     if figures and plots:
         write_figures(plots, folder.path / "figures")
     return write_page(study, folder, what, f"{made_of} -->\n")
@@ -64,24 +55,6 @@ def _last_line(page: Path) -> str:
             return file.read().decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
     except OSError:
         return ""
-
-
-def draw_by_workers(plots: Sequence[Plot], executor: RunExecutor) -> None:
-    """Have figures drawn by workers that run already; one whose worker dies over it is left to be drawn here."""
-    from stemcal.executors.failures import WorkerDied
-    from stemcal.executors.local import LocalExecutor
-
-    if not isinstance(executor, LocalExecutor) or executor.started < 2:
-        return
-    drawn = [executor.submit_pickled(pickle.dumps((_drawn, (plot,), {})), time_limit=None) for plot in plots]
-    for plot, future in zip(plots, drawn, strict=True):
-        with suppress(WorkerDied):
-            plot.take(*future.result())
-
-
-def _drawn(plot: Plot) -> tuple[str, bytes]:
-    """Return a figure as SVG and PNG. Runs in a worker."""
-    return plot.document, plot.pixels
 
 
 def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:

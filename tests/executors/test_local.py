@@ -278,7 +278,7 @@ def test_shutdown_can_cancel_the_queue() -> None:
 
 def test_idle_executors_start_nothing() -> None:
     with LocalExecutor(4) as executor:
-        assert executor.started == 0
+        assert executor._threads == []
 
 
 def test_cores() -> None:

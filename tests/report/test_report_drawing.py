@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import time
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from stemcal.executors.local import LocalExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.report import drawing
 from stemcal.report.figures import gallery
@@ -69,33 +65,6 @@ def test_only_what_changed_is_drawn_again(
     assert drawn() == ["figures", "page"]
     (tmp_path / "report.html").unlink()
     assert drawn() == ["figures", "page"]
-
-
-@pytest.mark.parametrize("count", [0, 1, 2])
-def test_workers_that_run_already_draw_the_same(replayed: tuple[Any, Any], results: Any, count: int) -> None:
-    here, there = (gallery.gallery(replayed[0], results, {})[:4] for _ in range(2))
-    with LocalExecutor(2) as executor:
-        for future in [executor.submit(time.sleep, 0.5) for _ in range(count)]:
-            future.result()
-        drawing.draw_by_workers(there, executor)
-    assert [has_drawn(plot) for plot in there] == [count == 2] * 4
-    for mine, theirs in zip(here, there if count == 2 else [], strict=count == 2):
-        assert (mine.document, mine.pixels) == (theirs.document, theirs.pixels), mine.name
-
-
-def test_what_a_worker_dies_over_is_left_and_what_raises_raises() -> None:
-    deadly, wrong = (gallery.Plot("plot", "runs", "", partial(how, 3)) for how in (os._exit, int.bit_length))
-    with LocalExecutor(2) as executor:
-        for future in [executor.submit(time.sleep, 0.5) for _ in range(2)]:
-            future.result()
-        drawing.draw_by_workers([deadly], executor)
-        assert not has_drawn(deadly)
-        with pytest.raises(AttributeError):
-            drawing.draw_by_workers([wrong], executor)
-
-
-def has_drawn(plot: gallery.Plot) -> bool:
-    return {"document", "pixels"} <= plot.__dict__.keys()
 
 
 def test_what_the_page_does_not_show_is_left_to_plot(

@@ -43,7 +43,7 @@ CLAIMING = ("profiles", "posterior", "solutions")
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: its name, the section it belongs to, its caption, and what draws it, which a worker may do too.
+    """A figure: its name, the section it belongs to, its caption, and what draws it.
 
     Figures that are not `on_page` are drawn by `stemcal plot` alone, not with the report; a `detail` is folded on it.
     """
@@ -72,10 +72,6 @@ class Plot:
     def pixels(self) -> bytes:
         """The figure as PNG."""
         return png(self.draw())
-
-    def take(self, document: str, pixels: bytes) -> None:
-        """Have what a worker has drawn."""
-        self.__dict__.update(document=document, pixels=pixels)
 
 
 def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
