@@ -178,7 +178,8 @@ def _supports(test: ShearTest) -> tuple[Tool, ...]:
     r = test.supports.fillet_radius
     near = 0.5 * test.supports.clearance + r
     height = -0.5 * test.stem.outer_diameter
-    right = ((near, -r), (near, -_FAR), (_FAR, -_FAR), (_FAR, -r))
+    far = near + _FAR
+    right = ((near, -r), (near, -_FAR), (far, -_FAR), (far, -r))
     left = tuple((-x, z) for x, z in reversed(right))
     blocks = (right,) if test.discretisation.symmetry == "quarter" else (right, left)
     return tuple(Tool(corners, r, height) for corners in blocks)

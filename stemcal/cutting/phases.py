@@ -55,6 +55,7 @@ def mean_over_phases(results: Sequence[CuttingResult]) -> CuttingResult:
         energy_drift_percent=max(result.energy_drift_percent for result in results),
         kinetic_ratio_percent=max(result.kinetic_ratio_percent for result in results),
         hourglass_ratio_percent=max(result.hourglass_ratio_percent for result in results),
+        inertia_percent=max(result.inertia_percent for result in results),
         contact_energy_percent=min(result.contact_energy_percent for result in results),
         stroke_was_enough=all(result.stroke_was_enough for result in results),
         stroke_end=next((r.stroke_end for r in results if not r.stroke_was_enough), results[0].stroke_end),

@@ -143,7 +143,8 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
     mirrored = bool(len(ghosts)) or bool(np.all(x[:, 0] > place - 1e-9))
     half = bool(np.all(x[:, 1] > -1e-9))
     across, weight = _across(tools[tool], mirrored) if tool >= 0 else (np.zeros(0), np.zeros(0))
-    ends = (0.0 if half else float(x[:, 1].min()), float(x[:, 1].max())) if tool >= 0 else (0.0, 0.0)
+    far = float(np.abs(x[:, 1]).max()) if tool >= 0 else 0.0
+    ends = (0.0 if half else -far, far)
     along, rows = _places(ends, a / _LINES), _places(ends, a / _ROWS)
     lines, places, image = _lines_of_rows(rows, along, a, half)
     most = 4 * (ceil(2.0 * a / size) + 4) ** 2
@@ -158,6 +159,7 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
         lines=lines,
         bell=_bell(places / a),
         image=image,
+        pairs=_pairs(len(rows), half),
         sources=sources,
         found=np.full((len(along), len(across)), -1, dtype=np.int32),
         place=np.zeros((len(along), len(across), 6)),
@@ -169,8 +171,10 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
         nodes=np.zeros((len(rows), most), dtype=np.int32),
         shape=np.zeros((len(rows), most, 3)),
         normal=np.zeros((len(rows), most, 3)),
+        slope=np.zeros((len(rows), 2)),
         offset=np.zeros(len(rows)),
         compliance=np.zeros((len(rows), len(rows))),
+        own=np.zeros(len(rows)),
         give=np.zeros(len(rows)),
         force=np.zeros((len(rows), 4)),
         excess=np.zeros(len(rows)),
@@ -229,6 +233,12 @@ def _lines_of_rows(
     for j, n in enumerate(near):
         lines[j, : len(n)], distance[j, : len(n)], image[j, : len(n)] = index[n], y[n] - rows[j], sign[n]
     return lines, distance, image
+
+
+def _pairs(rows: int, half: bool) -> NDArray[np.int32]:
+    """Return (P, 2) the rows from the middle outwards, each with the one across it, −1 where that is an image."""
+    first = np.arange(0 if half else rows // 2, rows)
+    return np.stack([first, np.full(rows, -1) if half else rows - 1 - first], axis=1).astype(np.int32)
 
 
 def _places(ends: tuple[float, float], spacing: float) -> NDArray[np.float64]:

@@ -32,6 +32,7 @@ def known_result() -> CuttingResult:
         "contact_supports",
         "contact_friction",
         "cohesion",
+        "supports",
         "external",
         "balance",
         "deleted",
@@ -42,7 +43,7 @@ def known_result() -> CuttingResult:
         peak_force=120.0, peak_force_raw=121.5, peak_time=0.36, peak_travel=0.6, elements=918,
         deleted_elements=14, steps=21000, wall_seconds=4.2, element_steps_per_second=9.5e6,
         energy_drift_percent=0.4, kinetic_ratio_percent=0.02, hourglass_ratio_percent=3.0,
-        contact_energy_percent=1.5,
+        contact_energy_percent=1.5, inertia_percent=0.1,
         stroke_was_enough=True, warnings=("the force still rose at the end",), history=history,
     )  # fmt: skip
 

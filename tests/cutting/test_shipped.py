@@ -72,3 +72,13 @@ def test_vibration_is_no_rate() -> None:
     forces = [shear(test_of(law, scale)).peak_force for scale in (1.0e4, 1.0e3)]
     assert forces[0] == pytest.approx(forces[1], rel=0.005)
     assert forces[0] > 1.3 * centre().peak_force
+
+
+@pytest.mark.parametrize("symmetry", ["half", "none"])
+def test_mirror_planes_leave_out_images_only(symmetry: Any) -> None:
+    """The whole curve until the first element fails, to 1e-4 of its peak."""
+    whole, part = shear(test_of(symmetry=symmetry, stop_after_peak=True)), centre()
+    until = int(np.argmax(part.history.deleted > 0)) or len(part.history.time)
+    off = np.abs(whole.history.force[:until] - part.history.force[:until]).max() / part.peak_force
+    assert off < 1e-4
+    assert whole.peak_force == pytest.approx(part.peak_force, rel=1e-4)

@@ -11,9 +11,9 @@ from rising above the edge,
     H_j + Δt (Ḣ_j − V) ≤ max(z_edge, H_j),   λ_j ≥ 0,   one of the two with equality,
 
 with Ḣ = Σ N n·v / n_z for a surface of normal n that passes a fixed place. Rows share nodes, so they are solved
-together, one after the other and again until nothing changes, from the forces of the step before (projected
-Gauss–Seidel; the time stepping of Moreau and Jean, Comput. Methods Appl. Mech. Eng. 177, 235-257, 1999). Friction
-opposes the mean slip of a row with up to μ times its force.
+together: one pair on either side of y = 0 after the other, for a mirror there must not be felt, and again until nothing
+changes, from the forces of the step before (projected Gauss–Seidel; the time stepping of Moreau and Jean, Comput.
+Methods Appl. Mech. Eng. 177, 235-257, 1999). Friction opposes the mean slip of a row with up to μ times its force.
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ class SpreadEdge(NamedTuple):
     lines: Ints  # (R, M) lines of each row, −1 where it has fewer
     bell: Array  # (R, M) the bell along the edge there
     image: Array  # (R, M) −1 for images, 1 for others
+    pairs: Ints  # (P, 2) rows from y = 0 outwards with those on the other side of it, −1 where a mirror holds these
     sources: Ints  # (N,) the node that feels a force on each: itself, or for a ghost the node that it mirrors
     found: Ints  # (L, Q) face under each sample, −1 none, changes
     place: Array  # (L, Q, 6) ξ, η, height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
@@ -75,9 +76,11 @@ class SpreadEdge(NamedTuple):
     nodes: Ints  # (R, K), changes
     shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
     normal: Array  # (R, K, 3) Σ w N n/n_z, likewise
+    slope: Array  # (R, 2) mean n_x/n_z and n_y/n_z, changes
     offset: Array  # (R,) mean height less Σ normal·x, changes
     compliance: Array  # (R, R) Σ normal·normal/m of two rows, the same either way round, changes
-    give: Array  # (R,) Σ shape²/m, changes
+    own: Array  # (R,) that of a row with the one across y = 0 added, as a mirror there would have it, changes
+    give: Array  # (R,) Σ shape²/m, likewise, changes
     force: Array  # (R, 4) λ and the friction, changes
     excess: Array  # (R,) scratch
     velocity: Array  # (N, 3) scratch
@@ -98,6 +101,7 @@ def take_hold(
         edge.shape[j, : edge.sizes[j]] = 0.0
         edge.normal[j, : edge.sizes[j]] = 0.0
         edge.sizes[j] = 0
+        edge.slope[j, :] = 0.0
         total, height = mean_height(edge, j)
         if height >= tip - _NEAR * edge.spread:  # nothing that lies deeper comes so far before the next look
             for m in range(edge.lines.shape[1]):
@@ -197,8 +201,11 @@ def add_line(edge: Floats, j: int, line: int, image: float, share: float) -> Non
         edge.shape[j, k, 0] += 0.0 if edge.mirrored else held
         edge.shape[j, k, 1] += image * held
         edge.shape[j, k, 2] += held
-        edge.normal[j, k, 0] += share * edge.line_hold[line, m, 1]
-        edge.normal[j, k, 1] += share * edge.line_hold[line, m, 2]
+        along_x, along_y = share * edge.line_hold[line, m, 1], share * edge.line_hold[line, m, 2]
+        edge.normal[j, k, 0] += along_x
+        edge.normal[j, k, 1] += along_y
+        edge.slope[j, 0] += 0.0 if edge.mirrored else along_x
+        edge.slope[j, 1] += image * along_y
         edge.normal[j, k, 2] += held
 
 
@@ -249,6 +256,28 @@ def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
             edge.compliance[other, j] = edge.compliance[j, other] = along_normal(edge, other, answer)
         for k in range(edge.sizes[j]):
             answer[edge.nodes[j, k], :] = 0.0
+    for p in range(edge.pairs.shape[0]):
+        j, across = edge.pairs[p, 0], edge.pairs[p, 1]
+        edge.own[j] = edge.compliance[j, j] + (edge.compliance[j, across] if across >= 0 else 0.0)
+        if across >= 0:
+            edge.own[across] = edge.compliance[across, across] + edge.compliance[j, across]
+            common = common_give(edge, j, across, inverse_mass)
+            edge.give[j] += common
+            edge.give[across] += common
+
+
+@inlined
+def common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float:
+    """Return Σ shape·shape/m along z over the nodes that two rows have in common."""
+    common, answer = 0.0, edge.velocity
+    for k in range(edge.sizes[j]):
+        answer[edge.nodes[j, k], 2] = edge.shape[j, k, 2]
+    for k in range(edge.sizes[other]):
+        n = edge.nodes[other, k]
+        common += edge.shape[other, k, 2] * answer[n, 2] * inverse_mass[n]
+    for k in range(edge.sizes[j]):
+        answer[edge.nodes[j, k], 2] = 0.0
+    return common
 
 
 @kernel
@@ -264,9 +293,13 @@ def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt:
     for j in range(edge.sizes.shape[0]):
         edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
     solve_rows(edge, kick)
-    for j in range(edge.sizes.shape[0]):
-        if bears(edge, j):
-            rub(edge, body, j, speed, kick, friction)
+    for p in range(edge.pairs.shape[0]):
+        j, across = edge.pairs[p, 0], edge.pairs[p, 1]
+        first = rub(edge, j, speed, kick, friction)
+        second = rub(edge, across, speed, kick, friction)
+        impart(edge, body, j, first, kick)
+        if across >= 0:
+            impart(edge, body, across, second, kick)
     hand_over(edge, tools, body)
 
 
@@ -348,30 +381,46 @@ def solve_rows(edge: Floats, kick: float) -> None:
     rows = edge.sizes.shape[0]
     for _ in range(_SWEEPS):
         largest, change = 0.0, 0.0
+        for p in range(edge.pairs.shape[0]):
+            j, across = edge.pairs[p, 0], edge.pairs[p, 1]
+            here, there = wanted_change(edge, j, kick), wanted_change(edge, across, kick)
+            change_row(edge, j, here, kick)
+            change_row(edge, across, there, kick)
+            change = max(change, max(abs(here), abs(there)))
         for j in range(rows):
-            if edge.sizes[j] == 0:
-                continue
-            old = edge.force[j, 0]
-            new = max(0.0, old + edge.excess[j] / (kick * edge.compliance[j, j]))
-            if new != old:
-                edge.force[j, 0] = new
-                for other in range(rows):
-                    edge.excess[other] -= kick * edge.compliance[j, other] * (new - old)
-            largest, change = max(largest, new), max(change, abs(new - old))
+            largest = max(largest, edge.force[j, 0])
         if change <= _CLOSE * largest:
             return
 
 
 @inlined
-def rub(edge: Floats, body: Floats, j: int, speed: float, kick: float, friction: Floats) -> None:
-    """Give a row the friction that stops its mean slip, or as much as Coulomb's law allows."""
+def wanted_change(edge: Floats, j: int, kick: float) -> float:
+    """Return the change of a row's λ that stops its rise, 0 for no row or one without nodes."""
+    if j < 0 or edge.sizes[j] == 0:
+        return 0.0
+    return max(-edge.force[j, 0], edge.excess[j] / (kick * edge.own[j]))
+
+
+@inlined
+def change_row(edge: Floats, j: int, change: float, kick: float) -> None:
+    """Change a row's λ, and by how much all rows rise too fast."""
+    if change != 0.0:
+        edge.force[j, 0] += change
+        for other in range(edge.sizes.shape[0]):
+            edge.excess[other] -= kick * edge.compliance[j, other] * change
+
+
+@inlined
+def rub(edge: Floats, j: int, speed: float, kick: float, friction: Floats) -> Floats:
+    """Give a row the friction that stops its mean slip, or as much as Coulomb's law allows; returns what is new."""
+    if j < 0 or not bears(edge, j):
+        return 0.0, 0.0, 0.0, 0.0
     slip = (0.0, 0.0, -speed)
-    nx, ny = 0.0, 0.0
+    nx, ny = edge.slope[j, 0], edge.slope[j, 1]
     for k in range(edge.sizes[j]):
         n, shape = edge.nodes[j, k], edge.shape[j, k]
         u = edge.velocity[n]
         slip = (slip[0] + shape[0] * u[0], slip[1] + shape[1] * u[1], slip[2] + shape[2] * u[2])
-        nx, ny = nx + shape[0] / shape[2] * edge.normal[j, k, 0], ny + shape[1] / shape[2] * edge.normal[j, k, 1]
     # only the part across the mean normal (nx, ny, 1) is slip
     size = sqrt(nx * nx + ny * ny + 1.0)
     n = (nx / size, ny / size, 1.0 / size)
@@ -388,6 +437,6 @@ def rub(edge: Floats, body: Floats, j: int, speed: float, kick: float, friction:
         shrink * held[1] - edge.force[j, 2],
         shrink * held[2] - edge.force[j, 3],
     )
-    impart(edge, body, j, step, kick)
     for i in range(1, 4):
         edge.force[j, i] += step[i]
+    return step

@@ -1,0 +1,86 @@
+"""The force over added mass and over the speed of the blade, with and without a rate law.
+
+python benchmarks/rate_and_speed.py mass       mass scaling 1e4, 1e3, 1e2, and the true mass (a quarter of an hour)
+python benchmarks/rate_and_speed.py field      0.5, 1, 5 m/s at the true mass, three element sizes
+python benchmarks/rate_and_speed.py machine    50 to 200 mm/min
+
+The centre of the design, 8 mm, 1.17 mm of travel; without a name the last two are run.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+from cases import SPEC, paper_cases
+
+from stemcal.cutting import ShearTest, shear
+from stemcal.fem.warm import warm
+from stemcal.solvers.embedded import shear_test
+from stemcal.study.spec import load_study
+
+LAWS = ("none", "paper", "cowper_symonds")
+STROKE = 1.17  # mm
+
+
+def at(speed: float, law: str, divisor: int = 16) -> ShearTest:
+    """Return the centre's test at a speed (mm/s) with elements of d over a divisor, as a spec would have it."""
+    study = load_study(SPEC)
+    solver = study.solver.model_copy(update={"rate_law": law})
+    loading = study.loading.model_copy(update={"speed": speed, "duration": STROKE / speed})
+    study = study.model_copy(update={"solver": solver, "loading": loading})
+    test = shear_test(study, paper_cases(["rsm"])[0].levels, 8.0)
+    if law == "none":
+        test = replace(test, material=replace(test.material, strain_rate_c=0.0))
+    how = test.discretisation
+    size, step = 8.0 / divisor, how.integration.time_step
+    integration = replace(how.integration, time_step=None if step is None else step * size / how.element_size)
+    return replace(test, discretisation=replace(how, element_size=size, integration=integration))
+
+
+def told(name: str, test: ShearTest) -> None:
+    """Run a test and print what it says."""
+    result = shear(test)
+    print(
+        f"{name}: {result.peak_force:.2f} N at {result.peak_travel:.3f} mm, {result.steps} steps, drift "
+        f"{result.energy_drift_percent:.2f} %, contact at least {result.contact_energy_percent:.1f} %, kinetic at most "
+        f"{result.kinetic_ratio_percent:.1f} %, blade against supports {result.inertia_percent:.1f} %",
+        flush=True,
+    )
+
+
+def mass() -> None:
+    """Print the force with less and less mass added."""
+    for law in LAWS[1:]:
+        for scaling in (1.0e4, 1.0e3, 1.0e2, 1.0):
+            test = at(100.0 / 60.0, law)
+            how = test.discretisation.integration
+            step = 40.0e-6 * (scaling / 1.0e4) ** 0.5
+            integration = replace(how, mass_scaling=scaling, time_step=step if scaling > 1.0 else None)
+            told(
+                f"{law}, mass scaling {scaling:g}",
+                replace(test, discretisation=replace(test.discretisation, integration=integration)),
+            )
+
+
+def field() -> None:
+    """Print the force at speeds of the field."""
+    for law in ("none", "cowper_symonds"):
+        for speed in (500.0, 1000.0, 5000.0):
+            for divisor in (12, 16, 20):
+                told(f"{law}, {speed / 1000.0:g} m/s, d/{divisor}", at(speed, law, divisor))
+
+
+def machine() -> None:
+    """Print the force at speeds of a testing machine."""
+    for law in LAWS:
+        for speed in (50.0, 100.0, 200.0):
+            told(f"{law}, {speed:g} mm/min", at(speed / 60.0, law))
+
+
+ROWS = {"mass": mass, "field": field, "machine": machine}
+
+if __name__ == "__main__":
+    warm(precision="mixed")
+    for row in sys.argv[1:] or ["field", "machine"]:
+        ROWS[row]()
