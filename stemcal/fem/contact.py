@@ -145,7 +145,8 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray
     across, weight = _across(tools[tool], mirrored) if tool >= 0 else (np.zeros(0), np.zeros(0))
     far = float(np.abs(x[:, 1]).max()) if tool >= 0 else 0.0
     ends = (0.0 if half else -far, far)
-    along, rows = _places(ends, a / _LINES), _places(ends, a / _ROWS)
+    length = tools[tool].spread if tool >= 0 else 1.0
+    along, rows = _places(ends, length / _LINES), _places(ends, length / _ROWS)
     lines, places, image = _lines_of_rows(rows, along, a, half)
     most = 4 * (ceil(2.0 * a / size) + 4) ** 2
     return SpreadEdge(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from stemcal.fem.contact import Contact, Tool
+from stemcal.fem.contact import Contact, Tool, gap_beside, reach_beside
 from stemcal.fem.history import History
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
@@ -22,11 +22,12 @@ Array = NDArray[np.float64]
 E, NU = 1000.0, 0.3
 WIDE, HIGH, LONG = 12.0, 6.0, 2.0
 SPREAD = 1.0
-WEDGE = ((0.0, 0.1), (1.0, 4.0), (-1.0, 4.0))
+TOOL = Tool(((0.0, 0.1), (1.0, 4.0), (-1.0, 4.0)), 0.1, height=0.0, speed=-0.2, edge=0.0, spread=SPREAD)
+REACH = reach_beside(TOOL)[1]
 
 
 def bell(s: Array) -> Array:
-    return np.maximum(1.0 - (s / SPREAD) ** 2, 0.0) ** 2
+    return np.maximum(1.0 - (gap_beside(TOOL, s) / SPREAD) ** 2, 0.0) ** 2
 
 
 @cache
@@ -49,7 +50,7 @@ def static_compliance(h: float = 0.1) -> float:
     freedoms = np.stack([2 * corners, 2 * corners + 1], axis=-1).reshape(-1, 8)
     rows, columns = np.repeat(freedoms, 8, axis=1).ravel(), np.tile(freedoms, (1, 8)).ravel()
     k = coo_matrix((np.tile(ke.ravel(), len(corners)), (rows, columns))).tocsr()
-    s = (np.arange(2000) + 0.5) / 1000.0 * SPREAD - SPREAD
+    s = (np.arange(2000) + 0.5) / 1000.0 * REACH - REACH
     weight = bell(s) / bell(s).sum()
     place = (s + WIDE / 2) / h
     left = np.floor(place).astype(int)
@@ -76,9 +77,8 @@ def pressed(h: float, shift: float = 0.0, mass_scaling: float = 1.0e4) -> Histor
     held = np.zeros(mesh.nodes.shape, dtype=bool)
     held[:, 1] = True
     held[mesh.nodes[:, 2] < -HIGH + 1e-9] = True
-    tool = Tool(WEDGE, 0.1, height=0.0, speed=-0.2, edge=0.0, spread=SPREAD)
     how = Integration(mass_scaling=mass_scaling, outputs=100)
-    return simulate(Model(mesh, Material(1e-9, E, NU), (tool,), Contact(), integration=how, held=held), 0.1)
+    return simulate(Model(mesh, Material(1e-9, E, NU), (TOOL,), Contact(), integration=how, held=held), 0.1)
 
 
 def stiffness(history: History) -> float:
@@ -112,8 +112,9 @@ def test_the_surface_stays_under_the_edge() -> None:
     top = np.abs(mesh.nodes[:, 2]) < 1e-9
     x, sunk = mesh.nodes[top, 0], history.x[top, 2]
     line = np.unique(x)
-    depth = np.array([sunk[np.isclose(x, value)].mean() for value in line])
-    s = (np.arange(200) + 0.5) / 100.0 * SPREAD - SPREAD
+    y = mesh.nodes[top, 1]
+    depth = np.array([np.trapezoid(sunk[np.isclose(x, v)], y[np.isclose(x, v)]) / LONG for v in line])
+    s = (np.arange(200) + 0.5) / 100.0 * REACH - REACH
     mean = np.sum(bell(s) * np.interp(s, line, depth)) / bell(s).sum()
     assert mean == pytest.approx(history.height[-1, 0], abs=2e-5)
 
