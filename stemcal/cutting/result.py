@@ -225,7 +225,7 @@ class BreakWatch:
 # Ratios of energies mean nothing before the blade has done this share of its work.
 _BEGINNING = 0.1
 # Shares above which a result is to be looked at before it is used, percent.
-_MOST_INERTIA = 2.0
+_MOST_INERTIA = 5.0
 _MOST_HOURGLASS = 10.0
 _MOST_DRIFT = 2.0
 

@@ -100,7 +100,7 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
 
 
 @inlined
-def smoothed(rate: float, increment: float, dt: float, time: float) -> Floats:
+def smoothed(rate: Floats, increment: Floats, dt: Floats, time: Floats) -> Floats:
     """Return the plastic strain rate after a step, smoothed over a time: the filter of first order, τ ṙ = ε̇ₚ − r."""
     whole: Floats = max(time + dt, TINY)
     return rate + (increment - dt * rate) / whole

@@ -37,7 +37,7 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s
-_THROUGH = 4  # elements
+_THROUGH, _ENOUGH = 3, 4  # elements: fewer than the first are questioned, the second is advised
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 1e-4  # of a mean
@@ -92,14 +92,14 @@ def _mesh(study: Study) -> Iterator[Finding]:
 
 
 def _wall(study: Study, solver: EmbeddedSolver) -> Iterator[Finding]:
-    """Two one-point elements through a wall that bends: measured 5 % off with two, 3 % with three, 2 % with four."""
+    """A thin wall bends: at a ratio of 0.8 two elements through it give 12 % less force than six, four 7 %."""
     stem = study.specimen
     diameter = study.targets.calibrate_at
     wall, size = 0.5 * diameter * (1.0 - stem.diameter_ratio), solver.element_size.at(diameter)
     count = solver.elements_through_wall or max(1, math.ceil(wall / size - 1e-9))
     if count < _THROUGH:
         message = f"{count} elements through a wall of {wall:.3g} mm: its bending, and so the force, depends on them"
-        yield Finding(("solver", "element_size"), message, f"write elements_through_wall: {_THROUGH} under solver")
+        yield Finding(("solver", "element_size"), message, f"write elements_through_wall: {_ENOUGH} under solver")
 
 
 def _targets(study: Study) -> Iterator[Finding]:

@@ -1,0 +1,111 @@
+"""Whether contact creates energy: the smallest share of the blade's work that it holds back until the stem breaks.
+
+python benchmarks/contact_energy.py            hard, soft and fine cases, and the crops of `stemcal init --crop`
+python benchmarks/contact_energy.py sizes      centre, yield stress 60, chickpea over d/12 to d/32
+python benchmarks/contact_energy.py full       the first cases with the fully integrated element (slow)
+
+Friction and damping only take: a negative share is energy that the numbers have made. A minute on one core, `sizes`
+several.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from cases import paper_cases, tests_of
+from stemcal.study.spec import load_study
+from stemcal.study.spec.crops import CROPS
+from stemcal.study.spec.template import template
+
+from stemcal.cutting import ShearTest, shear
+from stemcal.fem.warm import warm
+from stemcal.solvers.embedded import shear_test
+
+LONGER = 1.2  # s, enough for all but the softest to break
+
+
+def centre(divisor: int = 16, **changes: float) -> ShearTest:
+    """Return the centre of the design, 8 mm, with elements of d over a divisor and material parameters changed."""
+    test = tests_of(paper_cases(["rsm"])[:1])[0]
+    how = test.discretisation
+    ratio = 16 / divisor
+    integration = replace(how.integration, outputs=1000, time_step=(how.integration.time_step or 0.0) * ratio)
+    return replace(
+        test,
+        material=replace(test.material, **changes),
+        loading=replace(test.loading, duration=LONGER),
+        discretisation=replace(how, element_size=how.element_size * ratio, integration=integration),
+    )
+
+
+HARD = {
+    "centre": {},
+    "yield stress 60 MPa": {"yield_stress": 60.0},
+    "E 499, yield stress 28.1 (chickpea)": {"elastic_modulus": 499.0, "yield_stress": 28.1},
+    "E 629, yield stress 25.6 (sugarcane)": {"elastic_modulus": 629.0, "yield_stress": 25.6},
+}
+SOFT = {"yield_stress": 12.0, "failure_strain": 0.045, "elastic_modulus": 1500.0, "poisson_ratio": 0.25}
+
+
+def crops() -> dict[str, ShearTest]:
+    """Return the middle and the corners of each crop's ranges of elastic modulus and yield stress."""
+    tests = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for crop in CROPS:
+            path = Path(folder) / f"{crop}.yaml"
+            path.write_text(template(crop, crop), encoding="utf-8")
+            study = load_study(path)
+            middle = {factor.name: 0.5 * (factor.low + factor.high) for factor in study.factors}
+            tests[f"{crop}, middle"] = shear_test(study, middle, 8.0)
+            ends = [(study.factor(name).low, study.factor(name).high) for name in ("elastic_modulus", "yield_stress")]
+            for modulus, strength in itertools.product(*ends):
+                levels = {**middle, "elastic_modulus": modulus, "yield_stress": strength}
+                tests[f"{crop}, E {modulus:g}, yield stress {strength:g}"] = shear_test(study, levels, 8.0)
+    return tests
+
+
+def told(name: str, test: ShearTest) -> None:
+    """Run a test and print its force, what contact holds at least, and the checks."""
+    result = shear(test)
+    print(
+        f"{name}: {result.peak_force:.1f} N, contact at least {result.contact_energy_percent:.1f} % of the work, drift "
+        f"{result.energy_drift_percent:.2f} %, kinetic {result.kinetic_ratio_percent:.1f} %, hourglass "
+        f"{result.hourglass_ratio_percent:.1f} %",
+        flush=True,
+    )
+
+
+def points() -> None:
+    for name, changes in HARD.items():
+        told(name, centre(**changes))
+    for divisor in (16, 32, 40):
+        told(f"yield stress 12, failure strain 0.045, E 1500, d/{divisor}", centre(divisor, **SOFT))
+    for name, test in crops().items():
+        told(name, test)
+
+
+def sizes() -> None:
+    for name, changes in list(HARD.items())[:3]:
+        for divisor in (12, 16, 24, 32):
+            told(f"{name}, d/{divisor}", centre(divisor, **changes))
+
+
+def full() -> None:
+    for name, changes in HARD.items():
+        test = centre(**changes)
+        how = test.discretisation
+        integration = replace(how.integration, precision="double")
+        told(f"{name}, fully integrated",
+             replace(test, discretisation=replace(how, element="full", integration=integration)))  # fmt: skip
+
+
+ROWS = {"points": points, "sizes": sizes, "full": full}
+
+if __name__ == "__main__":
+    warm(precision="mixed")
+    for row in sys.argv[1:] or ["points"]:
+        ROWS[row]()
