@@ -13,11 +13,11 @@ import sys
 from dataclasses import replace
 
 from cases import SPEC, paper_cases
-from stemcal.study.spec import load_study
 
 from stemcal.cutting import ShearTest, shear
 from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test
+from stemcal.study.reading import load_study
 
 LAWS = ("none", "paper", "cowper_symonds")
 STROKE = 1.17  # mm

@@ -184,11 +184,12 @@ def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     first, files = len(lines(witness)), stage_bytes(folder)
     for stage in ("screen", "rsm", "invert", "validate"):
-        folder.write_stage(stage, {**folder.read_stage(stage), "schema_version": 1})
+        content = folder.read_stage(stage)
+        folder.write_stage(stage, {**content, "schema_version": 1, "inputs": {**content["inputs"], CODE: "0.0 abc"}})
     for stage in ("screen", "validate"):
         assert changes_since(study, solver, folder, stage) == [CODE]
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    assert "screen is made anew: schema_version changed" in caplog.messages
+    assert f"screen is made anew: {CODE} changed" in caplog.messages
     assert len(lines(witness)) == first and stage_bytes(folder) == files
 
 
@@ -362,4 +363,4 @@ def test_plan_counts_and_runs_nothing(tmp_path: Path, folder: StudyFolder, witne
 def test_plan_before_the_screening_assumes_three_factors(tmp_path: Path, folder: StudyFolder) -> None:
     planned = to_json(workflow.plan(make_study(tmp_path), folder, FakeSolver()))
     assert planned["stages"][1]["rows"] == 8 + 6 + 6
-    assert any("3 are assumed" in note for note in planned["notes"])
+    assert {"kind": "factors_assumed", "weight": "trust", "factors": 3} in planned["notes"]

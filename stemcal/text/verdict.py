@@ -161,7 +161,7 @@ def _(reason: CheckMissed, names: Names) -> str:
 def _(reason: DoubtfulPhysics, names: Names) -> str:
     template = {
         "hourglass": "In {runs} of {checked} runs the physics is doubtful: hourglass energy up to {worst} %.",
-        "kinetic": "In {runs} of {checked} runs the physics is doubtful: kinetic energy up to {worst} %.",
+        "inertia": "In {runs} of {checked} runs the physics is doubtful: inertia carries up to {worst} % of the force.",
         "drift": "In {runs} of {checked} runs the physics is doubtful: the energy balance drifts by up to {worst} %.",
         "stroke": "In {runs} of {checked} runs the physics is doubtful: the force was not clearly past its maximum "
         "when the stroke ended.",
@@ -239,7 +239,7 @@ def _(_remedy: advice.MeasureMore, names: Names) -> str:
 @sentence.register
 def _(remedy: advice.MendInput, names: Names) -> str:
     template = {
-        "kinetic": "Mend it in the solver's own input: less mass scaling or a slower blade.",
+        "inertia": "Mend it in the solver's own input: less mass scaling or a slower blade.",
         "hourglass": "Mend it in the solver's own input: a finer mesh or fully integrated elements.",
         "drift": "Mend it in the solver's own input: a smaller time step.",
         "stroke": "Mend it in the solver's own input: a longer stroke.",
@@ -249,11 +249,9 @@ def _(remedy: advice.MendInput, names: Names) -> str:
 
 @sentence.register
 def _(remedy: advice.ScaleMassLess, names: Names) -> str:
-    mass = (
-        "`mass_scaling: {mass_scaling:g}` under `solver` brings kinetic energy under {limit_percent:g} % in most runs."
-    )
+    mass = "`mass_scaling: {mass_scaling:g}` under `solver` brings inertia under {limit_percent:g} % in most runs."
     both = (
-        "`mass_scaling: {mass_scaling:g}` and `time_step: {time_step:g} us` under `solver` bring kinetic energy under "
-        "{limit_percent:g} % in most runs."
+        "`mass_scaling: {mass_scaling:g}` and `time_step: {time_step:g} us` under `solver` bring inertia "
+        "under {limit_percent:g} % in most runs."
     )
     return names.say(mass if remedy.time_step is None else both, **vars(remedy))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 from stemcal.cutting import Loading, ShearTest, build, shear
 from stemcal.fem.contact import gap_beside, reach_beside

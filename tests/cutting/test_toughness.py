@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stemcal.study.spec import load_study
+from stemcal.study.reading import load_study
 
 from stemcal.cutting import CuttingResult, ShearTest, shear
 from stemcal.solvers.embedded import shear_test

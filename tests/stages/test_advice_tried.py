@@ -68,12 +68,12 @@ def test_a_stem_too_heavy_and_after_the_advice(tmp_path: Path) -> None:
     forces = measured_by(tmp_path / "light.yaml", "element_size: d/12, mass_scaling: 1e4, time_step: 20 us")
     before = judged(tmp_path / "before", "element_size: d/12, mass_scaling: 4e5, time_step: 160 us", forces)
     assert before.verdict == "not_calibrated"
-    advised = doubtful(before)["kinetic"].remedy
+    advised = doubtful(before)["inertia"].remedy
     assert isinstance(advised, ScaleMassLess)
     mended = f"element_size: d/12, mass_scaling: {advised.mass_scaling}, time_step: {advised.time_step} us"
     after = judged(tmp_path / "after", mended, forces)
     assert after.verdict != "not_calibrated"
-    assert "kinetic" not in doubtful(after) or doubtful(after)["kinetic"].doubt.runs <= 1
+    assert "inertia" not in doubtful(after) or doubtful(after)["inertia"].doubt.runs <= 1
 
 
 @pytest.mark.slow

@@ -59,7 +59,7 @@ class Doubtful(SpecSolver):
     """The known force with the checks of a solver."""
 
     hourglass: float = 1.0
-    kinetic: float = 1.0
+    inertia: float = 1.0
     low: float = 1.0
 
     def solve(self, request: Request) -> Answer:
@@ -68,7 +68,7 @@ class Doubtful(SpecSolver):
         force = (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b) * (request.condition / 8.0) ** 2
         checks = {
             "hourglass_ratio_percent": self.hourglass,
-            "kinetic_ratio_percent": self.kinetic,
+            "inertia_percent": self.inertia,
             "energy_drift_percent": 0.1,
             "stroke_was_enough": True,
         }
@@ -157,12 +157,12 @@ def test_a_study_on_the_edge_and_after_the_advice(tmp_path: Path, judged: Judge)
 
 
 def solver_of(study: Study) -> Doubtful:
-    """Hourglass energy of 16 % but for full integration; kinetic of 12.5 % at a mass scaling of 1e4."""
+    """Hourglass energy of 16 % but for full integration; inertia of 12.5 % at a mass scaling of 1e4."""
     options = study.solver
     assert isinstance(options, EmbeddedSolver)
     return Doubtful(
         hourglass=0.0 if options.element == "full" else 16.0,
-        kinetic=12.5 * options.mass_scaling / 1e4,
+        inertia=12.5 * options.mass_scaling / 1e4,
     )
 
 
@@ -180,7 +180,7 @@ def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: J
     assert better(after, before) and after.verdict == "calibrated"
 
 
-def test_kinetic_energy_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
+def test_inertia_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
     """12.5 % at 1e4: 2000 would make it 2.5 %; the time step's share of the mass goes with its square."""
     study = written(tmp_path / "first", extra="solver: {kind: embedded, element: full}\n")
     before = judged(study, tmp_path / "first", solver_of(study))
@@ -237,13 +237,13 @@ def test_an_unfinished_study_says_what_is_missing(tmp_path: Path) -> None:
 
 
 def test_limits_are_those_the_solver_warns_of() -> None:
-    warned = (cutting_result._MOST_HOURGLASS, cutting_result._MOST_KINETIC, cutting_result._MOST_DRIFT)
+    warned = (cutting_result._MOST_HOURGLASS, cutting_result._MOST_INERTIA, cutting_result._MOST_DRIFT)
     assert tuple(LIMITS.values()) == warned
 
 
 def test_other_solvers_are_told_what_to_aim_at(tmp_path: Path) -> None:
     study = make_study(tmp_path).model_copy(update={"solver": TableSolver()})
-    assert for_physics(study, Doubt("kinetic", 3, 8.0)) == MendInput("kinetic")
+    assert for_physics(study, Doubt("inertia", 3, 8.0)) == MendInput("inertia")
 
 
 JOINT = "invert: {diameters: all}\n"

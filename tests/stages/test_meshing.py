@@ -166,11 +166,11 @@ def test_it_is_shown_and_comes_back_from_its_file(made: Made) -> None:
     assert (folder.path / "mesh_budget.csv").is_file()
     assert [sheet.title for sheet in tables_of(results.mesh)] == [
         "The solution on other meshes",
-        "What the error of the force is made of",
+        "What the error of the maximum force is made of",
     ]
     assert any("element_size d/16 (0.5 mm): cite" in line for line in tables_of(results.inversion)[0].foot)
     page = render(study, folder)
-    assert "What the error of the force is made of" in page and "standard deviation of" in page
+    assert "What the error of the maximum force is made of" in page and "standard deviation of" in page
     assert OtherMeshes(4, 1, 1) in plan(study, folder).notes
     assert all(stage.file == "fresh" for stage in status(study, folder).stages)
 
@@ -236,7 +236,10 @@ def test_the_validation_has_the_scatter_of_the_travel(made: Made, monkeypatch: p
     reach = stats.t.ppf(0.975, 3) * middle * (own * (1 + 1 / 4)) ** 0.5
     assert (low, high) == pytest.approx((middle - reach, middle + reach))
     foot = tables_of(validation)[1].foot
-    assert any(line.startswith("With the mesh at another place the travel at 7 mm lies within") for line in foot)
+    assert any(
+        line.startswith("With the mesh at another place the travel to the maximum force at 7 mm lies within")
+        for line in foot
+    )
 
 
 def test_a_travel_that_no_place_tells_is_told_to_be_in_no_interval(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,7 +66,7 @@ def test_misses_have_a_side_and_a_place() -> None:
     ("kind", "end"),
     [
         ("hourglass", "hourglass energy up to 16 %."),
-        ("kinetic", "kinetic energy up to 16 %."),
+        ("inertia", "inertia carries up to 16 % of the force."),
         ("drift", "the energy balance drifts by up to 16 %."),
         ("stroke", "the force was not clearly past its maximum when the stroke ended."),
     ],
@@ -82,15 +82,16 @@ def test_remedies_have_their_numbers() -> None:
         advice.WidenRange("failure_strain", "low", 0.01, "1"): "Lower `low` of failure_strain to about 0.01.",
         advice.AddRefinement(): "Add `refine: {}` to the spec: it simulates at the solution and corrects it.",
         advice.ScaleMassLess(2000.0, 17.0, 5.0): "`mass_scaling: 2000` and `time_step: 17 us` under `solver` bring "
-        "kinetic energy under 5 % in most runs.",
-        advice.ScaleMassLess(2000.0, None, 5.0): "`mass_scaling: 2000` under `solver` brings kinetic energy under 5 % "
-        "in most runs.",
+        "inertia under 5 % in most runs.",
+        advice.ScaleMassLess(
+            2000.0, None, 5.0
+        ): "`mass_scaling: 2000` under `solver` brings inertia under 5 % in most runs.",
         advice.IntegrateFully(
             "d/26", 10.0
         ): "`element: full` under `solver` has no hourglass energy, at about six times "
         "the time; elements of d/26 or smaller may bring it under 10 %.",
         advice.LengthenStroke(1.0): "`duration: 1 s` under `loading` doubles the stroke.",
-        advice.MendInput("kinetic"): "Mend it in the solver's own input: less mass scaling or a slower blade.",
+        advice.MendInput("inertia"): "Mend it in the solver's own input: less mass scaling or a slower blade.",
     }
     assert {remedy: sentence(remedy, STEM) for remedy in told} == told
 

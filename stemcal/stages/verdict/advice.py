@@ -98,7 +98,7 @@ class MendInput(Remedy):
 
 @dataclass(frozen=True)
 class ScaleMassLess(Remedy):
-    """Take this mass scaling, and where the step is set this time step (µs), to bring kinetic energy below a limit."""
+    """Take this mass scaling, and where the step is set this time step (µs), to bring inertia below a limit."""
 
     mass_scaling: float
     time_step: float | None
@@ -230,8 +230,8 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
     if not isinstance(solver, EmbeddedSolver):
         return MendInput(doubt.kind)
     match doubt.kind:
-        case "kinetic":
-            return _kinetic(solver, doubt.worst or 0.0)
+        case "inertia":
+            return _inertia(solver, doubt.worst or 0.0)
         case "hourglass":
             return _hourglass(solver, doubt.worst or 0.0)
         case "drift":
@@ -240,12 +240,12 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
             return LengthenStroke(2.0 * study.loading.duration)
 
 
-def _kinetic(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
-    """Kinetic energy goes with the mass, and that with the square of the time step."""
-    share, step = _SAFELY * LIMITS["kinetic"] / worst, solver.time_step
+def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
+    """Inertia goes with the mass, and that with the square of the time step."""
+    share, step = _SAFELY * LIMITS["inertia"] / worst, solver.time_step
     mass_scaling = _outwards(max(solver.mass_scaling * share, 1.0), False)
     return ScaleMassLess(
-        mass_scaling, None if step is None else _outwards(1e6 * step * sqrt(share), False), LIMITS["kinetic"]
+        mass_scaling, None if step is None else _outwards(1e6 * step * sqrt(share), False), LIMITS["inertia"]
     )
 
 

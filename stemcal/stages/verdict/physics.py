@@ -9,12 +9,12 @@ from typing import Any, Literal
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.results import Results
 
-DoubtKind = Literal["hourglass", "kinetic", "drift", "stroke"]
+DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 # Shares from which a solver doubts a run itself, percent: the same as `cutting.result` warns of.
-LIMITS: dict[DoubtKind, float] = {"hourglass": 10.0, "kinetic": 5.0, "drift": 2.0}
+LIMITS: dict[DoubtKind, float] = {"hourglass": 10.0, "inertia": 5.0, "drift": 2.0}
 _TOLD: dict[DoubtKind, str] = {
     "hourglass": "hourglass_ratio_percent",
-    "kinetic": "kinetic_ratio_percent",
+    "inertia": "inertia_percent",
     "drift": "energy_drift_percent",
 }
 

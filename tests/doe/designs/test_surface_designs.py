@@ -178,12 +178,12 @@ def test_a_screening_is_judged_before_it_is_run():
     assert quality.d_efficiency == pytest.approx(100.0) and quality.g_efficiency == pytest.approx(100.0)
     assert all(term.vif == pytest.approx(1.0) for term in quality.terms)
     assert quality.least_power(2.0) == pytest.approx(power(0.5 * 2.0 * 12**0.5, 2))
-    assert "2 residual df" in quality.describe() and "2σ 47 %" in quality.describe()
+    assert quality.least_power(2.0) == pytest.approx(0.4707, abs=1e-4)
 
 
 def test_a_saturated_design_has_no_power():
     quality = judge_design(plackett_burman(11), [f"X{i}" for i in range(11)], quadratic=False)
     assert quality.least_power(RATIOS[0]) is None
-    assert "no F test" in quality.describe()
+    assert quality.residual_df == 0
     with pytest.raises(UsageError, match="cannot estimate"):
         judge_design(plackett_burman(3), list("abc"))
