@@ -17,13 +17,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from cases import paper_cases, tests_of
-from stemcal.study.reading.crops import CROPS
-from stemcal.study.reading.template import template
 
 from stemcal.cutting import ShearTest, shear
 from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
+from stemcal.study.reading.crops import CROPS
+from stemcal.study.reading.template import template
 
 LONGER = 1.2  # s, enough for all but the softest to break
 

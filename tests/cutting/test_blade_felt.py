@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stemcal.study.reading import load_study
 
 from stemcal.cutting import Loading, ShearTest, build, shear
 from stemcal.fem.contact import gap_beside, reach_beside
 from stemcal.fem.stepper import simulate
 from stemcal.solvers.embedded import shear_test
+from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml"
 

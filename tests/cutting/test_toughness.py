@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stemcal.study.reading import load_study
 
 from stemcal.cutting import CuttingResult, ShearTest, shear
 from stemcal.solvers.embedded import shear_test
+from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).resolve().parent.parent / "cases" / "good" / "toughness.yaml"
 # The section of the mesh: polygons of d/8 have 97.1 % of the round one.

@@ -27,7 +27,6 @@ from fakes import FakeSolver, lines, make_study
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.naming import CUTTING, Naming
 from stemcal.study.model import Study
 
 PRELOADED = statsmodels.stats.multitest
@@ -38,8 +37,8 @@ MANY_POINTS = "rsm: {centre_points: 3}\n"
 class WitnessedFolder(StudyFolder):
     """Tells of every acknowledged record, in a file that a kill cannot take back."""
 
-    def save(self, record: Mapping[str, Any], naming: Naming = CUTTING) -> None:
-        super().save(record, naming)
+    def save(self, record: Mapping[str, Any]) -> None:
+        super().save(record)
         with self.path.with_suffix(".saved").open("ab") as file:
             file.write(f"{record['key']} {record['request']['stage']} {record['request']['row']}\n".encode())
 

@@ -15,14 +15,13 @@ from fakes import FakeSolver, make_study
 from stemcal import workflow
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.store import StudyFolder
-from stemcal.naming import CUTTING, Naming
 
 
 class WitnessedFolder(StudyFolder):
     """Tells of every acknowledged record."""
 
-    def save(self, record: Mapping[str, Any], naming: Naming = CUTTING) -> None:
-        super().save(record, naming)
+    def save(self, record: Mapping[str, Any]) -> None:
+        super().save(record)
         with Path(f"{sys.argv[2]}.saved").open("ab") as file:
             file.write(f"{record['key']}\n".encode())
 

@@ -10,7 +10,7 @@ from called import called
 
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels import nodes
-from stemcal.fem.kernels.nodes import CHUNK, kick_and_drift
+from stemcal.fem.kernels.nodes import CHUNK, KINDS, kick_and_drift
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
@@ -49,7 +49,7 @@ def test_nodes_move_as_the_formula_says() -> None:
     new = np.where(free, v + KICK * (f + pushes + loads) / mass, v)
     sums = state.ledger.node_sums
     kinetic = energy_within(body, KICK)
-    by_source, contact_held = body.pushes.force.copy(), np.zeros(3)
+    by_source, contact_held = body.pushes.force.copy(), np.zeros(KINDS)
     take(body, KICK, state.tools.speed, contact_held)
     kick_and_drift(body, KICK, DRIFT, sums, 0, len(sums))
     leave(body, KICK, state.tools.speed, contact_held)
@@ -73,7 +73,7 @@ def test_kinetic_energy_gains_the_work_done() -> None:
     state = shaken()
     body, count = state.body, len(state.body.x)
     f, v, mass = body.f[:count].copy(), body.v.copy(), body.mass[:, None]
-    contact_held, still = np.zeros(3), np.zeros(1)
+    contact_held, still = np.zeros(KINDS), np.zeros(1)
     take(body, KICK, still, contact_held)
     kick_and_drift(body, KICK, DRIFT, state.ledger.node_sums, 0, len(state.ledger.node_sums))
     leave(body, KICK, still, contact_held)

@@ -6,7 +6,7 @@ So ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no`` are texts, and 
 
 >>> document = read_yaml(b"low: 1e3\\nunits: [mm, no]")
 >>> document.data, document.place(("units", 1))
-({'low': 1000.0, 'units': ['mm', 'no']}, Place(line=2, column=13))
+({'low': 1000.0, 'units': ['mm', 'no']}, Position(line=2, column=13))
 """
 
 from __future__ import annotations
