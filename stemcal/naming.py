@@ -112,14 +112,6 @@ class Named:
         """
         return self.noun[:1].upper() + self.noun[1:]
 
-    def its(self, thing: str) -> str:
-        """Return something that it has, as people say it.
-
-        >>> FORCE.its("variation"), Named("a", "angle of repose", "θ", "deg").its("variation")
-        ("the force's variation", 'the variation of the angle of repose')
-        """
-        return f"the {thing} of the {self.noun}" if " " in self.noun else f"the {self.noun}'s {thing}"
-
     def axis(self, word: str = "") -> str:
         """Return what stands along an axis.
 
@@ -219,19 +211,6 @@ class Naming:
     def condition_noun(self) -> str:
         """The noun of the condition, a general one where there is none."""
         return "condition" if self.condition is None else self.condition.noun
-
-    @property
-    def condition_plural(self) -> str:
-        """Several of the condition."""
-        return "conditions" if self.condition is None else self.condition.plural
-
-    def counted(self, count: int, which: str = "") -> str:
-        """Count values of the condition.
-
-        >>> CUTTING.counted(1), CUTTING.counted(5), CUTTING.counted(2, "other ")
-        ('1 diameter', '5 diameters', '2 other diameters')
-        """
-        return f"{count} {which}{self.condition_noun if count == 1 else self.condition_plural}"
 
     @property
     def is_force_on_stems(self) -> bool:

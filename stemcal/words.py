@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-__all__ = ["counted", "did_you_mean", "joined", "listed", "near", "nearest"]
+__all__ = ["counted", "did_you_mean", "listed", "near", "nearest"]
 
 _MOST = 12
 _LONGEST = 60
@@ -45,15 +45,6 @@ def listed(names: Iterable[str]) -> str:
     if len(words) > _MOST:
         return ", ".join(words[:_MOST]) + ", …"
     return " or ".join(filter(None, [", ".join(words[:-1]), words[-1] if words else ""]))
-
-
-def joined(words: Sequence[str]) -> str:
-    """Join words as a sentence does.
-
-    >>> joined(["a"]), joined(["a", "b"]), joined(["a", "b", "c"])
-    ('a', 'a and b', 'a, b and c')
-    """
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def counted(count: int, noun: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from stemcal.cli.options import AsJson, Spec
-from stemcal.words import joined
+from stemcal.text.language import all_of
 
 if TYPE_CHECKING:
     from stemcal.errors import SpecError
@@ -52,7 +52,7 @@ def _measured(study: Study) -> str:
     """Return what was measured, one of it or several."""
     response, others = study.naming.response, study.naming.others
     plural = len(study.targets.means) > 1 or study.naming.is_cutting
-    return joined([named.plural if plural else named.noun for named in (response, *others)])
+    return all_of([named.plural if plural else named.noun for named in (response, *others)])
 
 
 def _problems(error: SpecError) -> Mapping[str, object]:

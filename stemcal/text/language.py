@@ -11,7 +11,7 @@ from gettext import NullTranslations
 from string import Formatter
 from typing import Any
 
-__all__ = ["Writer", "all_of", "one_of", "say", "say_number", "use"]
+__all__ = ["Writer", "all_of", "say", "say_number", "use"]
 
 Form = Callable[[Any], str]
 _catalogue = NullTranslations()
@@ -60,15 +60,6 @@ def all_of(words: Iterable[object]) -> str:
     ('a', 'a and b', 'a, b and c')
     """
     return _listed(words, "{first} and {last}")
-
-
-def one_of(words: Iterable[object]) -> str:
-    """List things of which one is meant.
-
-    >>> one_of(["a", "b", "c"])
-    'a, b or c'
-    """
-    return _listed(words, "{first} or {last}")
 
 
 def _listed(words: Iterable[object], last: str) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, plain, styled
 from stemcal.report.tables.columns import response_decimals
-from stemcal.stages.screen import Limit, ScreenResult
+from stemcal.stages.screen import ScreenResult
 from stemcal.text.screening import limit_label
 
 if TYPE_CHECKING:
@@ -38,10 +38,6 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
             figure.legend(loc="outside upper right", ncols=3)
         axes.set_xlabel(plain(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
     return figure
-
-
-def _marking(limit: Limit, alpha: float) -> dict[str, str]:
-    return {"linestyle": _LINES[limit.method], "label": limit_label(limit, alpha)}
 
 
 def _signed(effect: float, places: int = 1) -> str:
