@@ -76,6 +76,8 @@ class CuttingResult:
     inertia_percent : float
         Difference between the force on the blade and that on the supports at the peak, of the former: what inertia,
         true or added, has in the force.
+    added_mass_percent : float
+        What mass scaling and time step have added to the stem's mass. Where they add nothing inertia is the stem's own.
     contact_energy_percent : float
         Smallest share of the blade's work that contact has held back until the stem breaks, after the first tenth of
         the work. Friction and damping only take: a share below 0 is energy that the numbers have created.
@@ -112,6 +114,7 @@ class CuttingResult:
     shape: Shape | None = None
     work_of_cutting: float | None = None
     cut_area_percent: float | None = None
+    added_mass_percent: float = 0.0
 
 
 def travel_at(test: ShearTest, t: float) -> float:
@@ -228,6 +231,8 @@ _BEGINNING = 0.1
 _MOST_INERTIA = 5.0
 _MOST_HOURGLASS = 10.0
 _MOST_DRIFT = 2.0
+# With less added mass than this inertia is the stem's own and no doubt, percent.
+NEGLIGIBLE_MASS = 1.0
 
 
 def evaluate(
@@ -244,6 +249,7 @@ def evaluate(
     if curve.force_filtered[peak] <= 0.0:
         raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
     end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
+    added = 100.0 * history.added_mass
     checks = {
         "energy_drift_percent": history.drift_percent(),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
@@ -267,9 +273,10 @@ def evaluate(
         contact_energy_percent=_least_contact_percent(curve, broken),
         stroke_was_enough=end.was_enough,
         stroke_end=end.kind,
-        warnings=(*_warnings(end, **checks), *_after_break(curve, peak, broken)),
+        warnings=(*_warnings(end, **checks, added_mass_percent=added), *_after_break(curve, peak, broken)),
         history=curve,
         break_travel=None if broken is None else float(curve.travel[broken]),
+        added_mass_percent=added,
     )
 
 
@@ -313,18 +320,22 @@ def _warnings(
     kinetic_ratio_percent: float,
     hourglass_ratio_percent: float,
     inertia_percent: float,
+    added_mass_percent: float,
 ) -> tuple[str, ...]:
     """Return what a careful engineer would want to know about a run before using its force."""
     said = []
     if not end.was_enough:
         said.append(f"{end.sentence}; lengthen loading.duration")
     if energy_drift_percent > _MOST_DRIFT:
-        said.append(f"the energy balance drifts by {energy_drift_percent:.1f} %; lower solver.time_step_safety")
-    if inertia_percent > _MOST_INERTIA:
+        said.append(
+            f"the energy balance drifts by {energy_drift_percent:.1f} %; lower solver.time_step_safety and "
+            "solver.time_step"
+        )
+    if inertia_percent > _MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
         said.append(
             f"inertia has {inertia_percent:.1f} % of the force: blade and supports differ by that at the peak, with "
             f"kinetic energy up to {kinetic_ratio_percent:.1f} % of internal energy; divide solver.mass_scaling by 100 "
-            "and solver.time_step by 10, for either adds mass; at the true mass it is the stem's own"
+            "and solver.time_step by 10, for either adds mass"
         )
     if hourglass_ratio_percent > _MOST_HOURGLASS:
         said.append(

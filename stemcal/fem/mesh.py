@@ -169,9 +169,9 @@ def _half_disc(radius: float, through: int, widths: Array) -> tuple[Array, Ints]
     rings = rim + np.linspace(0.0, 1.0, through + 1)[1:, None, None] * (arc - rim)
     inside = _filled(rim, up, across)
     # the square's nodes row by row from the bottom, those of its rim where the rings begin
-    grid = np.arange((up + 1) * (across + 1)).reshape(up + 1, across + 1)
+    grid = np.arange((up + 1) * (across + 1), dtype=np.int32).reshape(up + 1, across + 1)
     begin = np.concatenate([grid[0], grid[1:-1, -1], grid[-1, ::-1]])
-    ring = grid.size + np.arange(through * len(arc)).reshape(through, len(arc))
+    ring = grid.size + np.arange(through * len(arc), dtype=np.int32).reshape(through, len(arc))
     lines = np.concatenate([begin[None], ring])
     quads = [_between(grid.T[:-1], grid.T[1:]), _between(lines[:-1], lines[1:])]
     points = radius * np.concatenate([inside.reshape(-1, 2), rings.reshape(-1, 2)])
