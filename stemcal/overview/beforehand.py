@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stemcal.notes import Note
-from stemcal.study.model import CommandSolver, Study, factors_taken
+from stemcal.study.model import CommandSolver, EmbeddedSolver, Study, factors_taken
 
 _SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
@@ -44,8 +44,16 @@ class TakenForDeterministic(Note):
     """The spec does not say whether the program is deterministic."""
 
 
+@dataclass(frozen=True)
+class LengthsBelong(Note):
+    """The failure strain that will be found belongs to these lengths, as the spec writes them."""
+
+    internal_length: str
+    edge_spread: str
+
+
 def beforehand(study: Study) -> Iterator[Note]:
-    """Yield notes on the designs and the program; none is a mistake."""
+    """Yield notes on the designs and the solver; none is a mistake."""
     k, runs = len(study.factors), study.screen.runs
     if study.screen.design == "plackett-burman" and runs is not None and runs <= _SMALL and k >= 3:
         yield SmallScreening(runs, k, runs - 1 - k, _USUAL, _USUAL - 1 - k)
@@ -53,5 +61,8 @@ def beforehand(study: Study) -> Iterator[Note]:
         least, most = factors_taken(study.rsm.design)
         yield TooFewFactors(least, most, k) if k < least else FactorsWanted(least, most)
     solver = study.solver
+    lengths = str(study.material.internal_length), str(study.blade.edge_spread)
+    if isinstance(solver, EmbeddedSolver) and "failure_strain" in study.names:
+        yield LengthsBelong(*lengths)
     if isinstance(solver, CommandSolver) and not solver.by_chance and solver.deterministic is None:
         yield TakenForDeterministic()

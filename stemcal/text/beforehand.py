@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stemcal.notes import Note
-from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TakenForDeterministic, TooFewFactors
+from stemcal.overview.beforehand import (
+    FactorsWanted,
+    LengthsBelong,
+    SmallScreening,
+    TakenForDeterministic,
+    TooFewFactors,
+)
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 
@@ -25,6 +31,11 @@ states(
     TooFewFactors,
     "rsm.design box-behnken wants {least} to {most} factors, this study has {factors}: it will end after the "
     "screening. Write central-composite.",
+)
+states(
+    LengthsBelong,
+    "The failure strain found will belong to internal_length {internal_length} and edge_spread {edge_spread}: no "
+    "cutting curve tells the three apart. Choose the lengths first, keep them, and report all three.",
 )
 states(
     TakenForDeterministic,

@@ -13,7 +13,14 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
 from stemcal.notes import Note
-from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TakenForDeterministic, TooFewFactors, beforehand
+from stemcal.overview.beforehand import (
+    FactorsWanted,
+    LengthsBelong,
+    SmallScreening,
+    TakenForDeterministic,
+    TooFewFactors,
+    beforehand,
+)
 from stemcal.solvers import make_solver
 from stemcal.stages.design import StrongestAsked, surface_factors
 from stemcal.study.model import Study
@@ -102,6 +109,15 @@ def test_what_eight_runs_lose_is_said_before_any(tmp_path):
     assert said == SmallScreening(8, 5, 2, 12, 6)
     assert "wholly aliased with two-factor interactions, and 2 residual df are left" in sentences([said])[0]
     assert list(beforehand(study_of(tmp_path, ""))) == []
+
+
+def test_a_failure_strain_to_be_found_belongs_to_the_lengths() -> None:
+    configs = Path(__file__).resolve().parents[2] / "configs"
+    (said,) = beforehand(load_study(configs / "wild-chrysanthemum.yaml"))
+    assert said == LengthsBelong("d/4.5", "d/9.5")
+    assert sentences([said])[0].startswith(
+        "The failure strain found will belong to internal_length d/4.5 and edge_spread d/9.5"
+    )
 
 
 def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
