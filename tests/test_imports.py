@@ -21,6 +21,7 @@ FLOORS = {
     "stemcal.child": 1,
     "stemcal.naming": 0,
     "stemcal.notes": 2,
+    "stemcal.run_warnings": 2,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,10 +9,11 @@ from typing import Any
 from stemcal.files.typed import from_json
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import DIAMETER
+from stemcal.run_warnings import RunWarning
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.text.numbers import duration
-from stemcal.words import counted
+from stemcal.text.runs import warned_of
 
 Numbers = tuple[float, ...]
 
@@ -51,7 +51,7 @@ class Details:
     energies: dict[str, Numbers] | None = None
     shape: Any = None
     film: Any = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[RunWarning, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -126,16 +126,13 @@ def curves_of(records: Records) -> dict[str, Curve]:
 
 
 def run_warnings(records: Records) -> list[str]:
-    """Return what the solver warned of, once per kind: how many runs, and the first one's words."""
-    kinds: dict[str, list[tuple[str, str]]] = {}
+    """Return what the runs are warned of, once per kind: how many runs, and the first one's warning."""
+    kinds: dict[str, dict[str, RunWarning]] = {}
     distinct = distinct_of(records)
     for label, record in distinct.values():
         for warning in record.details.warnings:
-            kinds.setdefault(re.sub(r"[\d.]+", "#", warning), []).append((label, warning))
-    return [
-        f"{len(found)} of {counted(len(distinct), 'run')} (first {found[0][0]}): {found[0][1]}."
-        for found in kinds.values()
-    ]
+            kinds.setdefault(warning.group, {}).setdefault(label, warning)
+    return [warned_of(found, len(distinct)) for found in kinds.values()]
 
 
 def provenance_rows(records: Records) -> list[tuple[str, str]]:

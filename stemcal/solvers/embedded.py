@@ -35,6 +35,7 @@ from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
+from stemcal.files.typed import to_json
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
@@ -389,7 +390,7 @@ def _details(result: CuttingResult) -> dict[str, Any]:
     }
     if result.phase_peaks:
         scalars["phase_peaks"] = list(result.phase_peaks)
-    return {**scalars, "stroke_end": result.stroke_end, "warnings": list(result.warnings), "curve": curve}
+    return {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}
 
 
 def _over_phases(results: Sequence[CuttingResult]) -> dict[str, list[float]]:

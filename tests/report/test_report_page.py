@@ -16,6 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
 from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
+from stemcal.run_warnings import HourglassEnergy, Message, RunWarning
 
 VOID = {"meta", "br", "link", "img"}
 
@@ -199,18 +200,19 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
 
 
 def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
-    def record(key: str, *warnings: str) -> RunRecord:
+    def record(key: str, *warnings: RunWarning) -> RunRecord:
         return RunRecord(key, Details(warnings=warnings), None, Provenance())
 
     records = {
-        "screen 1": record("a", "kinetic energy is 6.3 % of internal"),
-        "screen 2": record("b", "kinetic energy is 7.1 % of internal", "the stroke ended at 0.8 mm"),
-        "rsm 1": record("b", "kinetic energy is 7.1 % of internal", "the stroke ended at 0.8 mm"),
+        "screen 1": record("a", HourglassEnergy(16.3), HourglassEnergy(17.0)),
+        "screen 2": record("b", HourglassEnergy(17.1), Message("shell 12 is warped")),
+        "rsm 1": record("b", HourglassEnergy(17.1), Message("shell 12 is warped")),
         "8 mm": record("c"),
     }
     assert run_warnings(records) == [
-        "2 of 3 runs (first screen 1): kinetic energy is 6.3 % of internal.",
-        "1 of 3 runs (first screen 2): the stroke ended at 0.8 mm.",
+        "2 of 3 runs, first screen 1: Hourglass energy is 16.3 % of internal energy. Refine the mesh or change "
+        "solver.hourglass.",
+        "1 of 3 runs, first screen 2: shell 12 is warped",
     ]
 
 
