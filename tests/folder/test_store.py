@@ -130,7 +130,7 @@ def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, mo
 
 
 RETYPED = {
-    "record_version": [3, "2", None],
+    "record_version": [4, "2", None],
     "identity": [{"solver": "another"}, [], None],
     "request": [{}, [], {"stage": "screen", "row": "0", "levels": {}, "condition": 8.0}],
     "status": ["done", 1],
