@@ -126,6 +126,7 @@ class ScreenResult(StageResult):
     """
 
     name: ClassVar[str] = "screen"
+    shown = ("significant",)
 
     head: Head = inline()
     design: DesignRuns
@@ -207,10 +208,6 @@ class ScreenResult(StageResult):
         """Yield what every run must tell, and the effects that are called significant."""
         yield from self.design.entries(self.design.varied)
         yield "effects", [effect.factor for effect in self.effects], self.significant
-
-    def summary(self) -> str:
-        """Name the factors that matter."""
-        return f"{len(self.effects)} factors, significant: {', '.join(self.significant) or 'none'}"
 
 
 @a_stage

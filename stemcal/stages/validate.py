@@ -131,6 +131,7 @@ class ValidateResult(StageResult):
     """Measured against simulated response over the conditions, and how a force grows with the stem's diameter."""
 
     name: ClassVar[str] = "validate"
+    shown = ("max_abs_error_percent",)
 
     head: Head = inline()
     parameters: dict[str, float]
@@ -192,11 +193,6 @@ class ValidateResult(StageResult):
         if self.naming.condition == DIAMETER:
             return f"{condition:.6g} mm"
         return self.naming.place(condition) or f"{self.name} {number}"
-
-    def summary(self) -> str:
-        """Tell the largest error."""
-        worst = "–" if self.max_abs_error_percent is None else f"{self.max_abs_error_percent:.1f} %"
-        return f"{len(self.rows)} comparisons, largest error {worst}"
 
 
 @a_stage

@@ -33,19 +33,13 @@ from stemcal.doe.screening.notes import (
 from stemcal.doe.screening.two_stage_analysis import ErrorSource, TwoStages
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign
+from stemcal.text import published
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
 
 # Long lists of aliases are not read: so many are named, the rest is counted.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
-
-
-def summary(stage: ScreenResult) -> str:
-    """Name the significant factors in a line."""
-    if not stage.significant:
-        return say("{count} factors, none significant", count=len(stage.effects))
-    return say("{count} factors, significant: {factors:all}", count=len(stage.effects), factors=stage.significant)
 
 
 def outcome(stage: ScreenResult, names: Names) -> list[str]:
@@ -162,7 +156,7 @@ def remarks(stage: ScreenResult, names: Names) -> list[Remark]:
         said.append(Remark(text, Weight.TRUST, "two_stages"))
     if stage.curvature is not None:
         said.append(Remark(_curvature(stage.curvature, names), Weight.TRUST, "curvature"))
-    return [*said, *(remark(note, names) for note in stage.notes)]
+    return [*said, *(remark(note, names) for note in stage.notes), *published.remarks(stage.published, names)]
 
 
 def _two_stages(found: TwoStages, factors: int, names: Names) -> str:

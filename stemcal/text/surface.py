@@ -64,7 +64,7 @@ def certainty(stage: SurfaceResult, names: Names) -> list[str]:
 def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
     """Return what a surface says beside its tables."""
     said = [remark(note, names) for note in stage.notes]
-    facts = [*_facts(stage, names), *published.remarks(stage.published)]
+    facts = [*_facts(stage, names), *published.remarks(stage.published, names)]
     return [*said, *facts]
 
 

@@ -104,7 +104,7 @@ def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
         *(Remark(said, elsewhere, "beside_formula") for said in _elsewhere(stage, names)),
         *_scale(stage, names),
         *(remark(note, names) for note in stage.notes),
-        *published.remarks(stage.published),
+        *published.remarks(stage.published, names),
     ]
 
 

@@ -14,7 +14,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
-from stemcal.stages.result import Entries, Head, Interval, StageResult, listed
+from stemcal.stages.result import Entries, Head, Interval, StageResult
 
 
 @dataclass(frozen=True)
@@ -186,6 +186,7 @@ class InvertResult(StageResult):
     """
 
     name: ClassVar[str] = "invert"
+    shown = ("point.solution",)
 
     head: Head = inline()
     target: float
@@ -232,7 +233,3 @@ class InvertResult(StageResult):
             "coded_ranges": self.coded_ranges,
         }
         yield from ((place, mapping, names) for place, mapping in (told | {"parameters": self.parameters}).items())
-
-    def summary(self) -> str:
-        """Return the solution."""
-        return listed(self.point.solution)

@@ -134,6 +134,7 @@ class SurfaceResult(StageResult):
     """
 
     name: ClassVar[str] = "rsm"
+    shown = ("names", "r2")
 
     head: Head = inline()
     names: tuple[str, ...]
