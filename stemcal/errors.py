@@ -63,16 +63,16 @@ class RunsFailed(StemcalError):
 
 
 class TargetUnreachable(StemcalError):
-    """The surface does not take the target value anywhere in the allowed region; `beside` is the unit behind it."""
+    """The surface does not take the target value anywhere in the allowed region; `unit_suffix` follows the values."""
 
     exit_code = 4
 
-    def __init__(self, target: float, low: float, high: float, beside: str = " N") -> None:
+    def __init__(self, target: float, low: float, high: float, unit_suffix: str = " N") -> None:
         self.target, self.low, self.high = target, low, high
         side = "above" if target > high else "below"
         super().__init__(
-            f"target {target:g}{beside} is {side} what the surface reaches in the design region "
-            f"({low:.4g} to {high:.4g}{beside}); widen the factor ranges or choose other factors"
+            f"target {target:g}{unit_suffix} is {side} what the surface reaches in the design region "
+            f"({low:.4g} to {high:.4g}{unit_suffix}); widen the factor ranges or choose other factors"
         )
 
 

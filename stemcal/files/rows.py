@@ -112,7 +112,7 @@ class Table:
         things: Iterable[object],
         title: str = "",
         foot: Iterable[str] = (),
-        **told: Any,
+        **options: Any,
     ) -> Table:
         """Take these columns from results, a row each; empty where one has no such field.
 
@@ -124,7 +124,7 @@ class Table:
         for thing in things:
             fields = _fields(thing)
             rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in taken))
-        return cls(taken, tuple(rows), title, tuple(foot), **told)
+        return cls(taken, tuple(rows), title, tuple(foot), **options)
 
     @property
     def heads(self) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ class _Curve:
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Details:
     """What of a solver's details others read; a solver may tell more."""
 
     time_limit: float | None = absent()
@@ -91,7 +91,7 @@ class _Record:
     response: float | None
     reason: str
     message: str
-    details: _Told
+    details: _Details
     provenance: _Circumstances
 
 
@@ -127,11 +127,11 @@ def up_to_date(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _of_version_2(content: dict[str, Any]) -> dict[str, Any]:
-    told, request = content.get("naming", {}), content.get("request")
-    if not isinstance(told, dict) or not isinstance(request, dict):
+    naming, request = content.get("naming", {}), content.get("request")
+    if not isinstance(naming, dict) or not isinstance(request, dict):
         return content
-    response = told.get("response", {"name": "force"})["name"]
-    condition = told.get("condition", {"name": "diameter"}) or {"name": ""}
+    response = naming.get("response", {"name": "force"})["name"]
+    condition = naming.get("condition", {"name": "diameter"}) or {"name": ""}
     asked = {key: value for key, value in request.items() if key != condition["name"]}
     rest = {key: value for key, value in content.items() if key not in ("naming", response)}
     asked["condition"] = request.get(condition["name"], NOWHERE)

@@ -62,9 +62,9 @@ def _recorded(solver: Solver, folder: StudyFolder, guess: Callable[[Request], fl
         record = folder.peek(key)
         if record is None or record["status"] != "ok":
             continue
-        request, told = Request(**record["request"]), record["provenance"]
-        if told.get("host") == socket.gethostname() and record_key(solver, request) == key:
-            seconds, guessed = told.get("wall_seconds"), guess(request)
+        request, circumstances = Request(**record["request"]), record["provenance"]
+        if circumstances.get("host") == socket.gethostname() and record_key(solver, request) == key:
+            seconds, guessed = circumstances.get("wall_seconds"), guess(request)
             if seconds and guessed:
                 yield seconds, guessed
 
@@ -85,7 +85,7 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
     return total
 
 
-def beside(solver: Solver) -> float:
+def overhead(solver: Solver) -> float:
     """Return the seconds that compiling, starting, statistics and the page take."""
     if isinstance(solver, Immediate):
         return _STARTING + _PAGE

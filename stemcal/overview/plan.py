@@ -13,7 +13,7 @@ from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
 from stemcal.notes import Note
-from stemcal.overview.cost import Costs, Source, beside, costs_of, elapsed
+from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.key import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
@@ -96,7 +96,7 @@ class DesignPower(Note):
 class Plan:
     """What a study would run.
 
-    `seconds` are those of one core for the runs, known from `source` (so many `recorded_runs`); `beside` what
+    `seconds` are those of one core for the runs, known from `source` (so many `recorded_runs`); `overhead` what
     compiling, starting, statistics and page take, and `elapsed` all of it with so many `workers`, runs that are decided
     one by one counted as usual.
     """
@@ -112,7 +112,7 @@ class Plan:
     source: Source = "none"
     recorded_runs: int = 0
     workers: int = 1
-    beside: float = 0.0
+    overhead: float = 0.0
     elapsed: float | None = None
 
 
@@ -138,7 +138,7 @@ def plan(
     stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
-    rest = beside(solver)
+    rest = overhead(solver)
     notes = [part.note for part in wanted if part.note is not None]
     foretold = [
         note

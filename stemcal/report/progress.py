@@ -64,7 +64,7 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
 def _response(progress: Progress, naming: Naming) -> str:
     at = "" if progress.last_condition is None else naming.at(progress.last_condition)
     value = f"{progress.last_response:.1f}" if naming.response == FORCE else significant(progress.last_response)
-    return f"{value}{naming.response.beside}{at}"
+    return f"{value}{naming.response.unit_suffix}{at}"
 
 
 class Watcher:

@@ -109,7 +109,7 @@ class _Tally:
 
     def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
         self.stage, self.rows, self.watch = stage, Counter(keys), watch
-        self.total, self.told = len(keys), 0
+        self.total, self.warned = len(keys), 0
         self.done = self.cached = sum(self.rows[key] for key in known)
         self.failed = sum(self.rows[key] for key, answer in known.items() if not answer.ok)
         self.report()
@@ -124,10 +124,10 @@ class _Tally:
 
     def _warn(self, answer: Answer, request: Request) -> None:
         """Tell of the first failures one by one."""
-        self.told += 1
-        if self.told <= MOST_WARNINGS:
+        self.warned += 1
+        if self.warned <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
-        elif self.told == MOST_WARNINGS + 1:
+        elif self.warned == MOST_WARNINGS + 1:
             logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
 
     def report(self, response: float | None = None, condition: float | None = None, waiting_for: str = "") -> None:
@@ -175,7 +175,7 @@ def _record(key: str, request: Request, computed: Computed, solver: Solver, fold
         {
             "key": key,
             "identity": solver.identity(request),
-            "request": request.told(),
+            "request": request.as_record(),
             **asdict(answer),
             "provenance": computed.circumstances,
         }

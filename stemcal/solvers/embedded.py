@@ -85,7 +85,7 @@ class Embedded(OfSpecAlone):
         return "compiling kernels, once" if last is None else f"compiling kernels, once ({last:.0f} s the last time)"
 
     def preparing(self) -> float | None:
-        """Return how many seconds the kernels take to be compiled: none if they are, None if nobody knows."""
+        """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
         return 0.0 if is_compiled(_precision(self.study)) else seconds_to_compile()
 
     def identity(self, request: Request) -> dict[str, Any]:

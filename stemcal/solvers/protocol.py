@@ -44,7 +44,7 @@ class Request:
     element_size: str | None = None
     replicate: int = 0
 
-    def told(self) -> dict[str, Any]:
+    def as_record(self) -> dict[str, Any]:
         """Return it as a record holds it: mesh and replicate only where another one is asked for."""
         other = {"phases": self.phases, "element_size": self.element_size, "replicate": self.replicate or None}
         return {
@@ -115,7 +115,7 @@ class Timed(Estimating, Protocol):
         """What a run takes here over its estimate, by a moment of it; None where that cannot be tried now."""
 
     def preparing(self) -> float | None:
-        """The seconds that `prepare` takes now; None where nobody knows."""
+        """The seconds that `prepare` takes now; None where that is unknown."""
 
 
 @runtime_checkable

@@ -62,7 +62,7 @@ class ClimbResult(StageResult):
         return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
 
     @property
-    def matter(self) -> tuple[str, ...]:
+    def active_factors(self) -> tuple[str, ...]:
         """The factors that matter."""
         return self.significant
 
@@ -104,7 +104,7 @@ def _climbed(
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
         effects=screening.effects,
-        significant=screening.matter,
+        significant=screening.active_factors,
         notes=tuple(chosen),
     )
 

@@ -128,7 +128,7 @@ class Screened(Protocol):
         """What each factor contributes, per cent; of several responses to the one it moves most."""
 
     @property
-    def matter(self) -> Sequence[str]:
+    def active_factors(self) -> Sequence[str]:
         """Names of the factors that matter."""
 
 
@@ -256,7 +256,7 @@ def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[No
     """Return the significant factors, or those of largest contribution where the spec or the design want so many."""
     shares = screening.shares
     ranked = sorted(shares, key=lambda name: -shares[name])
-    found = [name for name in ranked if name in screening.matter]
+    found = [name for name in ranked if name in screening.active_factors]
     asked, (least, most) = strongest_asked(rsm.factors), factors_taken(rsm.design)
     if asked:
         chosen = ranked[:asked]

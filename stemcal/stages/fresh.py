@@ -71,10 +71,10 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
         return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
-    told = (solver or make_solver(study)).identity(probe)
+    identity = (solver or make_solver(study)).identity(probe)
     return {
         path: leaf
-        for name, part in told.items()
+        for name, part in identity.items()
         if name not in _PROBED
         for path, leaf in _leaves(f"solver {name}", part).items()
     }
@@ -207,8 +207,8 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
         result = read_fresh(study, None, folder, kind)
     except UsageError:
         return None
-    told = (result.head.study, result.head.title) == (study.name, study.title)
-    return result if told and _runs_stand(result, study, folder) and _tables_are_there(result, folder) else None
+    is_of_study = (result.head.study, result.head.title) == (study.name, study.title)
+    return result if is_of_study and _runs_stand(result, study, folder) and _tables_are_there(result, folder) else None
 
 
 def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:

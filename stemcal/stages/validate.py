@@ -177,7 +177,7 @@ class ValidateResult(StageResult):
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield the outcome of every run, named by its condition."""
         for number, row in enumerate(self.rows, 1):
-            told = Outcome(
+            outcome = Outcome(
                 response=row.compared.simulated,
                 status=row.status,
                 censored=row.censored,
@@ -186,7 +186,7 @@ class ValidateResult(StageResult):
                 key=row.key,
                 replicates=row.replicates,
             )
-            yield self._label(number, row.compared.condition), told
+            yield self._label(number, row.compared.condition), outcome
 
     def _label(self, number: int, condition: float) -> str:
         """Name a run by its condition, by its number where there is none."""

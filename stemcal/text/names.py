@@ -92,7 +92,7 @@ class Names:
         """
         template = "{values}{unit}" if self.condition == DIAMETER else "{condition} {values}{unit}"
         listed = all_of(short(value) for value in values)
-        return self.say(template, condition=self.condition.long, values=listed, unit=self.condition.beside)
+        return self.say(template, condition=self.condition.long, values=listed, unit=self.condition.unit_suffix)
 
     @cached_property
     def _writer(self) -> Writer:
@@ -101,7 +101,7 @@ class Names:
                 "factor": self.factor,
                 "factors": self.factors,
                 "response": self.quantity,
-                "responses": lambda ends: f"{interval(ends)}{self.response.beside}",
+                "responses": lambda ends: f"{interval(ends)}{self.response.unit_suffix}",
                 "condition": lambda value: self.conditions([value]),
                 "conditions": self.conditions,
                 "p": probability,

@@ -37,7 +37,7 @@ def _asked(study: Study) -> str:
         )
         return names.say(stem, condition=target.condition, response=naming.response.text(target.response, ".6g"))
     means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
-    measured = [f"{short(mean)}{named.beside}" for named, mean in means if mean is not None]
+    measured = [f"{short(mean)}{named.unit_suffix}" for named, mean in means if mean is not None]
     responses = [named.long for named, mean in means if mean is not None]
     nowhere = "Which parameters make the simulated {responses:all} equal the measured {measured:all}?"
     somewhere = (

@@ -12,12 +12,12 @@ from stemcal.doe.designs.aliases import (
     PartlyAliased,
     UniformlyAliased,
 )
+from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.screening.fold import FoldOverPays
 from stemcal.doe.screening.notes import (
     ExactResidual,
-    FlatResponse,
     InteractionOfStrongest,
     LenthError,
     MethodsDisagree,
@@ -323,7 +323,7 @@ def _(note: FullyAliased, names: Names) -> str:
     parts = [_aliased(factor, pairs, names) for factor, pairs in hidden[:_SHOWN_FACTORS]]
     more = len(hidden) - len(parts)
     parts += [say_number("{count} more likewise", "{count} more likewise", more)] if more else []
-    template = "In these {runs} runs main effects cannot be told from two-factor interactions: {listed}."
+    template = "In these {runs} runs main effects cannot be told apart from two-factor interactions: {listed}."
     return names.say(template, runs=note.runs, listed="; ".join(parts))
 
 

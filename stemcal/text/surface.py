@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from stemcal.doe.regression.surface_notes import (
     CopiesOnly,
     ExactSurface,
-    FlatSurface,
     InfluentialRun,
     MostlyNoise,
     NoPointToSpare,
@@ -194,7 +193,6 @@ states(
     "The largest variance inflation is {inflation:.1f}: the runs hardly tell some terms apart, and their coefficients "
     "are uncertain one by one.",
 )
-states(FlatSurface, "Every run gave the same response: the surface is flat.")
 states(SaturatedSurface, "As many coefficients as runs: the surface passes through every run and knows no error.")
 states(ExactSurface, "The quadratic passes through every run exactly: no F can be formed.")
 states(MostlyNoise, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")

@@ -205,10 +205,10 @@ def _(note: BetterCurve, names: Names) -> str:
 
 @sentence.register
 def _(note: TooFewForDiscrepancy, names: Names) -> str:
-    one = "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be told."
+    one = "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be estimated."
     many = (
-        "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be told, since "
-        "the parameters are seen in {count} directions."
+        "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be estimated, "
+        "since the parameters are seen in {count} directions."
     )
     fields = {"needed": note.needed, "response": names.response.long, "key": names.naming.fitted_at}
     return names.say_number(one, many, note.directions, **fields)

@@ -61,12 +61,12 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
     reasons = [{**to_json(reason), "text": sentence(reason, names)} for reason in verdict.reasons]
     for said, reason in zip(reasons, verdict.reasons, strict=True):
         said["remedy"] |= {"text": sentence(reason.remedy, names)}
-    told = {
+    facts = {
         "verdict": verdict.verdict,
         "verdict_use": None if where is None else {**to_json(where), "text": use(where, names)},
         "verdict_reasons": reasons,
     }
-    content: dict[str, Any] = plain(told)
+    content: dict[str, Any] = plain(facts)
     return content
 
 

@@ -376,3 +376,6 @@ def test_a_log_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
     with StudyFolder(tmp_path) as folder:
         (tmp_path / "log.jsonl").mkdir()
         folder.log("event")
+        folder.save(record())
+        assert folder.load(KEY) is not None
+    assert list((tmp_path / "log.jsonl").iterdir()) == []

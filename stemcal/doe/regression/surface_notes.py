@@ -43,7 +43,7 @@ class TermsEntangled(Note):
 
 
 @dataclass(frozen=True)
-class FlatSurface(Note):
+class FlatResponse(Note):
     """Every run gave the same response."""
 
     weight = Weight.NUMBERS
@@ -158,7 +158,7 @@ def surface_notes(
     if largest > _ENTANGLED:
         yield TermsEntangled(largest)
     if fit.flat:
-        yield FlatSurface()
+        yield FlatResponse()
     elif fit.df == 0:
         yield SaturatedSurface()
     elif fit.exact:

@@ -9,6 +9,7 @@ import numpy as np
 
 from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.regression.least_squares import Array, LeastSquares
+from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening.effect_sizes import Conclusion, Effect
 from stemcal.doe.screening.error_term import ErrorTerm
 from stemcal.doe.screening.fold import fold_over_gain
@@ -28,13 +29,6 @@ class ScreeningRunsFailed(Note):
     failed: int
     runs: int
     df: int
-
-
-@dataclass(frozen=True)
-class FlatResponse(Note):
-    """Every run gave the same response."""
-
-    weight = Weight.NUMBERS
 
 
 @dataclass(frozen=True)

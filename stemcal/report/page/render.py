@@ -74,7 +74,7 @@ class Section:
 
     anchor: str
     title: str
-    told: str
+    outcome: str
     part: Part
 
 
@@ -171,8 +171,8 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
     )
-    told = outcome_of(result, verdict.holds, labels)
-    return Section(result.name, stage_called(result.name).title, " ".join(told), part)
+    came = outcome_of(result, verdict.holds, labels)
+    return Section(result.name, stage_called(result.name).title, " ".join(came), part)
 
 
 def part_of(tables: Iterable[Table], plots: Iterable[Plot], notes: Sequence[str] = ()) -> Part:

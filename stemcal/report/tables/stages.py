@@ -41,7 +41,7 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
     names = Names(stage.naming, labels or {})
     match stage:
         case ScreenResult():
-            return [effects_table(one, names.of(one.naming), judged) for one in stage.of_each]
+            return [effects_table(one, names.of(one.naming), judged) for one in stage.all_responses]
         case ClimbResult():
             return [climb_table(stage, names)]
         case SurfaceResult():

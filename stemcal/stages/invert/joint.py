@@ -85,10 +85,10 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
         values = [mean.value, *observation.surface.response.tolist()]
         aims.append(Aim(observation.surface, min(values), mean.value, max(values)))
     found = most_desirable(aims, region)
-    told = zip(means, aims, found.predicted, found.each, strict=True)
+    judged = zip(means, aims, found.predicted, found.each, strict=True)
     rows = [
         DesiredRow(m.condition, m.named.name, m.named.unit, aim.low, m.value, aim.high, predicted, d)
-        for m, aim, predicted, d in told
+        for m, aim, predicted, d in judged
     ]
     solution = coding.by_name(coding.to_natural(found.coded))
     return Desired(solution, coding.by_name(found.coded), found.overall, Rows(rows))

@@ -227,9 +227,9 @@ class InvertResult(StageResult):
     def entries(self) -> Iterator[Entries]:
         """Yield what is told of each factor of the solution."""
         names = self.point.solution
-        told: dict[str, Collection[str]] = {
+        mappings: dict[str, Collection[str]] = {
             "coded": self.point.coded,
             "ranges": self.ranges,
             "coded_ranges": self.coded_ranges,
         }
-        yield from ((place, mapping, names) for place, mapping in (told | {"parameters": self.parameters}).items())
+        yield from ((place, mapping, names) for place, mapping in (mappings | {"parameters": self.parameters}).items())

@@ -217,13 +217,13 @@ class SurfaceResult(StageResult):
         rows = [run.run - 1 for run in fine]
         points = [[runs[i].coded[name] for name in self.names] for i in rows]
         coarse = [answered[i].outcome.number(response) for i in rows]
-        told = [run.outcome.number(response) for run in fine] + [value for _, value in further]
+        values = [run.outcome.number(response) for run in fine] + [value for _, value in further]
         new = np.array([x for x, _ in further], dtype=float).reshape(len(further), len(self.names))
         return correction_of(
             surface,
             np.vstack([np.array(points), new]),
             np.array([*coarse, *surface.predict(new)]),
-            np.array(told),
+            np.array(values),
         )
 
     def _fitted_to(self, answered: Sequence[Answered], further: Further, response: str) -> Surface:
@@ -261,14 +261,14 @@ class SurfaceResult(StageResult):
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
         part = next(part for part in self.conditions if part.condition == condition)
         runs, fit = part.runs, self.refitted(part.runs, response=response, fine=part.fine_runs)
-        told = [
+        design_runs = [
             replace(run, outcome=replace(other.outcome, response=other.outcome.of(response), responses=None))
             for run, other in zip(self.design.runs, runs, strict=True)
         ]
         return replace(
             self,
-            head=replace(self.head, naming=self.naming.led_by(response)),
-            design=replace(self.design, runs=Rows(told)),
+            head=replace(self.head, naming=self.naming.with_primary(response)),
+            design=replace(self.design, runs=Rows(design_runs)),
             anova=Rows(fit.anova),
             **told_by(fit),
             coarse=None,

@@ -62,7 +62,7 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
     coarse = np.array([runs[i].response for i in rows], dtype=float)
     found = correction_of(fit, design.coded[rows], coarse, np.array(responses, dtype=float))
     tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
-    told = Corrected(
+    result = Corrected(
         element_size=design.coarse,
         fine_runs=Rows(fine),
         factor=found.factor,
@@ -70,7 +70,7 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
         sd=found.sd,
         df=found.df,
     )
-    return told, corrected(fit, found)
+    return result, corrected(fit, found)
 
 
 def _result(

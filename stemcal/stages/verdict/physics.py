@@ -12,7 +12,7 @@ from stemcal.stages.results import Results
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 # Shares from which a solver doubts a run itself, percent: the same as `cutting.result` warns of.
 LIMITS: dict[DoubtKind, float] = {"hourglass": 10.0, "inertia": 5.0, "drift": 2.0}
-_TOLD: dict[DoubtKind, str] = {
+_DETAILS: dict[DoubtKind, str] = {
     "hourglass": "hourglass_ratio_percent",
     "inertia": "inertia_percent",
     "drift": "energy_drift_percent",
@@ -59,10 +59,10 @@ def physics_of(results: Results, folder: StudyFolder) -> Physics:
 
 def _doubts(details: Mapping[str, Any]) -> dict[DoubtKind, float | None] | None:
     """Return what is doubtful of a run with its size; None where the solver told nothing of it."""
-    told = {kind: details[name] for kind, name in _TOLD.items() if isinstance(details.get(name), int | float)}
-    if not told and "stroke_was_enough" not in details:
+    sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
+    if not sizes and "stroke_was_enough" not in details:
         return None
-    found: dict[DoubtKind, float | None] = {kind: value for kind, value in told.items() if value > LIMITS[kind]}
+    found: dict[DoubtKind, float | None] = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
     return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
 
