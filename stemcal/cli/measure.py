@@ -152,10 +152,11 @@ def _finish_shear(
 ) -> None:
     """Write what was asked for, show the rest."""
     from stemcal.cli.console import note
-    from stemcal.files.rows import Rows
+    from stemcal.files.rows import Column, Rows, Table
     from stemcal.measured.shear import SpecimenRow
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
+    from stemcal.text.laboratory import remark_text
 
     rows = Rows(map(SpecimenRow.of, tests.specimens))
     content = _content(
@@ -175,8 +176,18 @@ def _finish_shear(
             "shear-curves": figures.shear_curves(tests),
             "force-diameter": figures.force_over_diameter(tests),
         }
-        _leave_files(out, "measure-shear", content, rows.table(), drawn, section)
-    _show(content, tests.synthetic, tables.shear_tables(tests), tests.remarks(), as_json, quiet, section)
+        remarks = Column("remarks", of=lambda row: "; ".join(map(remark_text, row.remarks)))
+        table = Table.of([*(name for name in vars(rows[0]) if name != "remarks"), remarks], rows)
+        _leave_files(out, "measure-shear", content, table, drawn, section)
+    _show(
+        content,
+        tests.synthetic,
+        tables.shear_tables(tests),
+        [remark_text(one) for one in tests.remarks()],
+        as_json,
+        quiet,
+        section,
+    )
     if spec and not quiet:
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
@@ -222,7 +233,7 @@ def _content(stage: str, measured: object) -> object:
     """Return what was measured as JSON."""
     from stemcal.files.typed import to_json
 
-    return {"schema_version": 1, "stage": stage, **to_json(measured)}
+    return {"schema_version": 2, "stage": stage, **to_json(measured)}
 
 
 def _leave_files(
@@ -258,6 +269,6 @@ def _show(
     else:
         say(*(part for table in found for part in drawn(table)), *([section] if section else []))
     if synthetic:
-        warn("these data say of themselves that they are synthetic; do not publish them as measured")
+        warn("the files are marked as synthetic; do not publish them as measured")
     for remark in [] if quiet else remarks:
         note(f"note: {remark}")
