@@ -61,7 +61,8 @@ states(LargestAtEnd, "the force is largest at the last point: the test may have 
 states(
     Outlier,
     "grade {grade:g} mm: specimen {specimen} is an outlier by Grubbs' test (G = {statistic:.3f} > {critical:.3f}, "
-    "alpha {alpha:g}); it is still included; leave it out with --exclude {specimen} if the laboratory book gives a reason",
+    "alpha {alpha:g}); it is still included; leave it out with --exclude {specimen} if the laboratory "
+    "book gives a reason",
 )
 states(Excluded, "{specimen} is left out, as --exclude asks")
 states(EqualNames, "{names:all} have one name: one specimen twice? narrow with --pattern")
