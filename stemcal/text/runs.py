@@ -61,7 +61,7 @@ _LOWER_BOUNDS = {
 
 states(
     EnergyDrifts,
-    "The energy balance drifts by {percent:.1f} %. Lower solver.time_step_safety.",
+    "The energy balance drifts by {percent:.1f} %. Lower solver.time_step_safety and solver.time_step.",
 )
 states(
     InertiaInForce,

@@ -187,7 +187,6 @@ states(
     "`element: full` under `solver` has no hourglass energy, at about six times the time; elements of {element_size} "
     "or smaller may bring it under {limit_percent:g} %.",
 )
-states(advice.HalveTimeStep, "`time_step_safety: {time_step_safety:g}` under `solver` halves the time step.")
 states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` doubles the stroke.")
 
 
@@ -255,3 +254,12 @@ def _(remedy: advice.ScaleMassLess, names: Names) -> str:
         "under {limit_percent:g} % in most runs."
     )
     return names.say(mass if remedy.time_step is None else both, **vars(remedy))
+
+
+@sentence.register
+def _(remedy: advice.HalveTimeStep, names: Names) -> str:
+    safety = "`time_step_safety: {time_step_safety:g}` under `solver` halves the time step."
+    both = (
+        "`time_step_safety: {time_step_safety:g}` and `time_step: {time_step:g} us` under `solver` halve the time step."
+    )
+    return names.say(safety if remedy.time_step is None else both, **vars(remedy))

@@ -90,6 +90,9 @@ def test_remedies_have_their_numbers() -> None:
             "d/26", 10.0
         ): "`element: full` under `solver` has no hourglass energy, at about six times "
         "the time; elements of d/26 or smaller may bring it under 10 %.",
+        advice.HalveTimeStep(0.45, 20.0): "`time_step_safety: 0.45` and `time_step: 20 us` under `solver` halve the "
+        "time step.",
+        advice.HalveTimeStep(0.45, None): "`time_step_safety: 0.45` under `solver` halves the time step.",
         advice.LengthenStroke(1.0): "`duration: 1 s` under `loading` doubles the stroke.",
         advice.MendInput("inertia"): "Mend it in the solver's own input: less mass scaling or a slower blade.",
     }

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import floor, log10, sqrt
+from math import floor, log10
 from typing import Literal
 
 import numpy as np
@@ -115,9 +115,10 @@ class IntegrateFully(Remedy):
 
 @dataclass(frozen=True)
 class HalveTimeStep(Remedy):
-    """Take this safety of the time step."""
+    """Take this safety of the time step, and where the step is set this time step (µs): half of both."""
 
     time_step_safety: float
+    time_step: float | None
 
 
 @dataclass(frozen=True)
@@ -235,17 +236,29 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
         case "hourglass":
             return _hourglass(solver, doubt.worst or 0.0)
         case "drift":
-            return HalveTimeStep(_outwards(0.5 * solver.time_step_safety, False))
+            return _half_the_step(solver)
         case "stroke":
             return LengthenStroke(2.0 * study.loading.duration)
 
 
 def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
-    """Inertia goes with the mass, and that with the square of the time step."""
-    share, step = _SAFELY * LIMITS["inertia"] / worst, solver.time_step
-    mass_scaling = _outwards(max(solver.mass_scaling * share, 1.0), False)
+    """Return mass scaling and time step at which what the blade sets swinging is well below the limit.
+
+    A body of stiffness k and mass m that is struck at the speed V swings with the force V √(k m): the share falls
+    with the root of the mass, and the mass that a time step asks for goes with its square.
+    """
+    swing, step = _SAFELY * LIMITS["inertia"] / worst, solver.time_step
+    mass_scaling = _outwards(max(solver.mass_scaling * swing**2, 1.0), False)
     return ScaleMassLess(
-        mass_scaling, None if step is None else _outwards(1e6 * step * sqrt(share), False), LIMITS["inertia"]
+        mass_scaling, None if step is None else _outwards(1e6 * step * swing, False), LIMITS["inertia"]
+    )
+
+
+def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:
+    """Return half the safety; a set time step stays as it is, with mass added, unless it is halved as well."""
+    step = solver.time_step
+    return HalveTimeStep(
+        _outwards(0.5 * solver.time_step_safety, False), None if step is None else _outwards(0.5e6 * step, False)
     )
 
 

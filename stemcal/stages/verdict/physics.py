@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Literal
 
+from stemcal.cutting.result import NEGLIGIBLE_MASS
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.results import Results
 
@@ -62,6 +64,8 @@ def _doubts(details: Mapping[str, Any]) -> dict[DoubtKind, float | None] | None:
     sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
     if not sizes and "stroke_was_enough" not in details:
         return None
+    if details.get("added_mass_percent", inf) <= NEGLIGIBLE_MASS:
+        sizes.pop("inertia", None)  # it is the stem's own
     found: dict[DoubtKind, float | None] = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
     return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
