@@ -46,9 +46,9 @@ def _around(neighbours: NDArray[np.int32]) -> NDArray[np.uint32]:
     return np.where(neighbours < 0, own, neighbours).astype(np.uint32)
 
 
-def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array, NDArray[np.int64]]:
-    """Return mean, scratch and known strain of so many elements, the largest mean, and that none has been looked at."""
-    return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1), np.zeros(1, dtype=np.int64)
+def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array]:
+    """Return mean, scratch and known strain of so many elements, and the largest mean: nothing has strained yet."""
+    return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32], shares: Array) -> Array:
