@@ -91,6 +91,20 @@ def test_a_mirror_plane_is_as_good_as_the_other_half() -> None:
         assert mean == pytest.approx(means["none"][place], rel=1e-12)
 
 
+@pytest.mark.parametrize("symmetry", ["half", "quarter"])
+@pytest.mark.parametrize("over", ["nodes", "elements"])
+def test_a_mirror_plane_takes_as_many_passes(symmetry: str, over: str) -> None:
+    """The smallest elements stand beside the mirror plane along the stem."""
+    passes = []
+    for one in ("none", symmetry):
+        how = Discretisation(element_size=0.7, symmetry=one, edge_over=over, coarsening=6.0, coarsening_around=2.0)  # type: ignore[arg-type]
+        model = build(ShearTest(Material(1e-9, 1000.0, 0.3), discretisation=how))
+        neighbours, shares = model.mesh.topology().neighbours, element_shares(model)
+        strains = np.zeros((-(-len(shares) // LANES), LANES))
+        passes.append(exchange(model.mesh, neighbours, shares, 1.0, 1.5, strains).passes)
+    assert passes[0] == passes[1] > 20
+
+
 def test_strain_of_what_has_failed_still_counts() -> None:
     """In a long bar the mean beside a failed slice is that of before: h exp(−x²/ℓ²)/(√π ℓ)."""
     h, length = 0.1, 1.0
