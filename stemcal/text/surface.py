@@ -12,7 +12,6 @@ from stemcal.doe.regression.surface_notes import (
     MostlyNoise,
     NoPointToSpare,
     NothingRepeated,
-    RepeatedOverMeshes,
     SaturatedSurface,
     ScatterOverMeshes,
     SurfaceRunsFailed,
@@ -199,17 +198,11 @@ states(SaturatedSurface, "As many coefficients as runs: the surface passes throu
 states(ExactSurface, "The quadratic passes through every run exactly: no F can be formed.")
 states(MostlyNoise, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
 states(
-    RepeatedOverMeshes,
-    "{repeated} repeated runs add no information: they only raise the residual df to {df}; for the lack of fit every "
-    "point counts once.",
-)
-states(
     CopiesOnly,
-    "All repeated points agree exactly, so lack of fit cannot be tested: the solver is deterministic. The {repeated} "
-    "repeated runs add no information; they only raise the residual df to {df}, so standard errors and p-values look "
-    "better than they are.",
+    "{repeated} runs repeat others exactly: the solver is deterministic. Each point counts once, which leaves {df} "
+    "residual df.",
 )
-states(NothingRepeated, "Lack of fit cannot be tested: no design point is repeated.")
+states(NothingRepeated, "Lack of fit cannot be tested: no repeated runs differ.")
 states(NoPointToSpare, "Lack of fit cannot be tested: the design has as many distinct points as the surface has terms.")
 states(
     InfluentialRun,

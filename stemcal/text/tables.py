@@ -13,6 +13,9 @@ LINES = {
     "±{sme:response} even among all factors.",
     "anova": "Analysis of variance",
     "sequential anova": "Analysis of variance, type I sums of squares",
+    "anova of copies": "Analysis of variance as published",
+    "copies counted": "Every copy of a deterministic run counts here, as the published table has it. That makes "
+    "standard errors and p-values look better than they are: no interval is made from it.",
     "untestable": "Lack of fit cannot be tested.",
     "coefficients": "Response surface in coded units",
     "fit": "Quality of the fit",

@@ -2,7 +2,7 @@
 
 Each measured response has its own surface over the same factors. What its variance is made of:
 
-    measured   (cv·mean)²/n of the measured mean, and s²·(1 + p/n) of the surface, the mean variance of one more run
+    measured   (cv·mean)²/n of the measured mean, and that of the mean response about the surface, its mean over the runs
     pooled     as measured; a value without sd gets the coefficient of variation of the others of its kind
     misfit     no sd anywhere, more responses than factors: variance ∝ measured², its size told by the misfit
     surface    no sd anywhere, too few responses to tell: the surface's part alone, the measured value is exact
@@ -293,7 +293,7 @@ def misfit_of(observations: Sequence[Observation]) -> Misfit:
     laboratory = variation * measured**2 / n
     surface = np.array([_surface_variance(o.surface) for o in observations])
     floor = (_FINEST * measured) ** 2
-    surface_df = float(np.mean([o.surface.df for o in observations]))
+    surface_df = float(np.mean([error.df if (error := o.surface.mean_error) else 0 for o in observations]))
     behind = [(laboratory[kinds == kind], surface[kinds == kind], df) for kind, df in freedom.items()]
     df = min(_satterthwaite([of_mean, of_surface], [df, surface_df]) for of_mean, of_surface, df in behind)
     sources = [
@@ -330,10 +330,8 @@ def _satterthwaite(parts: Sequence[Array], freedom: Sequence[float]) -> float:
 
 
 def _surface_variance(surface: Surface) -> float:
-    """s²·(1 + p/n): one further run, at the mean leverage of the design."""
-    if surface.mean_square is None:
-        return 0.0
-    return float(surface.mean_square * (1.0 + len(surface.beta) / len(surface.design)))
+    """Return the variance of the mean response about a surface, its mean over the runs of the design."""
+    return 0.0 if surface.mean_error is None else float(np.mean(surface.mean_variance(surface.design)))
 
 
 def best_fit(misfit: Misfit, region: Region) -> Array:

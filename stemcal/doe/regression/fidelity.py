@@ -22,6 +22,7 @@ import numpy as np
 
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.least_squares import Array, fit_least_squares, t_quantile
+from stemcal.doe.regression.mean_error import MeanError
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_names
 from stemcal.errors import RunsFailed
@@ -82,7 +83,7 @@ def corrected(coarse: Surface, found: Correction) -> Surface:
     """Return the surface of the fine runs, its coefficients and intervals; all else is told of the coarse ones."""
     to_z = np.vstack([coarse.beta, np.eye(len(coarse.beta))[1 : len(coarse.names) + 1]])
     beta = np.array([found.factor, *found.tilt]) @ to_z
-    if coarse.mean_square is None:
+    if coarse.mean_square is None or coarse.mean_error is None:
         unknown = np.full_like(coarse.unscaled_covariance, np.nan)
         return replace(coarse, beta=beta, coefficients=_coefficients(coarse, beta, unknown, 0))
     parts = [(found.factor**2 * coarse.mean_square, coarse.df), (found.sd**2, found.df)]
@@ -95,6 +96,7 @@ def corrected(coarse: Surface, found: Correction) -> Surface:
         unscaled_covariance=covariance / whole if whole > 0.0 else coarse.unscaled_covariance,
         mean_square=whole,
         df=df,
+        mean_error=MeanError(whole, found.factor**2 * coarse.mean_error.missed + found.sd**2, df),
         coefficients=_coefficients(coarse, beta, covariance, df),
     )
 
