@@ -46,7 +46,7 @@ LINES = {
     "product": "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest "
     "there.",
     "known": "How well the measurements fix the parameters",
-    "profile": "95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",
+    "profile": "95 % intervals by profile likelihood; free: half of the range or more remains possible.",
     "climb": "Steps towards the target",
     "target": "Target {target:response .6g}.",
     "target at": "Target {target:response .6g} at {at:condition}.",

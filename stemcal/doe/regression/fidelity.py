@@ -11,7 +11,8 @@ the correction and Z the rows z at those points
     variance of ŷ_fine       ρ²s²·φᵀ(XᵀX)⁻¹φ + s_ε²·zᵀ(ZᵀZ)⁻¹z
     of one more fine run     ρ²s² + s_ε² more
 
-with Satterthwaite's degrees of freedom. With fewer than k + 3 fine runs the factor ρ alone is fitted.
+with Satterthwaite's degrees of freedom. With fewer than k + 3 fine runs the factor ρ alone is fitted; ε then holds a
+tilt that nobody knows, which shifts the mean too: s_ε² more is in the variance of ŷ_fine.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ class Correction:
     sd: float
     df: int
     unscaled_covariance: Array
+    tilted: bool = True
 
 
 def spread_runs(coded: Array, count: int) -> list[int]:
@@ -76,7 +78,7 @@ def correction_of(surface: Surface, points: Array, coarse: Array, fine: Array) -
     kept = [0, *(1 + j for j in along)] if tilted else [0]
     found, covariance = np.zeros(1 + len(surface.names)), np.zeros((1 + len(surface.names),) * 2)
     found[kept], covariance[np.ix_(kept, kept)] = fit.coefficients, fit.unscaled_covariance
-    return Correction(float(found[0]), found[1:], (fit.residual_ss / fit.df) ** 0.5, fit.df, covariance)
+    return Correction(float(found[0]), found[1:], (fit.residual_ss / fit.df) ** 0.5, fit.df, covariance, tilted)
 
 
 def corrected(coarse: Surface, found: Correction) -> Surface:
@@ -97,6 +99,7 @@ def corrected(coarse: Surface, found: Correction) -> Surface:
         mean_square=whole,
         df=df,
         mean_error=MeanError(whole, found.factor**2 * coarse.mean_error.missed + found.sd**2, df),
+        unfitted=0.0 if found.tilted or whole == 0.0 else found.sd**2 / whole,
         coefficients=_coefficients(coarse, beta, covariance, df),
     )
 

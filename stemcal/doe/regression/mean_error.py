@@ -2,7 +2,7 @@
 
 At a point of leverage h = φᵀ(XᵀWX)⁻¹φ the mean response differs from ŷ with the variance s_f²·h + σ_L²:
 
-    no scatter of repeated runs     s_f² = s², σ_L² = s²: all of the residual is what the quadratic misses, and it misses
+    no scatter of repeated runs     s_f² = s², σ_L² = s²: all of the residual is what the quadratic misses, which misses
                                     other points by as much; so it is with a deterministic solver
     lack of fit p ≥ 0.25            s_f² = s², σ_L² = 0: the residual is scatter, which replicates average away
     lack of fit p < 0.25            s_f² = MS_L, σ_L² = (MS_L − MS_E)/r, r the runs that a point stands for

@@ -46,7 +46,8 @@ class Surface:
     `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
     is larger. `sequential_ss` has the type I sum of squares of every term. `copies` is how many runs only repeat
     others of a deterministic solver: they count once, and are not among `design` and `response`. `mean_error` is what
-    the mean response may be off by; None of a saturated fit.
+    the mean response may be off by; None of a saturated fit. Of coarse runs `unfitted` is the part of `mean_square`
+    that the mean shares, since too few fine runs tell of it.
     """
 
     names: tuple[str, ...]
@@ -74,6 +75,7 @@ class Surface:
     error_source: ErrorSource = "residual"
     copies: int = 0
     mean_error: MeanError | None = None
+    unfitted: float = 0.0
     sequential_ss: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -106,7 +108,7 @@ class Surface:
 
     def standard_error(self, coded: ArrayLike) -> Array:
         """Standard error of ŷ; NaN for a saturated fit, which knows no error."""
-        return np.sqrt(self._s2() * self.unscaled_variance(coded))
+        return np.sqrt(self._s2() * (self.unfitted + self.unscaled_variance(coded)))
 
     def mean_variance(self, coded: ArrayLike) -> Array:
         """Return the variance of the mean response about ŷ, what the quadratic misses included; NaN if saturated."""
@@ -116,7 +118,7 @@ class Surface:
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""
-        return self._interval(coded, level, 0.0)
+        return self._interval(coded, level, self.unfitted)
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of one further run: ŷ ± t·s·√(1 + φᵀ(XᵀX)⁻¹φ)."""
