@@ -95,9 +95,9 @@ def _reduction(found: ReductionSteps, names: Names) -> str:
 def _correction(found: Corrected, names: Names) -> str:
     alone = (
         "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
-        "corrected by these: {factor:.3f} times the coarse one. They are too few to tell a slope along the factors: what "
-        "the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval, that of "
-        "the mean too. Analysis of variance and R² are of the coarse runs."
+        "corrected by these: {factor:.3f} times the coarse one. They are too few to tell a slope along the factors: "
+        "what the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval, "
+        "that of the mean too. Analysis of variance and R² are of the coarse runs."
     )
     tilted = (
         "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
