@@ -62,17 +62,20 @@ def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], regio
 
 
 def certainty_of(
-    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"]
+    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"], point: Array
 ) -> Certainty:
-    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone."""
+    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone.
+
+    Directions that change nothing are those at `point`, the solution.
+    """
     best = best_fit(misfit, region)
     profiles = profiles_of(misfit, region, best)
-    unseen = unseen_directions(misfit, best)
+    unseen = unseen_directions(misfit, point)
     changes = tuple(_changes(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
     moved = {name for row in unseen for name in _movers(coding.names, row)}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
-    loosest = changes[0] if changes else _changes(coding, loosest_direction(misfit, best)) if not_identified else {}
+    loosest = changes[0] if changes else _changes(coding, loosest_direction(misfit, point)) if not_identified else {}
     return Certainty(
         source=source,
         scatter=misfit.scatter,

@@ -31,7 +31,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     found = solve_target(surface.fitted, target.response, low, high, surface.radius, study.invert.rule, unit)
     region = Region(low, high, surface.radius)
     misfit = misfit_over(measured_of(target, [FIRST], study.naming), [surface.fitted], region)
-    known = certainty_of(study, coding, misfit, region, "single")
+    known = certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
     natural = coding.to_natural(np.array(found.ranges).T).T
     ranges: dict[str, Interval] = {
