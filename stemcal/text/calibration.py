@@ -131,8 +131,12 @@ def unseen_changes(part: Certainty, names: Names) -> list[str]:
 
 
 def _change(factor: str, size: float, part: Certainty, names: Names) -> str:
-    size_written = names.say("{size:+.3g}", size=size)
-    return f"{names.factor(factor)} {_with_unit(size_written, part.units[factor])}"
+    return change(factor, size, part.units[factor], names)
+
+
+def change(factor: str, size: float, unit: str, names: Names) -> str:
+    """Write how much a factor changes."""
+    return f"{names.factor(factor)} {_with_unit(names.say('{size:+.3g}', size=size), unit)}"
 
 
 def _with_unit(number: str, unit: str) -> str:
@@ -161,7 +165,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     return [
         say("Cite the 95 % range: all values that agree with the measurement, the other parameters free."),
         *assumption(stage.certainty),
-        say("Free: three quarters of the range or more."),
+        say("Free: half of the range or more."),
         names.say("The surface meets the target exactly at {exact:all}, its own error left out.", exact=exact),
     ]
 
