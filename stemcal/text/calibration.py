@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
+from stemcal.stages.invert.joint import FlatDirection
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete
 from stemcal.stages.invert.stage import ConstraintBroken
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, remark, states
+from stemcal.text.notes import Remark, remark, sentence, states
 from stemcal.text.numbers import fixed, interval, significant, unit_written
 
 KNOWN = "known"
@@ -126,13 +127,13 @@ def unseen_changes(part: Certainty, names: Names) -> list[str]:
     """Say what changes together without any measured response changing."""
     one = "Not seen: {changes:all} alone changes no measured response (to first order)."
     many = "Not seen: {changes:all} together change no measured response (to first order)."
-    each = [[_change(name, size, part, names) for name, size in found.items()] for found in part.unseen_changes]
+    each = [[_change(name, size, part.units, names) for name, size in found.items()] for found in part.unseen_changes]
     return [say_number(one, many, len(changes), changes=changes) for changes in each]
 
 
-def _change(factor: str, size: float, part: Certainty, names: Names) -> str:
+def _change(factor: str, size: float, units: Mapping[str, str], names: Names) -> str:
     size_written = names.say("{size:+.3g}", size=size)
-    return f"{names.factor(factor)} {_with_unit(size_written, part.units[factor])}"
+    return f"{names.factor(factor)} {_with_unit(size_written, units[factor])}"
 
 
 def _with_unit(number: str, unit: str) -> str:
@@ -326,3 +327,13 @@ states(
     ConstraintBroken,
     "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
 )
+
+
+@sentence.register
+def _(note: FlatDirection, names: Names) -> str:
+    changes = [_change(name, size, note.units, names) for name, size in note.changes.items()]
+    return names.say(
+        "The measured values do not separate the parameters: {changes:all} together change the fit too little to tell. "
+        "Of all points that fit about as well the one nearest to the centre of the ranges is taken.",
+        changes=changes,
+    )

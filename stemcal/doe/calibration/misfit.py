@@ -135,7 +135,7 @@ class Misfit:
     def many(self, points: Array) -> Array:
         """Return D at (m, k) points."""
         gap = self.measured - self.predict(points)
-        return np.asarray((gap * self._weighed(gap)).sum(axis=1))
+        return np.asarray((gap * self.weighed(gap)).sum(axis=1))
 
     @cached_property
     def kinds(self) -> list[Array]:
@@ -143,7 +143,7 @@ class Misfit:
         of = [observation.kind for observation in self.observations]
         return [np.array([float(kind == other) for other in of]) for kind in dict.fromkeys(of)]
 
-    def _weighed(self, gap: Array) -> Array:
+    def weighed(self, gap: Array) -> Array:
         """Return V⁻¹r of (m, observations) differences: V = diag(v) + uuᵀ, u of each kind by itself."""
         scaled = gap / self.variance
         if self.shared is None:
@@ -159,7 +159,7 @@ class Misfit:
 
     def gradient(self, x: Array) -> Array:
         """Return ∂D/∂x = −2 Σ (measured − ŷ)/variance·∂ŷ/∂x."""
-        weighted = self._weighed(self.measured - self.predict(x)[0])
+        weighted = self.weighed(self.measured - self.predict(x)[0])
         slopes = np.asarray(self.beta @ term_gradient(x))
         return np.asarray(-2.0 * weighted @ slopes)
 
@@ -265,7 +265,7 @@ class Misfit:
         if not self.meshed:
             return whole
         slopes = self.beta @ term_gradient(x)
-        weighed = self._weighed(slopes.T).T
+        weighed = self.weighed(slopes.T).T
         g = weighed @ np.linalg.pinv(slopes.T @ weighed)
         parts = np.array(
             [

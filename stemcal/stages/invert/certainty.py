@@ -78,7 +78,7 @@ def certainty_of(
         free=tuple(p.factor for p in profiles if p.free),
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
-        unseen_changes=tuple(_changes(coding, row) for row in unseen),
+        unseen_changes=tuple(changes_along(coding, row) for row in unseen),
         posterior=_posterior(coding, misfit, region) if study.invert.posterior else None,
         df=misfit.scale_df if isfinite(misfit.scale_df) else None,
         units={name: study.factor(name).unit for name in coding.names},
@@ -93,8 +93,8 @@ def _natural(coding: Coding, j: int, low: float, high: float) -> Interval:
     return _value(coding, j, low), _value(coding, j, high)
 
 
-def _changes(coding: Coding, direction: Array) -> dict[str, float]:
-    """Return how much each factor changes along a direction that no measurement sees, in its unit.
+def changes_along(coding: Coding, direction: Array) -> dict[str, float]:
+    """Return how much each factor changes along a coded direction, in its unit.
 
     The largest part changes by one half step; parts below a twentieth of it are left out.
     """

@@ -55,8 +55,18 @@ class VaryAnother(Remedy):
     factor: str
 
 
+@dataclass(frozen=True)
 class FitFewer(Remedy):
-    """Vary a further factor, or fit less together."""
+    """Vary a further factor, or fit fewer responses, or conditions, together."""
+
+    over: Literal["responses", "conditions"] = "conditions"
+
+
+@dataclass(frozen=True)
+class TellApart(Remedy):
+    """Measure what tells these parameters apart, or take one of them from elsewhere."""
+
+    factors: tuple[str, ...]
 
 
 class AddRefinement(Remedy):
