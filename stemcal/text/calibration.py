@@ -8,7 +8,7 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
-from stemcal.stages.invert.joint import FlatDirection
+from stemcal.stages.invert.joint import FlatDirection, UnequalScatter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete
 from stemcal.stages.invert.stage import ConstraintBroken
@@ -314,6 +314,11 @@ _WEIGHTS = {
     "surface": "No SD was given: the measured values are treated as exact, and only the surface's own error counts.",
 }
 
+states(
+    UnequalScatter,
+    "The measured means do not scatter alike (Bartlett's test, p = {p:p}): the weights of the fit stay those of one "
+    "coefficient of variation, and the intervals rest on each mean's own standard deviation.",
+)
 states(
     FreeFactors,
     "The target leaves {factors:factors} free over the whole region.",

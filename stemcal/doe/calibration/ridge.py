@@ -21,12 +21,12 @@ import numpy as np
 
 from stemcal.doe.calibration.levelset import Objective, squared_distance
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
-from stemcal.doe.calibration.profile import FREE, allowed_rise
+from stemcal.doe.calibration.profile import allowed_rise
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.terms import term_gradient
 
-_MEAN_GOOD_TO = 0.03
+_MEAN_GOOD_TO, _MOST = 0.03, 0.75
 _CLOUD = 9
 _STARTS = 3
 _KEPT = 1e-6
@@ -38,7 +38,7 @@ def flat_directions(misfit: Misfit, region: Region, x: Array) -> Array:
     slopes = known.beta @ term_gradient(x)
     certainty, vectors = np.linalg.eigh(slopes.T @ known.weighed(slopes.T).T)
     length = np.array([_chord(region, v) for v in vectors.T])
-    flat = np.maximum(certainty, 0.0) * (FREE * length) ** 2 <= 4.0 * allowed_rise(known, known.value(x))
+    flat = np.maximum(certainty, 0.0) * (_MOST * length) ** 2 <= 4.0 * allowed_rise(known, known.value(x))
     return np.asarray(vectors.T[flat])
 
 

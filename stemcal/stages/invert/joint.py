@@ -38,6 +38,13 @@ from stemcal.study.model import Study
 
 
 @dataclass(frozen=True)
+class UnequalScatter(Note):
+    """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
+
+    p: float
+
+
+@dataclass(frozen=True)
 class FlatDirection(Note):
     """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
 
@@ -97,7 +104,10 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single"),
         desirability=_desired(study, means, misfit, region, coding),
-        notes=tuple(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
+        notes=(
+            *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
+            *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
+        ),
     )
 
 
