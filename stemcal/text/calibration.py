@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
@@ -127,13 +127,15 @@ def unseen_changes(part: Certainty, names: Names) -> list[str]:
     """Say what changes together without any measured response changing."""
     one = "Not seen: {changes:all} alone changes no measured response (to first order)."
     many = "Not seen: {changes:all} together change no measured response (to first order)."
-    each = [[_change(name, size, part.units, names) for name, size in found.items()] for found in part.unseen_changes]
+    each = [
+        [change(name, size, part.units[name], names) for name, size in found.items()] for found in part.unseen_changes
+    ]
     return [say_number(one, many, len(changes), changes=changes) for changes in each]
 
 
-def _change(factor: str, size: float, units: Mapping[str, str], names: Names) -> str:
-    size_written = names.say("{size:+.3g}", size=size)
-    return f"{names.factor(factor)} {_with_unit(size_written, units[factor])}"
+def change(factor: str, size: float, unit: str, names: Names) -> str:
+    """Write how much a factor changes."""
+    return f"{names.factor(factor)} {_with_unit(names.say('{size:+.3g}', size=size), unit)}"
 
 
 def _with_unit(number: str, unit: str) -> str:
@@ -162,7 +164,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     return [
         say("Cite the 95 % range: all values that agree with the measurement, the other parameters free."),
         *assumption(stage.certainty),
-        say("Free: three quarters of the range or more."),
+        say("Free: half of the range or more."),
         names.say("The surface meets the target exactly at {exact:all}, its own error left out.", exact=exact),
     ]
 
@@ -336,7 +338,7 @@ states(
 
 @sentence.register
 def _(note: FlatDirection, names: Names) -> str:
-    changes = [_change(name, size, note.units, names) for name, size in note.changes.items()]
+    changes = [change(name, size, note.units[name], names) for name, size in note.changes.items()]
     return names.say(
         "The measured values do not separate the parameters: {changes:all} together change the fit too little to tell. "
         "Of all points that fit about as well the one nearest to the centre of the ranges is taken.",

@@ -13,7 +13,6 @@ from stemcal.doe.regression.surface_notes import (
     MostlyNoise,
     NoPointToSpare,
     NothingRepeated,
-    RepeatedOverMeshes,
     SaturatedSurface,
     ScatterOverMeshes,
     SurfaceRunsFailed,
@@ -104,8 +103,9 @@ def _reduction(found: ReductionSteps, names: Names) -> str:
 def _correction(found: Corrected, names: Names) -> str:
     alone = (
         "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
-        "corrected by these: {factor:.3f} times the coarse one. What that leaves, a standard deviation of "
-        "{sd:response .2g} with {df} df, is in every interval; analysis of variance and R² are of the coarse runs."
+        "corrected by these: {factor:.3f} times the coarse one. They are too few to tell a slope along the factors: "
+        "what the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval, "
+        "that of the mean too. Analysis of variance and R² are of the coarse runs."
     )
     tilted = (
         "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
@@ -207,17 +207,11 @@ states(SaturatedSurface, "As many coefficients as runs: the surface passes throu
 states(ExactSurface, "The quadratic passes through every run exactly: no F can be formed.")
 states(MostlyNoise, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
 states(
-    RepeatedOverMeshes,
-    "{repeated} repeated runs add no information: they only raise the residual df to {df}; for the lack of fit every "
-    "point counts once.",
-)
-states(
     CopiesOnly,
-    "All repeated points agree exactly, so lack of fit cannot be tested: the solver is deterministic. The {repeated} "
-    "repeated runs add no information; they only raise the residual df to {df}, so standard errors and p-values look "
-    "better than they are.",
+    "{repeated} runs repeat others exactly: the solver is deterministic. Each point counts once, which leaves {df} "
+    "residual df.",
 )
-states(NothingRepeated, "Lack of fit cannot be tested: no design point is repeated.")
+states(NothingRepeated, "Lack of fit cannot be tested: no repeated runs differ.")
 states(NoPointToSpare, "Lack of fit cannot be tested: the design has as many distinct points as the surface has terms.")
 states(
     InfluentialRun,

@@ -13,6 +13,9 @@ LINES = {
     "±{sme:response} even among all factors.",
     "anova": "Analysis of variance",
     "sequential anova": "Analysis of variance, type I sums of squares",
+    "anova of copies": "Analysis of variance as published",
+    "copies counted": "Every copy of a deterministic run counts here, as the published table has it. That makes "
+    "standard errors and p-values look better than they are: no interval is made from it.",
     "untestable": "Lack of fit cannot be tested.",
     "coefficients": "Response surface in coded units",
     "fit": "Quality of the fit",
@@ -43,7 +46,7 @@ LINES = {
     "product": "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest "
     "there.",
     "known": "How well the measurements fix the parameters",
-    "profile": "95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",
+    "profile": "95 % intervals by profile likelihood; free: half of the range or more remains possible.",
     "climb": "Steps towards the target",
     "target": "Target {target:response .6g}.",
     "target at": "Target {target:response .6g} at {at:condition}.",

@@ -14,14 +14,19 @@ from stemcal.stages.verdict.rules import (
     Conflict,
     DoubtfulPhysics,
     Misfit,
+    NotIdentified,
     OnTheEdge,
     OutOfReach,
+    RoughResponse,
+    SignAgainstExpectation,
+    SolutionDoubtful,
     TargetMissed,
     Unchecked,
     Unfinished,
     ValidationFailed,
     ValidationFromTable,
 )
+from stemcal.text.calibration import change
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
@@ -189,6 +194,47 @@ def _(reason: DoubtfulPhysics, names: Names) -> str:
     return names.say(template, runs=reason.doubt.runs, checked=reason.checked, worst=worst)
 
 
+@sentence.register
+def _(reason: SolutionDoubtful, names: Names) -> str:
+    somewhere = {
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} % at {condition:condition}.",
+        "inertia": "With the calibrated parameters inertia carries {worst} % of the force at {condition:condition}.",
+        "drift": "With the calibrated parameters the energy balance drifts by {worst} % at {condition:condition}.",
+        "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended at "
+        "{condition:condition}.",
+    }
+    nowhere = {
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} %.",
+        "inertia": "With the calibrated parameters inertia carries {worst} % of the force.",
+        "drift": "With the calibrated parameters the energy balance drifts by {worst} %.",
+        "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended.",
+    }
+    template = (somewhere if names.placed else nowhere)[reason.at.doubt.kind]
+    return names.say(template, worst=_size(reason.at.doubt.worst or 0.0), condition=reason.at.condition)
+
+
+@sentence.register
+def _(reason: NotIdentified, names: Names) -> str:
+    together = [change(name, size, reason.units[name], names) for name, size in reason.changes.items()]
+    combination = (
+        "Not identified: {factors:factors}. One combination is known, not each: {changes:all} together change hardly "
+        "anything that was fitted."
+    )
+    alone = "Not identified: {factors:factors}. What was fitted hardly changes with it."
+    return names.say(combination if len(together) > 1 else alone, factors=reason.factors, changes=together)
+
+
+states(
+    SignAgainstExpectation,
+    "The effect of {factors:factors} has the other sign than the study expects.",
+)
+states(
+    RoughResponse,
+    "Equal inputs give equal answers, but the surface misses its runs by {cv_percent:.1f} %: the response is rough, or "
+    "no quadratic follows it.",
+)
+
+
 # ---- remedies
 
 
@@ -211,10 +257,27 @@ states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` double
 
 
 states(
-    advice.TellApart,
-    "No wider range is asked for: the measured values do not tell {factors:factors} apart. Fit another response or "
-    "test, or hold one of them at a value from elsewhere.",
+    advice.CheckModel,
+    "Check {factors:factors} in the model: the law, the units, and the `expected_sign` of the spec.",
 )
+states(
+    advice.SmoothResponse,
+    "Smooth the response, average it over places of the mesh or replicates, or add runs with `stemcal augment`.",
+)
+
+
+@sentence.register
+def _(remedy: advice.Identify, names: Names) -> str:
+    template = {
+        "responses": "`invert: {{responses: all}}` fits what else was measured; if that is not enough, measure another "
+        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
+        "conditions": "`invert: {{{key}: all}}` fits all that was measured; if that is not enough, measure another "
+        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
+        None: "Measure another response or another kind of test, or hold {factor:factor} at a value from the "
+        "literature.",
+    }[remedy.unfitted]
+    _, _, key = names.naming.fitted_at.partition(".")
+    return names.say(template, factor=remedy.factor, key=key)
 
 
 @sentence.register

@@ -2,7 +2,7 @@
 
 Each measured response has its own surface over the same factors. What its variance is made of:
 
-    measured   (cv·mean)²/n of the measured mean, and s²·(1 + p/n) of the surface, the mean variance of one more run
+    measured   (cv·mean)²/n of the measured mean, and that of the mean response about its surface
     pooled     as measured; a value without sd gets the coefficient of variation of the others of its kind
     misfit     no sd anywhere, more responses than factors: variance ∝ measured², its size told by the misfit
     surface    no sd anywhere, too few responses to tell: the surface's part alone, the measured value is exact
@@ -326,8 +326,18 @@ class Misfit:
                 found[own] = alone, alone**2 / self.sources[own].df
 
 
-def misfit_of(observations: Sequence[Observation]) -> Misfit:
-    """Weigh the observations by what is known of their scatter (see the head of this module)."""
+def misfit_of(observations: Sequence[Observation], region: Region | None = None) -> Misfit:
+    """Weigh the observations by what is known of their scatter (see the head of this module).
+
+    Within a `region` the surfaces have the error that they have at the point that fits best, where there is one.
+    """
+    found = _weighed_at(observations, None)
+    if region is None or found.df < 0 or not found.scale_known:
+        return found
+    return _weighed_at(observations, best_fit(found, region))
+
+
+def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Misfit:
     if len({observation.surface.names for observation in observations}) != 1:
         raise UsageError("joint fit: needs one or more surfaces, all over the same factors in the same order")
     measured = np.array([observation.measured for observation in observations])
@@ -340,9 +350,9 @@ def misfit_of(observations: Sequence[Observation]) -> Misfit:
     own = (spread / measured) ** 2
     variation, freedom = _pooled(own, n - 1, kinds)
     laboratory = variation * measured**2 / n
-    surface = np.array([_surface_variance(o.surface) for o in observations])
+    surface = np.array([_surface_variance(o.surface, point) for o in observations])
     floor = (_FINEST * measured) ** 2
-    surface_df = float(np.mean([o.surface.df for o in observations]))
+    surface_df = float(np.mean([error.df if (error := o.surface.mean_error) else 0 for o in observations]))
     behind = [(laboratory[kinds == kind], surface[kinds == kind], df) for kind, df in freedom.items()]
     df = min(_satterthwaite([of_mean, of_surface], [df, surface_df]) for of_mean, of_surface, df in behind)
     apart = np.where(known & (n > 1), own, variation) * measured**2 / n
@@ -386,11 +396,10 @@ def _satterthwaite(parts: Sequence[Array], freedom: Sequence[float]) -> float:
     return 1.0 / doubt if doubt > 0.0 else np.inf
 
 
-def _surface_variance(surface: Surface) -> float:
-    """s²·(1 + p/n): one further run, at the mean leverage of the design."""
-    if surface.mean_square is None:
-        return 0.0
-    return float(surface.mean_square * (1.0 + len(surface.beta) / len(surface.design)))
+def _surface_variance(surface: Surface, point: Array | None) -> float:
+    """Return the variance of the mean response about a surface at a point, or its mean over the runs of the design."""
+    where = surface.design if point is None else point
+    return 0.0 if surface.mean_error is None else float(np.mean(surface.mean_variance(where)))
 
 
 def best_fit(misfit: Misfit, region: Region) -> Array:

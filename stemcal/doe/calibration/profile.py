@@ -25,7 +25,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.terms import term_gradient
 
 GRID = 25
-FREE = 0.75
+FREE = 0.5
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
 
@@ -48,7 +48,7 @@ class Profile:
 
     @property
     def free(self) -> bool:
-        """Whether the data leave the factor free over nearly all of the region (a sphere has tips that are no test)."""
+        """Whether the data leave the factor free over most of the region."""
         return self.share >= FREE
 
 
@@ -166,6 +166,12 @@ def unseen_directions(misfit: Misfit, x: Array) -> Array:
     _, sizes, rows = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
     return np.asarray(rows[rank:])
+
+
+def loosest_direction(misfit: Misfit, x: Array) -> Array:
+    """Return the unit vector (coded) along which the responses change least at x, for their errors; (factors,)."""
+    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
+    return np.asarray(np.linalg.svd(slopes)[2][-1])
 
 
 def moved_together(direction: Array) -> list[float]:

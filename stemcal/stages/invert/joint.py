@@ -81,12 +81,12 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     region = Region(*box_of(study, coding), surface.radius)
-    misfit = misfit_over(means, joint_surfaces(study, surface))
+    misfit = misfit_over(means, joint_surfaces(study, surface), region)
     fit = fit_jointly(misfit, region)
     point = Point.of(surface.assess(study, fit.coded), coding)
     first = measured_of(target, [FIRST], study.naming)
     there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
-    single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted])
+    single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted], region)
     known = certainty_of(study, coding, misfit, region, "joint")
     return InvertResult(
         head=head,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 from stemcal.doe.calibration.inversion import Assessment
@@ -89,9 +89,10 @@ class PosteriorSummary:
 class Certainty:
     """What measurements leave possible, all of a joint fit or the target alone: 95 % intervals by profile likelihood.
 
-    `free` factors are those that the data say nothing about; along `directions` (coded) nothing measured changes, for
-    example by `unseen_changes` (in the factors' `units`). `df` are the degrees of freedom behind the variances, None
-    where they are treated as known.
+    `free` factors are those whose interval holds most of their range; along `directions` (coded) nothing measured
+    changes, for example by `unseen_changes` (in the factors' `units`). `not_identified` are those and the factors
+    that move along such a direction; `loosest` are changes along which the measured values change least. `df` are the
+    degrees of freedom behind the variances, None where they are treated as known.
     """
 
     source: Literal["joint", "single"]
@@ -103,6 +104,8 @@ class Certainty:
     share: dict[str, float]
     free: tuple[str, ...]
     profiles: dict[str, ProfileCurve]
+    not_identified: tuple[str, ...] = ()
+    loosest: dict[str, float] = field(default_factory=dict)
     directions: tuple[dict[str, float], ...] = ()
     unseen_changes: tuple[dict[str, float], ...] = ()
     posterior: PosteriorSummary | None = None

@@ -56,13 +56,13 @@ class Carried:
         response = measured_of(target, [FIRST], study.naming)
         jointly = bool(study.joint_targets)
         means = measured_means(study) if jointly else response
-        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted])
+        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region)
         misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
         known = certainty_of(study, coding, misfit, region, "joint" if jointly else "single")
         alone = None
         if jointly:
             there = response[0] in means
-            own = misfit_over(response, [surface.fitted])
+            own = misfit_over(response, [surface.fitted], region)
             single = misfit.only([means.index(response[0])]) if there else own.with_mesh(mesh, 0.0)
             alone = certainty_of(study, coding, single, region, "single")
             coded, ranges = known.coded_intervals, known.intervals
@@ -118,7 +118,10 @@ def mesh_interval(surface: Surface, coded: object, mesh: MeshScatter, extra: flo
     x = np.asarray(coded, dtype=float)
     middle = float(surface.predict(x)[0]) * mesh.mean_factor
     parts = [
-        (surface.mean_square * (extra + float(surface.unscaled_variance(x)[0])), float(surface.df)),
+        (
+            surface.mean_square * (max(extra, surface.unfitted) + float(surface.unscaled_variance(x)[0])),
+            float(surface.df),
+        ),
         (mesh.variance * middle**2 * (extra + 1.0 / mesh.placements), mesh.df),
     ]
     whole = sum(variance for variance, _ in parts)

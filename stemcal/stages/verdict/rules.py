@@ -12,13 +12,16 @@ from stemcal.folder.store import StudyFolder
 from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import Contradicted, JointFitted
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.surface.runs import EqualRepeats
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.physics import Doubt, Physics, physics_of
+from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, physics_of
 from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
 from stemcal.study.model import Study
 
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
+ROUGH_PERCENT = 3.0
+_FAR = 2.0  # times a limit
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
 
@@ -109,6 +112,44 @@ class DoubtfulPhysics(Reason, kind="physics"):
 
     doubt: Doubt
     checked: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolutionDoubtful(Reason, kind="physics_of_solution"):
+    """The run with the calibrated parameters at a condition has doubtful physics.
+
+    Not calibrated: where the parameters were fitted, and the doubt is twice its limit or a force that still rose. Else
+    a reservation.
+    """
+
+    at: DoubtAt
+
+
+@dataclass(frozen=True, kw_only=True)
+class NotIdentified(Reason):
+    """What was fitted does not fix these factors each by itself: a reservation.
+
+    Their intervals hold most of their ranges, or they move along `changes` (in the factors' `units`), which change
+    nothing that was fitted.
+    """
+
+    factors: tuple[str, ...]
+    changes: dict[str, float]
+    units: dict[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignAgainstExpectation(Reason):
+    """Significant effects have the other sign than the study expects of its mechanics: a reservation."""
+
+    factors: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoughResponse(Reason):
+    """Equal inputs give equal answers, yet the surface misses its runs by so much, percent of the mean: reservation."""
+
+    cv_percent: float
 
 
 @dataclass(frozen=True)
@@ -260,9 +301,18 @@ def _edge(evidence: Evidence) -> Iterator[Reason]:
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
-        widen = joint is None or (joint.separated and joint.presses_outwards)
-        remedy = advice.from_the_edge(evidence.study, surface, coded) if widen else advice.TellApart(surface.names)
+        remedy = _from_the_edge(evidence, coded)
         yield OnTheEdge(weight="with_reservations", remedy=remedy)
+
+
+def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
+    """Widen a range, unless a joint fit lies there by the scatter of its data or in a flat valley."""
+    surface, found = evidence.results.surface, evidence.results.inversion
+    assert surface is not None and found is not None
+    joint, known = found.joint, found.certainty
+    if joint is None or known is None or (joint.separated and joint.presses_outwards):
+        return advice.from_the_edge(evidence.study, surface, coded)
+    return advice.to_identify(evidence.study, known)
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
@@ -315,4 +365,77 @@ def _left_out(evidence: Evidence) -> bool:
     return error is not None and error <= evidence.within
 
 
-RULES: tuple[Rule, ...] = (_reach, _target, _edge, _misfit, _validation, _physics, _unfinished)
+def _solution_physics(evidence: Evidence) -> Iterator[Reason]:
+    if evidence.physics.share > MAJORITY:
+        return  # said of all runs
+    worst: dict[DoubtKind, DoubtAt] = {}
+    for at in evidence.physics.at_solution:
+        before = worst.get(at.doubt.kind)
+        if before is None or (at.fitted, at.doubt.worst or 0.0) > (before.fitted, before.doubt.worst or 0.0):
+            worst[at.doubt.kind] = at
+    for kind, at in worst.items():
+        far = at.doubt.worst is None or at.doubt.worst > _FAR * LIMITS[kind]
+        weight: Severity = "not_calibrated" if at.fitted and far else "with_reservations"
+        yield SolutionDoubtful(weight=weight, remedy=advice.for_physics(evidence.study, at.doubt), at=at)
+
+
+def _identified(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.results.inversion
+    known = None if found is None else found.certainty
+    if known is None or not known.not_identified:
+        return
+    remedy = advice.to_identify(evidence.study, known)
+    yield NotIdentified(
+        weight="with_reservations",
+        remedy=remedy,
+        factors=known.not_identified,
+        changes=known.loosest,
+        units=known.units,
+    )
+
+
+def _signs(evidence: Evidence) -> Iterator[Reason]:
+    against = tuple(
+        factor.name
+        for factor in evidence.study.factors
+        if factor.expected_sign and _sign_found(evidence, factor.name) == {"+": "-", "-": "+"}[factor.expected_sign]
+    )
+    if against:
+        remedy = advice.CheckModel(against)
+        yield SignAgainstExpectation(weight="with_reservations", remedy=remedy, factors=against)
+
+
+def _sign_found(evidence: Evidence, factor: str) -> str | None:
+    """Return the sign of a significant effect: by the surface, else by the screening; None where there is none."""
+    surface, screen = evidence.results.surface, evidence.results.screen
+    row = None if surface is None else surface.anova_row(factor)
+    slope = None if surface is None else surface.coefficient(factor)
+    if row is not None and slope is not None and row.p is not None and row.p < evidence.study.screen.alpha:
+        return "+" if slope.value > 0.0 else "-"
+    if screen is not None and factor in screen.significant:
+        return "+" if screen.effect(factor).effect > 0.0 else "-"
+    return None
+
+
+def _rough(evidence: Evidence) -> Iterator[Reason]:
+    surface = evidence.results.surface
+    if surface is None or not isinstance(surface.pure_error, EqualRepeats) or surface.cv_percent is None:
+        return
+    bends = surface.second_opinion is not None and surface.second_opinion.process_is_better
+    if surface.cv_percent > ROUGH_PERCENT and not bends:
+        yield RoughResponse(weight="with_reservations", remedy=advice.SmoothResponse(), cv_percent=surface.cv_percent)
+
+
+RULES: tuple[Rule, ...] = (
+    _reach,
+    _target,
+    _solution_physics,
+    _identified,
+    _edge,
+    _misfit,
+    _validation,
+    _signs,
+    _rough,
+    _physics,
+    _unfinished,
+)
