@@ -234,13 +234,14 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
         caption = f"Force over blade travel: validation runs in colour, all others in grey.{dotted}"
         plots.append(Plot("force-travel", "runs", caption, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
+    hollow = study.specimen.diameter_ratio > 0.0 or "wall_thickness" in study.names
     for label, record in records.items():
         if record.at_solution:
-            plots += _run(label, record.details, label == calibrated)
+            plots += _run(label, record.details, label == calibrated, hollow)
     return plots
 
 
-def _run(label: str, details: Details, on_page: bool) -> list[Plot]:
+def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
     """Return the pictures of one run; the page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
@@ -248,19 +249,19 @@ def _run(label: str, details: Details, on_page: bool) -> list[Plot]:
         draw = partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", caption, draw, on_page, detail=True))
     if details.shape:
-        plots += _pictures(label, name, details, on_page)
+        plots += _pictures(label, name, details, on_page, hollow)
     return plots
 
 
-def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Plot]:
+def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
     """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
     packed, film = details.shape, details.film
     mesh = f"The mesh of the stem of {label}: from the side with blade and supports (grey), and its cross-section."
+    section = "in section (the bore between the walls)" if hollow else "in section"
     cut = (
         f"The stem of {label} at the end of the simulation, notched by the blade: it ends when the force has dropped "
-        "for good, before the stem is cut through. From the side and in section (the bore between the walls), coloured "
-        "by plastic strain; elements that failed are gone. Grey: the blade, and the supports with their clearance "
-        "between."
+        f"for good, before the stem is cut through. From the side and {section}, coloured by plastic strain; elements "
+        "that failed are gone. Grey: the blade, and the supports with their clearance between."
     )
     plots = [
         Plot(
