@@ -58,7 +58,9 @@ def simulate(
     """
     from stemcal.cli.console import note, say_json, waiting, warn
     from stemcal.cli.session import read_study, require_sense
+    from stemcal.executors.machine import require_address_space
 
+    require_address_space()
     study = read_study(spec)
     levels = study.midlevels()
     if from_run is not None:
