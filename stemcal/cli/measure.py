@@ -27,7 +27,7 @@ app = typer.Typer(
 Folder = Annotated[
     Path | None, typer.Option("--out", "-o", metavar="DIR", help="Write tables and figures here (csv, json, svg, png).")
 ]
-Encoding = Annotated[str | None, typer.Option(help="utf-8, utf-16, gbk ...", show_default="found out")]
+Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="utf-8, utf-16, gbk ...", show_default="found out")]
 Separator = Annotated[
     str | None, typer.Option(metavar="tab|semicolon|comma|space", help="Between columns.", show_default="found out")
 ]
@@ -84,7 +84,9 @@ def shear(
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="SPECIMEN", help="Leave a specimen out; repeatable.")
     ] = None,
-    alpha: Annotated[float, typer.Option(min=0.0001, max=0.5, help="Level of Grubbs' test for outliers.")] = 0.05,
+    alpha: Annotated[
+        float, typer.Option(metavar="P", min=0.0001, max=0.5, help="Level of Grubbs' test for outliers.")
+    ] = 0.05,
     calibrate_at: Annotated[
         float | None, typer.Option(metavar="MM", help="Grade to calibrate at.", show_default="the middle one")
     ] = None,
@@ -96,7 +98,8 @@ def shear(
     displacement_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
     time_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
     speed: Annotated[
-        str | None, typer.Option(metavar="20mm/min", help="Of the blade, where files hold time and force alone.")
+        str | None,
+        typer.Option(metavar="SPEED", help="Of the blade, as 20mm/min, where files hold time and force alone."),
     ] = None,
     force_unit: Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")] = None,
     displacement_unit: Annotated[

@@ -74,9 +74,12 @@ def simulate(
 
     from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.embedded import simulate as shear_test
+    from stemcal.solvers.embedded import to_wait_for
 
     at = study.specimen.outer_diameter if diameter is None else diameter
     require_sense(demand_of_one(study, [at], symmetry), 1, yes)
+    if (wait := to_wait_for(study)) and not quiet:
+        note(wait)
     with waiting("one virtual shear test", quiet) as status:
         result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:

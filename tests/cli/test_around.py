@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
-from commanding import REPLAY, ROOT, SMOKE, command, process, undrawn
+from commanding import COMMANDS, REPLAY, ROOT, SMOKE, command, process, undrawn
+
+from stemcal.study.reading.json_schema import meanings
+from stemcal.text.glossary import look_up
 
 DATA = ROOT / "configs" / "data"
 
@@ -69,7 +73,7 @@ def test_export(done: Path, kind: str) -> None:
 
 def test_plot_lists_draws_and_refuses(done: Path) -> None:
     listed = command("plot", "list", REPLAY, "--out", done).stdout
-    assert "pareto: Effects by size" in listed
+    assert re.search(r"^pareto +Effects by size", listed, re.M)
     drawn = json.loads(command("plot", "contour", REPLAY, "--out", done, "--json").stdout)["files"]
     assert len(drawn) == 2 * 3
     assert all(Path(path).is_file() for path in drawn)
@@ -119,6 +123,24 @@ def test_explain() -> None:
     assert "rsm.alpha" in command("explain", "alpha").stdout
     assert "crack-band" in command("explain", "solver.failure_length").stdout.lower()
     assert json.loads(command("explain", "PRESS", "--json").stdout)["terms"][0]["term"] == "PRESS"
+
+
+@pytest.mark.parametrize("name", [*(name for name in COMMANDS if name != "measure"), "measure shear"])
+def test_usage_says_each_placeholder_once_in_one_style(name: str) -> None:
+    """The library sets them in brackets; ours within would be doubled."""
+    usage = next(line for line in command(*name.split(), "--help").stdout.splitlines() if "Usage:" in line)
+    assert "[[" not in usage
+    wrong = command(*name.split(), "--no-such-option").stderr
+    assert f"{name} [OPTIONS]" in wrong
+
+
+@pytest.mark.parametrize("place", meanings())
+def test_every_key_of_a_spec_is_explained_by_its_place_and_by_its_name(place: str) -> None:
+    path = place.partition(",")[0].replace("[]", "")
+    meaning = meanings()[place]
+    assert len(meaning) > 10
+    for asked in (place, path, path.rpartition(".")[2]):
+        assert meaning in {entry.meaning for entry in look_up(asked)}
 
 
 def test_doctor_solves_its_known_answers() -> None:
