@@ -47,7 +47,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
 
 def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, Interval]]:
     """Return what the range of each parameter to cite is called, and the ranges."""
-    return ("Exact solutions", stage.ranges) if stage.certainty is None else ("95 % range", stage.certainty.intervals)
+    return "Exact solutions" if stage.certainty is None else "95 % range", stage.cited
 
 
 def share_of_range(part: Certainty, name: str) -> str:
