@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stemcal.measured.shear import ShearTests
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.text_tables import Form
+    from stemcal.study.model import Study
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -171,8 +172,7 @@ def _finish_shear(
             "targets": section,
         },
     )
-    if spec:
-        replace_targets(spec, section)
+    study = replace_targets(spec, section) if spec else None
     if out:
         drawn = {
             "shear-curves": figures.shear_curves(tests),
@@ -180,12 +180,26 @@ def _finish_shear(
         }
         _leave_files(out, "measure-shear", content, rows.table(), drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.remarks(), as_json, quiet, section)
-    if spec and not quiet:
+    if study is not None and not quiet:
+        if further := _beyond_stroke(tests, study.loading.stroke):
+            note(further)
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
 
-def replace_targets(spec: Path, section: str) -> None:
-    """Put a targets section into a spec; one that would then be wrong is left as it was."""
+def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
+    """Say that curves are longer than what the simulated blade travels, mm; nothing if they are not."""
+    longest = max(grade.travel.mean for grade in tests.grades)
+    if longest <= stroke:
+        return ""
+    return (
+        f"note: the measured force has its maximum at up to {longest:.3g} mm of the machine's travel, which has the "
+        f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. Forces are compared, "
+        "not travel, unless --travel-and-work writes it too"
+    )
+
+
+def replace_targets(spec: Path, section: str) -> Study:
+    """Put a targets section into a spec, one that would then be wrong is left as it was; returns the study."""
     from stemcal.errors import UsageError
     from stemcal.files.decoding import decode
     from stemcal.files.durable import write_durably
@@ -201,8 +215,9 @@ def replace_targets(spec: Path, section: str) -> None:
     if before is None:
         raise UsageError(f"{spec} is no text; save it in UTF-8")
     text = with_targets(before, section)
-    read_study(text.encode("utf-8"), spec)
+    study = read_study(text.encode("utf-8"), spec)
     write_durably(spec, text)
+    return study
 
 
 def _form(encoding: str | None, separator: str | None, decimal: str | None, sheet: str | None) -> Form:
