@@ -56,7 +56,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
-    "psutil": ("stemcal.child", "stemcal.solvers.processes"),
+    "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.processes"),
     "emcee": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured",),
 }

@@ -9,7 +9,7 @@ import typer
 
 
 def init(
-    name: Annotated[str, typer.Argument(metavar="[NAME]", help="Name of the study and of the file.")] = "my-study",
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of the file.")] = "my-study",
     crop: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="With published ranges: wheat, rice, rape, sugarcane, chickpea, maize."),

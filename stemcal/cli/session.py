@@ -93,7 +93,10 @@ def make_executor(name: str, workers: int | None, time_limit: float | None) -> R
 @contextmanager
 def opened(spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool) -> Iterator[Session]:
     """Open a study for work: read it, lock its folder, make workers ready; close all on the way out."""
+    from stemcal.executors.machine import require_address_space
+
     check_executor(executor, workers)
+    require_address_space()
     study = read_study(spec)
 
     from stemcal.folder.store import StudyFolder
@@ -108,9 +111,12 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:
     """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
-    from stemcal.executors.machine import machine_memory
-    from stemcal.overview.foresight import excess
+    from stemcal.executors.machine import free_memory, machine_memory
+    from stemcal.overview.foresight import excess, scarce
     from stemcal.text.plan import sentences
+
+    for said in sentences(scarce(demand, workers, free_memory()) if here else ()):
+        warn(said)
 
     for said in sentences(excess(demand, workers, machine_memory() if here else None)):
         if not yes:

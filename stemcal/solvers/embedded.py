@@ -75,10 +75,7 @@ class Embedded(OfSpecAlone):
 
     def wait_before(self) -> str:
         """Say that the kernels are to be compiled, where no cache has them, and how long that took the last time."""
-        if is_compiled(_precision(self.study)):
-            return ""
-        last = seconds_to_compile()
-        return "compiling kernels, once" if last is None else f"compiling kernels, once ({last:.0f} s the last time)"
+        return to_wait_for(self.study)
 
     def preparing(self) -> float | None:
         """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
@@ -178,6 +175,14 @@ def meshed_as(study: Study, request: Request) -> Study:
             "elements_through_wall": None if through is None else max(1, round(through / ratio)),
         }
     return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
+
+
+def to_wait_for(study: Study) -> str:
+    """Say that the kernels are to be compiled first, and how long that took the last time; nothing if they are."""
+    if is_compiled(_precision(study)):
+        return ""
+    what, last = "compiling the solver for this machine, once for all studies", seconds_to_compile()
+    return what if last is None else f"{what}; {last:.0f} s the last time"
 
 
 def simulate(

@@ -234,10 +234,12 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Remark]:
     yield Remark(say(_WEIGHTS[joint.scatter]), Weight.TRUST, "weights")
     if joint.p is not None and joint.p < 0.05:
         wrong = (
-            "The misfit is {times:.1f} times what the known scatter explains (p = {p:.2g}): the model is wrong "
+            "The misfit is {times:.1f} times what the known scatter explains (p {p:p}): the model is wrong "
             "somewhere, and the intervals are too narrow."
         )
-        yield Remark(say(wrong, times=(joint.misfit or 0.0) / joint.df, p=joint.p), Weight.USE, "misfit_too_large")
+        yield Remark(
+            names.say(wrong, times=(joint.misfit or 0.0) / joint.df, p=joint.p), Weight.USE, "misfit_too_large"
+        )
 
 
 def _also_fitted(row: JointRow, names: Names) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stemcal.notes import Note
-from stemcal.overview.foresight import TooLong, TooMuchMemory
+from stemcal.overview.foresight import ScarceMemory, TooLong, TooMuchMemory
 from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
@@ -114,6 +114,17 @@ def _(note: TooMuchMemory, names: Names) -> str:
         "count": note.at_a_time,
     }
     return names.say(several if note.workers else one, **fields)
+
+
+@sentence.register
+def _(note: ScarceMemory, names: Names) -> str:
+    return names.say(
+        "About {needed} of memory are needed for {count} runs at a time, and {free} are free now: close other programs "
+        "or take fewer workers (--workers); a run that finds none fails and is tried again by the next command.",
+        needed=in_bytes(note.needed),
+        count=note.at_a_time,
+        free=in_bytes(note.free),
+    )
 
 
 @sentence.register

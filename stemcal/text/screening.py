@@ -129,12 +129,12 @@ def _tests(effect: Effect, names: Names) -> Iterator[str]:
     found = effect.conclusion
     assert found is not None
     if effect.p is not None:
-        yield names.say("By itself it has p = {p:p}.", p=effect.p)
+        yield names.say("By itself it has p {p:p}.", p=effect.p)
     if found.by_lenth is not None:
         beyond, inside = "It is beyond Lenth's margin of error.", "It is within Lenth's margin of error."
         yield say(beyond if found.by_lenth else inside)
     if not found.among_all:
-        with_p = "Among all factors at once it does not stand out (Holm p = {p:p})."
+        with_p = "Among all factors at once it does not stand out (Holm p {p:p})."
         yield names.say(with_p if effect.p_holm is not None else "Among all factors at once it does not stand out.",
                         p=effect.p_holm)  # fmt: skip
 
@@ -201,8 +201,8 @@ def _curvature(found: Curvature, names: Names) -> str:
         centre=found.centre,
     )
     untested = "There is no error to test the difference against."
-    curved = "F(1, {df}) = {f:.3g}, p = {p:p}: the response is curved, a plane does not do."
-    plane = "F(1, {df}) = {f:.3g}, p = {p:p}: no curvature beyond the error."
+    curved = "F(1, {df}) = {f:.3g}, p {p:p}: the response is curved, a plane does not do."
+    plane = "F(1, {df}) = {f:.3g}, p {p:p}: no curvature beyond the error."
     template = untested if found.p is None else curved if found.curved else plane
     return f"{means} {names.say(template, df=found.df, f=found.f, p=found.p)}"
 
@@ -291,11 +291,11 @@ def _(note: ReplicateError, names: Names) -> str:
 @sentence.register
 def _(note: MethodsDisagree, names: Names) -> str:
     inside = (
-        "The two methods disagree on {factor:factor}: p = {p:p} is below {alpha:g}, but its effect "
+        "The two methods disagree on {factor:factor}: p {p:p} is below {alpha:g}, but its effect "
         "{effect:response +.4g} stays within Lenth's margin of error {margin:response}."
     )
     beyond = (
-        "The two methods disagree on {factor:factor}: p = {p:p} is not below {alpha:g}, but its effect "
+        "The two methods disagree on {factor:factor}: p {p:p} is not below {alpha:g}, but its effect "
         "{effect:response +.4g} exceeds Lenth's margin of error {margin:response}."
     )
     return names.say(inside if note.p < note.alpha else beyond, **vars(note))

@@ -55,8 +55,8 @@ def certainty(stage: SurfaceResult, names: Names) -> list[str]:
         predicted=stage.predicted_r2,
     )
     untested = "Its lack of fit cannot be tested."
-    misses = "It misses something: lack of fit is significant (p = {p:p})."
-    fits = "It shows no lack of fit (p = {p:p})."
+    misses = "It misses something: lack of fit is significant (p {p:p})."
+    fits = "It shows no lack of fit (p {p:p})."
     return [explained, names.say(untested if p is None else misses if p < 0.05 else fits, p=p)]
 
 
@@ -217,7 +217,7 @@ states(
 )
 states(
     VerdictOnOneRun,
-    "Without run {run} ({value:response g}) lack of fit has p = {without:p} in place of {p:p}: whether the surface "
+    "Without run {run} ({value:response g}) lack of fit has p {without:p}, with it p {p:p}: whether the surface "
     "fits rests on one run.",
 )
 states(ScatterOfPlaces, "Every run is the mean over {places} places of the mesh; their scatter is the pure error.")

@@ -93,8 +93,8 @@ LINES = {
     # the laboratory
     "readings": "{stems}, {readings} readings",
     "with range": "{value:.3f} (95 % {range})",
-    "normal": "{value:.4f}, p = {p:p}, normality not rejected",
-    "not normal": "{value:.4f}, p = {p:p}, normality rejected",
+    "normal": "{value:.4f}, p {p:p}, normality not rejected",
+    "not normal": "{value:.4f}, p {p:p}, normality rejected",
     "grades": "Together {share:.1f} % of the stems; the upper limit belongs to the next grade.",
     "shear": "Maximum shear force by grade",
     "outlier": "Outlier: by Grubbs' test, still included.",
@@ -105,6 +105,7 @@ LINES = {
     "measured": "Measured {responses:all}",
     "fitted at": "Bold: what the parameters are fitted to ({at:condition}).",
     "stem": "{outer_diameter:g} mm, bore {diameter_ratio:g} of it, {length:g} mm long",
+    "solid stem": "{outer_diameter:g} mm, solid, {length:g} mm long",
     "walled stem": "{outer_diameter:g} mm, wall a factor, {length:g} mm long",
     "one bevel": "{thickness:g} mm thick, edge of {edge_angle:g}°, one side bevelled",
     "both bevels": "{thickness:g} mm thick, edge of {edge_angle:g}°, both sides bevelled",

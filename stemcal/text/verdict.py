@@ -123,7 +123,7 @@ def _size(percent: float) -> str:
 
 
 states(OnTheEdge, "The solution lies on the edge of the region searched.")
-states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p = {p:.2g}).")
+states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p {p:p}).")
 states(ValidationFromTable, "The validation is read from a table, not simulated with these parameters.")
 states(Unchecked, "Nothing checks the result independently.")
 

@@ -46,7 +46,7 @@ def test_reasons() -> None:
         "The simulated maximum force misses the value that it was fitted to: 42 % low at 11 mm."
     )
     assert said(rules.Misfit, times=3.21, p=0.0123) == (
-        "The misfit is 3.2 times what the measured scatter explains (p = 0.012)."
+        "The misfit is 3.2 times what the measured scatter explains (p = 0.0123)."
     )
     failed = [said(rules.ValidationFailed, names, conditions=(7.0, 9.0)) for names in (STEM, HEAP)]
     assert failed == [

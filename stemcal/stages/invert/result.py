@@ -11,7 +11,7 @@ from stemcal.doe.calibration.misfit import Scatter
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows, Table
+from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
@@ -245,15 +245,20 @@ class InvertResult(StageResult):
         """What is known of the parameters: from all measured means, and from the force alone beside a joint fit."""
         return [part for part in (self.certainty, self.certainty_alone) if part is not None]
 
+    @property
+    def cited(self) -> dict[str, Interval]:
+        """The range of each parameter to cite: its 95 % interval, where there is one, else all exact solutions."""
+        return self.ranges if self.certainty is None else self.certainty.intervals
+
     def _tables(self) -> dict[str, Table]:
-        """Return the solution with the range of each factor."""
+        """Return the solution with the range of each factor to cite, and that of the exact solutions."""
         point = self.point
         rows = [
-            {"factor": name, "solution": value, "coded": point.coded[name]}
-            | dict(zip(("low", "high"), self.ranges[name], strict=True))
+            (name, value, *self.cited[name], point.coded[name], *self.ranges[name])
             for name, value in point.solution.items()
         ]
-        return {"invert": Table.of(("factor", "solution", "coded", "low", "high"), rows)}
+        keys = ("factor", "solution", "range_low", "range_high", "coded", "exact_low", "exact_high")
+        return {"invert": Table(tuple(map(Column, keys)), tuple(rows))}
 
     def entries(self) -> Iterator[Entries]:
         """Yield what is told of each factor of the solution."""
