@@ -1,7 +1,8 @@
 """Errors become exit codes here, and nowhere else.
 
 0 ok, 1 internal, 2 usage or spec, 3 some runs failed, 4 target unreachable, 5 folder locked,
-130 Ctrl-C, 143 SIGTERM. What becomes of output that cannot be written is the matter of `cli.streams`.
+6 waiting for results, 130 Ctrl-C, 143 SIGTERM. What becomes of output that cannot be written is the matter of
+`cli.streams`.
 """
 
 from __future__ import annotations

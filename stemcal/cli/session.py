@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal.cli.console import route_log, stderr, warn
-from stemcal.errors import UsageError
+import typer
+
+from stemcal.cli.console import await_, route_log, stderr, warn
+from stemcal.errors import UsageError, Waiting
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -96,6 +98,7 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
     check_executor(executor, workers)
     study = read_study(spec)
 
+    from stemcal.cli.by_hand import sheet_handed_out
     from stemcal.folder.store import StudyFolder
     from stemcal.report.progress import make_watch
 
@@ -103,7 +106,14 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
         pool = stack.enter_context(make_executor(executor, workers, study.runs.time_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
-        yield Session(study, folder, pool, watch)
+        work = Session(study, folder, pool, watch)
+        try:
+            yield work
+            return
+        except Waiting as waiting:
+            said, code = sheet_handed_out(work, waiting, spec), waiting.exit_code
+    await_(said)
+    raise typer.Exit(code)
 
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:

@@ -18,6 +18,7 @@ from stemcal.naming import Naming
 from stemcal.study.model.design_options import RsmOptions, ScreenOptions
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.frozen import Frozen
+from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Published, Target, Targets
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
@@ -69,7 +70,8 @@ class StudyForm(Frozen):
     failure: FailureSection = FailureSection()
     """How the stem fails: by a plastic strain, or by the toughness of the plane of the cut (experimental)."""
     solver: Annotated[
-        EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver, Field(discriminator="kind")
+        EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver,
+        Field(discriminator="kind"),
     ] = EmbeddedSolver()
     """What answers which force a set of levels gives."""
     targets: Targets
@@ -193,7 +195,8 @@ class Study(StudyForm):
     @property
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
-        return self.solver.replicates if isinstance(self.solver, CommandSolver) and self.solver.by_chance else 0
+        solver = self.solver
+        return solver.replicates if isinstance(solver, CommandSolver | ManualSolver) and solver.by_chance else 0
 
     @property
     def calibration_target(self) -> Target:
