@@ -10,7 +10,7 @@ from stemcal.by_hand.awaited import Row, gone_on, known_rows
 from stemcal.by_hand.entering import Correction, Entered, Refused, enter
 from stemcal.by_hand.form import entered_responses
 from stemcal.by_hand.reading import Filled
-from stemcal.errors import StemcalError, Waiting
+from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
 from stemcal.study.model import Study
@@ -59,6 +59,15 @@ def enter_filled(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how
     except StemcalError:  # results may be the remedy; if not, it is told when the study goes on
         waiting = None
     return enter(study, folder, known_rows(study, folder, waiting), sheet, how)
+
+
+def require_manual(study: Study) -> None:
+    """Raise `UsageError` if a solver answers by itself."""
+    if study.solver.kind != "manual":
+        raise UsageError(
+            f"solver.kind is {study.solver.kind}, whose runs nobody enters; write solver: {{kind: manual}} for runs "
+            "done by hand"
+        )
 
 
 def user_name() -> str:

@@ -44,6 +44,12 @@ def hand_out(study: Study, folder: StudyFolder, rows: Sequence[Row]) -> Path:
     return workbook
 
 
+def take_back(folder: StudyFolder) -> None:
+    """Put the sheets aside: nothing is awaited any more."""
+    for name in (SHEET, WORKBOOK):
+        _put_aside(folder.path / name)
+
+
 def _asks_for(path: Path, study: Study, rows: Sequence[Row]) -> bool:
     """Whether a sheet has just these runs, with these levels."""
     fields = [field for field in fields_of(study) if field.kind in ("run", "factor", "condition")]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
-from stemcal.errors import UsageError, Waiting
+from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
     from stemcal.by_hand.entering import Correction, Entered
@@ -36,6 +36,7 @@ def ask(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = Fal
     Example: [bold]stemcal ask my-study.yaml --json[/bold]
     """
     from stemcal.by_hand.awaited import gone_on, sheet_rows
+    from stemcal.by_hand.face import asked_json, require_manual
     from stemcal.by_hand.form import sheet_text
     from stemcal.by_hand.handing_out import hand_out
     from stemcal.cli.console import note, say, say_json, say_whole
@@ -43,15 +44,13 @@ def ask(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = Fal
     from stemcal.text.by_hand import nothing_awaited, waiting_for
 
     with opened(spec, out, 1, "local", quiet) as work:
-        _require_manual(work)
+        require_manual(work.study)
         waiting = gone_on(work.study, work.folder, work.watch)
         work.folder.remember_spec(work.study.source)
         rows = [] if waiting is None else sheet_rows(work.study, work.folder, waiting)
         if rows:
             sheet = hand_out(work.study, work.folder, rows)
     if as_json:
-        from stemcal.by_hand.face import asked_json
-
         say_json(asked_json(work.study, waiting, rows))
     elif waiting is None:
         say(nothing_awaited(str(spec)))
@@ -105,6 +104,7 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml runs/my-study/sheet.xlsx[/bold]
     """
+    from stemcal.by_hand.handing_out import take_back
     from stemcal.cli.run import go_through
     from stemcal.cli.session import opened
 
@@ -113,19 +113,9 @@ def enter(
         found = _entered(work, content, file, _correction(replace, reason, who, sure))
         _show(work, found, as_json)
         show = go_through(work, tell=not as_json)
+        take_back(work.folder)
     if not as_json:
         show(False, quiet)
-
-
-def _require_manual(work: Session) -> None:
-    from stemcal.solvers import make_solver
-    from stemcal.solvers.protocol import ByHand
-
-    if not isinstance(make_solver(work.study), ByHand):
-        raise UsageError(
-            f"solver.kind is {work.study.solver.kind}, whose runs nobody enters; write solver: {{kind: manual}} for "
-            "runs done by hand"
-        )
 
 
 def _content(file: Path) -> bytes:
@@ -154,10 +144,10 @@ def _correction(replace: bool, reason: str, who: str, sure: bool) -> Correction:
 
 def _entered(work: Session, content: bytes, file: Path, how: Correction) -> Entered:
     """Record what can be taken."""
-    from stemcal.by_hand.face import enter_filled
+    from stemcal.by_hand.face import enter_filled, require_manual
     from stemcal.by_hand.reading import filled
 
-    _require_manual(work)
+    require_manual(work.study)
     source = "standard input" if str(file) == "-" else file.name
     return enter_filled(work.study, work.folder, filled(content, source, work.study), how)
 
@@ -177,15 +167,3 @@ def _show(work: Session, found: Entered, as_json: bool) -> None:
         say(*entered(found, names))
     if found.refused:
         raise UsageError("\n".join(refused(found, names)))
-
-
-def sheet_handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
-    """Write the sheet of what a stage waits for; return what is said of it."""
-    from stemcal.by_hand.awaited import sheet_rows
-    from stemcal.by_hand.handing_out import hand_out
-    from stemcal.text.by_hand import waiting_for
-
-    rows = sheet_rows(work.study, work.folder, waiting)
-    sheet = hand_out(work.study, work.folder, rows)
-    work.folder.remember_spec(work.study.source)
-    return waiting_for(sum(len(row.requests) for row in rows), waiting.stage, str(sheet), str(spec))

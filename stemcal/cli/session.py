@@ -98,7 +98,6 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
     check_executor(executor, workers)
     study = read_study(spec)
 
-    from stemcal.cli.by_hand import sheet_handed_out
     from stemcal.folder.store import StudyFolder
     from stemcal.report.progress import make_watch
 
@@ -111,9 +110,21 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
             yield work
             return
         except Waiting as waiting:
-            said, code = sheet_handed_out(work, waiting, spec), waiting.exit_code
+            said, code = _handed_out(work, waiting, spec), waiting.exit_code
     await_(said)
     raise typer.Exit(code)
+
+
+def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
+    """Write the sheet of what a stage waits for; return what is said of it."""
+    from stemcal.by_hand.awaited import sheet_rows
+    from stemcal.by_hand.handing_out import hand_out
+    from stemcal.text.by_hand import waiting_for
+
+    rows = sheet_rows(work.study, work.folder, waiting)
+    sheet = hand_out(work.study, work.folder, rows)
+    work.folder.remember_spec(work.study.source)
+    return waiting_for(sum(len(row.requests) for row in rows), waiting.stage, str(sheet), str(spec))
 
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:

@@ -19,9 +19,11 @@ from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver, Weighing
 from stemcal.stages.base import stage_called
+from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.repeating import second_time
-from stemcal.stages.surface.stage import read_before
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
 
@@ -228,7 +230,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     known = _surface_names(study, solver, folder)
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
-    design = surface_design(study, solver, names)
+    design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [
         request
@@ -247,13 +249,15 @@ def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> 
         return surface_factors(study, solver, None)[0]
     if given is not None:
         return [name for name in given[0] if name in study.names]
-    if folder is None:
-        return None
-    try:
-        screening = read_before(study, solver, folder)
-    except UsageError:
-        return None
-    return surface_factors(study, solver, screening)[0]
+    screening = _before_surface(study, solver, folder)
+    return None if screening is None else surface_factors(study, solver, screening)[0]
+
+
+def _before_surface(study: Study, solver: Solver, folder: StudyFolder | None) -> ScreenResult | ClimbResult | None:
+    """Return the screening, or the climb that centres the surface, if it is there."""
+    with suppress(UsageError):
+        return None if folder is None else read_before(study, solver, folder)
+    return None
 
 
 def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:

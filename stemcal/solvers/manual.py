@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
+from stemcal.solvers.programs.inputs import Inputs, file_hash, seed_of, values_of
 from stemcal.solvers.protocol import Answer, ByHand, Request
-from stemcal.study.model import ManualSolver, Study
+from stemcal.solvers.table import ReplaySolver
+from stemcal.study.model import ManualSolver, Study, TableSolver
 
 MANUAL_VERSION = 1
 
@@ -23,12 +24,17 @@ class Manual(ByHand):
 
     study: Study
     inputs: Inputs
+    designs: ReplaySolver | None = None
 
     @classmethod
     def of(cls, study: Study) -> Manual:
-        """Take note of what the templates hold now."""
-        assert isinstance(study.solver, ManualSolver)
-        return cls(study, Inputs.of(study.solver.templates, study.solver.files))
+        """Take note of what templates and designs hold now."""
+        options = study.solver
+        assert isinstance(options, ManualSolver)
+        tables = TableSolver(screen=options.screen, rsm=options.rsm)
+        given = options.screen is not None or options.rsm is not None
+        designs = ReplaySolver(study.model_copy(update={"solver": tables})) if given else None
+        return cls(study, Inputs.of(options.templates, options.files), designs)
 
     @property
     def options(self) -> ManualSolver:
@@ -47,6 +53,7 @@ class Manual(ByHand):
             "version": MANUAL_VERSION,
             "program": self.options.version,
             "inputs": self.inputs.identity(),
+            **({} if (path := self._table(request.stage)) is None else {"design": file_hash(path)}),
             **row,
             "levels": dict(request.levels),
             "condition": request.condition,
@@ -57,8 +64,12 @@ class Manual(ByHand):
         """Refuse: nobody but people can do the run."""
         raise UsageError(f"{request.stage} run {request.row + 1} is done by hand; `stemcal enter` takes its result")
 
-    def given_design(self, _stage: str) -> None:
-        """Answer whatever is asked."""
+    def given_design(self, stage: str) -> list[dict[str, float]] | None:
+        """Return the design that another program has made, None where stemcal makes it."""
+        return None if self.designs is None or self._table(stage) is None else self.designs.given_design(stage)
+
+    def _table(self, stage: str) -> Path | None:
+        return {"screen": self.options.screen, "rsm": self.options.rsm}.get(stage)
 
     def write_inputs(self, folder: Path, request: Request) -> None:
         """Put the files of a run into a folder, templates filled."""

@@ -19,6 +19,11 @@ class ManualSolver(Frozen):
 
     kind: Literal["manual"] = "manual"
     """Runs done by hand: a sheet to fill in."""
+    screen: SpecFile | None = None
+    """CSV of the screening's design, if another program has made it: a column for each factor, the response last, whose
+    cells may be empty and are not read."""
+    rsm: SpecFile | None = None
+    """CSV of the surface's design, likewise."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
