@@ -191,12 +191,10 @@ def _decided_later(study: Study) -> Iterator[Note]:
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
     """Return what each stage asks of the solver, as far as it is known now."""
-    screening = screening_design(study, solver)
-    stages = [
-        Asked("screen", screening.requests(study.targets.calibrate_at), settled=True, design=screening),
-        _surface(study, solver, folder),
-        _validate(study, solver, folder),
-    ]
+    stages = [_surface(study, solver, folder), _validate(study, solver, folder)]
+    if stage_called("screen").asked_for(study):
+        design = screening_design(study, solver)
+        stages.insert(0, Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design))
     return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in stages]
 
 
