@@ -149,7 +149,7 @@ def _split(text: str, source: str) -> Lines:
     """Return line number and cells, split at the mark that gives the heading most columns."""
     found: list[Lines] = []
     for separator in (",", ";", "\t"):
-        reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
+        reader = csv.reader(text.splitlines(keepends=True), delimiter=separator, strict=True)
         try:
             found.append([(reader.line_num, cells) for cells in reader])
         except csv.Error as error:
@@ -187,7 +187,7 @@ def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
             when=_of(cells, columns, WHEN),
             remark=_of(cells, columns, REMARK),
             decimal=decimal,
-            extra=sum(bool(cell.strip()) for cell in cells[width:]),
+            extra=max(0, len(cells) - width),
         )
         for number, cells in rows
         for replicate in replicates

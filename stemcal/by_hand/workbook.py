@@ -90,9 +90,7 @@ def _rows(sheet: Any, formulas: Any, source: str) -> Iterator[tuple[int, list[st
     merged = {cell for area in sheet.merged_cells.ranges if area.min_row != area.max_row for cell in area.cells}
     for row in range(1, sheet.max_row + 1):
         found = [
-            MERGED
-            if (row, column) in merged
-            else _text(sheet.cell(row, column).value, formulas.cell(row, column).value)
+            MERGED if (row, column) in merged else _text(sheet.cell(row, column), formulas.cell(row, column))
             for column in range(1, sheet.max_column + 1)
         ]
         yield row, found
