@@ -77,6 +77,11 @@ def fail(message: str) -> None:
     _labelled("error", "red", message, whole=True)
 
 
+def await_(message: str) -> None:
+    """Print on stderr what a study waits for, whole, so that the command in it can be copied."""
+    stderr().print(message, style="cyan", soft_wrap=True, highlight=False, markup=False)
+
+
 def note(sentence: str) -> None:
     """Print a remark on stderr."""
     console = stderr()

@@ -1,7 +1,7 @@
 """Errors become exit codes here, and nowhere else.
 
 0 ok, 1 internal, 2 usage or spec, 3 some runs failed, 4 target unreachable, 5 folder locked,
-130 Ctrl-C, 143 SIGTERM. `cli.streams` deals with output that cannot be written.
+6 waiting for results, 130 Ctrl-C, 143 SIGTERM.
 """
 
 from __future__ import annotations

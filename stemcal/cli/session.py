@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal.cli.console import route_log, stderr, warn
-from stemcal.errors import UsageError
+import typer
+
+from stemcal.cli.console import await_, route_log, stderr, warn
+from stemcal.errors import UsageError, Waiting
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -106,7 +108,26 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
         pool = stack.enter_context(make_executor(executor, workers, study.runs.time_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
-        yield Session(study, folder, pool, watch)
+        work = Session(study, folder, pool, watch)
+        try:
+            yield work
+            return
+        except Waiting as waiting:
+            said, code = _handed_out(work, waiting, spec), waiting.exit_code
+    await_(said)
+    raise typer.Exit(code)
+
+
+def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
+    """Write the sheet of what a stage waits for; return what is said of it."""
+    from stemcal.by_hand.awaited import sheet_rows
+    from stemcal.by_hand.handing_out import hand_out
+    from stemcal.text.by_hand import waiting_for
+
+    rows = sheet_rows(work.study, work.folder, waiting)
+    sheet = hand_out(work.study, work.folder, rows)
+    work.folder.remember_spec(work.study.source)
+    return waiting_for(sum(len(row.requests) for row in rows), waiting.stage, str(sheet), str(spec))
 
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:

@@ -83,7 +83,7 @@ class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
     A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Meshed`, `Belonging`,
-    `Keeping`, `Immediate`, `OfSpecAlone`.
+    `Keeping`, `Immediate`, `ByHand`, `OfSpecAlone`.
     """
 
     def prepare(self) -> None:
@@ -186,6 +186,10 @@ class Keeping(Protocol):
 
 class Immediate:
     """Inherited by a solver that answers in less time than a worker process takes to start."""
+
+
+class ByHand:
+    """Inherited by a solver whose runs people do: it answers nothing itself, their results are entered as records."""
 
 
 class OfSpecAlone:

@@ -185,6 +185,7 @@ class ValidateResult(StageResult):
                 reason=row.reason,
                 message=row.message,
                 key=row.key,
+                responses={each.response: each.simulated for each in row.further} or None,
                 replicates=row.replicates,
             )
             yield self._label(number, row.compared.condition), outcome

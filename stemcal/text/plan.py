@@ -16,6 +16,10 @@ from stemcal.text.numbers import duration
 
 def total(found: Plan) -> list[str]:
     """Say how many runs are left, and what they take."""
+    if found.source == "by_hand":
+        stages = " + ".join(str(stage.to_run) for stage in found.stages)
+        one, many = "{stages} run by hand, {count} in all.", "{stages} runs by hand, {count} in all."
+        return [say_number(one, many, found.to_run, stages=stages)]
     said = [say_number("{count} run to compute.", "{count} runs to compute.", found.to_run)]
     if found.seconds is not None:
         sources = {

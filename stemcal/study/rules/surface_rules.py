@@ -29,6 +29,18 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
 
 
+def factors_are_found(draft: Draft) -> Iterator[Finding]:
+    """Without a screening the spec names the surface's factors, and there is no slope to climb along."""
+    if draft.screen is None or draft.screen.design != "none":
+        return
+    if draft.rsm is not None and isinstance(draft.rsm.factors, str):
+        names = ", ".join(draft.names[:3])
+        message = f"without a screening nothing tells which factors are {draft.rsm.factors}"
+        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or leave out screen.design: none")
+    if draft.climb is not None:
+        yield Finding(("climb",), "a climb follows the slope that a screening finds", "leave out screen.design: none")
+
+
 def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
     """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
     if draft.rsm is None or not (asked := strongest_asked(draft.rsm.factors)):
