@@ -121,7 +121,7 @@ class Child:
         except queue.Empty:
             raise ChildLate from None
         if message is None:
-            self._messages.put(None)  # for whoever asks again
+            self._messages.put(None)  # for a caller that asks again
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(GRACE_S)
             raise ChildDied(_ending(self._process.poll()))
@@ -131,14 +131,15 @@ class Child:
 def _ending(code: int | None) -> str:
     """Say how a process ended.
 
-    >>> _ending(3)
-    'exit code 3'
+    >>> _ending(3), _ending(-9)
+    ('exit code 3', 'signal SIGKILL, as where memory runs out')
     """
     if code is None:
         return "no exit code"
     if code < 0:
         with suppress(ValueError):
-            return f"signal {signal.Signals(-code).name}"
+            name = signal.Signals(-code).name
+            return f"signal {name}, as where memory runs out" if name == "SIGKILL" else f"signal {name}"
     return f"exit code {code}"
 
 
@@ -171,7 +172,7 @@ def serve(parent: int) -> None:
     source, target = _own_pipes()
     calls: queue.Queue[bytes | None] = queue.Queue()
     threading.Thread(target=_read, args=(source, calls), name="calls", daemon=True).start()
-    with suppress(OSError):  # nobody hears the answer
+    with suppress(OSError):  # the caller is gone
         while (blob := calls.get()) is not None:
             call, problem = _loaded(blob)
             _put(target, _BEGUN)
@@ -214,7 +215,7 @@ def _end_with_thread_of(parent: int) -> None:
 
 
 def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
-    """Take calls until the pipe closes; then nobody wants an answer, and the process ends, be it at work or not."""
+    """Take calls until the pipe closes; then no answer is wanted, and the process ends, be it at work or not."""
     while (blob := _taken(source)) is not None:
         calls.put(blob)
     if calls.unfinished_tasks:

@@ -6,6 +6,7 @@
     ├── RunsFailed              3   too many simulations failed for the analysis to mean anything
     ├── TargetUnreachable       4   no point of the design region gives the measured value
     ├── FolderLocked            5   another process works in the study folder
+    ├── Waiting                 6   runs are done by hand, and their results are not entered yet: no failure
     └── SimulationFailed        1   one simulation cannot be trusted (NaN, inverted element, no contact)
 
 They are caught once, in `stemcal.cli.app`.
@@ -13,7 +14,9 @@ They are caught once, in `stemcal.cli.app`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 
 class StemcalError(Exception):
@@ -63,16 +66,16 @@ class RunsFailed(StemcalError):
 
 
 class TargetUnreachable(StemcalError):
-    """The surface does not take the target value anywhere in the allowed region; `beside` is the unit behind it."""
+    """The surface does not take the target value anywhere in the allowed region; `unit_suffix` follows the values."""
 
     exit_code = 4
 
-    def __init__(self, target: float, low: float, high: float, beside: str = " N") -> None:
+    def __init__(self, target: float, low: float, high: float, unit_suffix: str = " N") -> None:
         self.target, self.low, self.high = target, low, high
         side = "above" if target > high else "below"
         super().__init__(
-            f"target {target:g}{beside} is {side} what the surface reaches in the design region "
-            f"({low:.4g} to {high:.4g}{beside}); widen the factor ranges or choose other factors"
+            f"target {target:g}{unit_suffix} is {side} what the surface reaches in the design region "
+            f"({low:.4g} to {high:.4g}{unit_suffix}); widen the factor ranges or choose other factors"
         )
 
 
@@ -80,6 +83,27 @@ class FolderLocked(StemcalError):
     """Another process holds the study folder."""
 
     exit_code = 5
+
+
+class Waiting(StemcalError):
+    """A stage cannot go on without results that somebody has to bring.
+
+    Parameters
+    ----------
+    stage : str
+    requests : sequence of solvers.protocol.Request
+        The runs whose results the stage waits for, as far as it knows them now.
+    """
+
+    exit_code = 6
+
+    def __init__(self, stage: str, requests: Sequence[Any]) -> None:
+        self.stage, self.requests = stage, tuple(requests)
+        count = f"{len(requests)} result" + "s" * (len(requests) != 1)
+        super().__init__(f"waiting for {count} of {stage}; `stemcal ask SPEC` tells which, `stemcal enter` takes them")
+
+    def __reduce__(self) -> tuple[type, tuple[str, Sequence[Any]]]:
+        return type(self), (self.stage, self.requests)
 
 
 class SimulationFailed(StemcalError):

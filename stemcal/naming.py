@@ -77,10 +77,10 @@ class Named:
         return _WRITTEN.get(self.unit, self.unit)
 
     @property
-    def beside(self) -> str:
+    def unit_suffix(self) -> str:
         """The unit as it follows a number, with the space it needs.
 
-        >>> FORCE.beside, Named("a", "", "", "deg").beside
+        >>> FORCE.unit_suffix, Named("a", "", "", "deg").unit_suffix
         (' N', '°')
         """
         return self.written if self.written in ("", "°") else f" {self.written}"
@@ -126,7 +126,7 @@ class Named:
         >>> FORCE.text(100.1), Named("a", "", "", "deg").text(32.6)
         ('100.1 N', '32.6°')
         """
-        return f"{value:{form}}{self.beside}"
+        return f"{value:{form}}{self.unit_suffix}"
 
 
 FORCE = Named("force", "Maximum force", "F", "N")
@@ -198,10 +198,10 @@ class Naming:
         """
         return f" at {self.place(value)}" if self.condition is not None else ""
 
-    def led_by(self, name: str) -> Naming:
+    def with_primary(self, name: str) -> Naming:
         """Return it with another of the responses as the first.
 
-        >>> CUTTING.led_by("work").response.unit
+        >>> CUTTING.with_primary("work").response.unit
         'mJ'
         """
         first = self.named(name)

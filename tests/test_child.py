@@ -113,3 +113,4 @@ def test_what_is_gone_is_no_error() -> None:
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
     end_tree(gone.pid)
+    assert gone.returncode == 0 and not psutil.pid_exists(gone.pid)

@@ -99,6 +99,7 @@ def test_one_that_is_ignored_stays_ignored() -> None:
         with heard():
             signal.raise_signal(signal.SIGINT)
             check()
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
 

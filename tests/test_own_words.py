@@ -56,14 +56,14 @@ def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
     """An effect is the mean at high less the mean at low of that response."""
     screen = two[2].screen
     assert screen is not None and screen.responses is not None
-    for one, name in zip(screen.of_each, (FIRST, "bulk"), strict=True):
+    for one, name in zip(screen.all_responses, (FIRST, "bulk"), strict=True):
         for effect in one.effects:
             values = {
                 sign: np.mean([run.number(name) for run in screen.design.runs if run.coded[effect.factor] == sign])
                 for sign in (-1.0, 1.0)
             }
             assert effect.effect == pytest.approx(values[1.0] - values[-1.0], rel=1e-9)
-    assert [one.naming.response.name for one in screen.of_each] == ["angle", "bulk"]
+    assert [one.naming.response.name for one in screen.all_responses] == ["angle", "bulk"]
 
 
 def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder, Results]) -> None:

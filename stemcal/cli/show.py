@@ -74,8 +74,8 @@ def show_run(
         from stemcal.text.verdict import verdict_json
 
         stages = {result.name: result.to_json() for result in results.done()}
-        told = {**verdict_json(verdict, Names(study.naming)), "report": str(page)}
-        say_json({"schema_version": 2, "stage": "run", **stages, **told})
+        judged = {**verdict_json(verdict, Names(study.naming)), "report": str(page)}
+        say_json({"schema_version": 2, "stage": "run", **stages, **judged})
     else:
         _show_findings(results, verdict, folder, quiet)
     failed = warn_of_failed(*results.done())
@@ -119,10 +119,10 @@ def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> N
     from stemcal.text.names import Names
     from stemcal.text.verdict import lines
 
-    told = lines(verdict, Names(study.naming))
-    taken = sum(height(line) for line in told) + 2
+    judged = lines(verdict, Names(study.naming))
+    taken = sum(height(line) for line in judged) + 2
     tables = final_tables(study, results, verdict.holds, taken)
-    say(*told, "", *(part for table in tables for part in drawn(table)))
+    say(*judged, "", *(part for table in tables for part in drawn(table)))
     say_whole(f"Report: {page}")
 
 
@@ -136,7 +136,7 @@ def warn_of_failed(*results: StageResult) -> bool:
     """Count the failed runs of each stage with their reasons; returns whether there are any."""
     from stemcal.text.runs import failed_runs
 
-    failed = [told for result in results if (told := failed_runs(result))]
-    for told in failed:
-        warn(told)
+    failed = [text for result in results if (text := failed_runs(result))]
+    for text in failed:
+        warn(text)
     return bool(failed)

@@ -58,7 +58,9 @@ def simulate(
     """
     from stemcal.cli.console import note, say_json, waiting, warn
     from stemcal.cli.session import read_study, require_sense
+    from stemcal.executors.machine import require_address_space
 
+    require_address_space()
     study = read_study(spec)
     levels = study.midlevels()
     if from_run is not None:
@@ -72,9 +74,13 @@ def simulate(
 
     from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.embedded import simulate as shear_test
+    from stemcal.solvers.embedded import to_wait_for
+    from stemcal.text.runs import warning_text
 
     at = study.specimen.outer_diameter if diameter is None else diameter
     require_sense(demand_of_one(study, [at], symmetry), 1, yes)
+    if (wait := to_wait_for(study)) and not quiet:
+        note(wait)
     with waiting("one virtual shear test", quiet) as status:
         result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:
@@ -85,8 +91,8 @@ def simulate(
         say_json(summary(result))
     else:
         _show(result)
-    for sentence in result.warnings:
-        warn(sentence)
+    for warning in result.warnings:
+        warn(warning_text(warning))
     if not quiet:
         for path in (csv_file, figure, frames):
             if path:
@@ -180,10 +186,14 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> 
 
 def summary(result: CuttingResult) -> object:
     """Return the result's numbers as JSON values."""
+    from stemcal.files.typed import to_json
+    from stemcal.text.runs import warning_text
+
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     numbers.pop("peak_sd", None)
     phases = {"phase_peaks": list(result.phase_peaks)} if result.phase_peaks else {}
-    return {"schema_version": 1, "stage": "simulate", **numbers, **phases, "warnings": list(result.warnings)}
+    warnings = [{**to_json(warning), "text": warning_text(warning)} for warning in result.warnings]
+    return {"schema_version": 2, "stage": "simulate", **numbers, **phases, "warnings": warnings}
 
 
 def write_history(result: CuttingResult, path: Path) -> None:

@@ -15,6 +15,13 @@ from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 from stemcal.fem.kernels.nodes import COHESION, EDGE, FRICTION, SURFACE
+from stemcal.run_warnings import (
+    EnergyDrifts,
+    ForceAfterBreak,
+    HourglassEnergy,
+    InertiaInForce,
+    RunWarning,
+)
 
 Array = NDArray[np.float64]
 
@@ -105,7 +112,7 @@ class CuttingResult:
     contact_energy_percent: float
     inertia_percent: float
     stroke_was_enough: bool
-    warnings: tuple[str, ...]
+    warnings: tuple[RunWarning, ...]
     history: ForceHistory
     peak_sd: float | None = None
     phase_peaks: tuple[float, ...] = ()
@@ -280,17 +287,12 @@ def evaluate(
     )
 
 
-def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> tuple[str, ...]:
+def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> list[RunWarning]:
     """Return a warning if the force exceeds its peak after the stem has broken."""
     if broken is None:
-        return ()
+        return []
     largest, before = float(curve.force_filtered[broken:].max()), float(curve.force_filtered[peak])
-    if largest <= before:
-        return ()
-    return (
-        f"after the break at {curve.travel[broken]:.3g} mm the force rose again, to {largest:.1f} N above the peak of "
-        f"{before:.1f} N: the released stem swings against the blade; that is not the force of cutting",
-    )
+    return [ForceAfterBreak(float(curve.travel[broken]), largest, before)] if largest > before else []
 
 
 def _before_fracture(curve: ForceHistory) -> int:
@@ -321,25 +323,13 @@ def _warnings(
     hourglass_ratio_percent: float,
     inertia_percent: float,
     added_mass_percent: float,
-) -> tuple[str, ...]:
-    """Return what a careful engineer would want to know about a run before using its force."""
-    said = []
-    if not end.was_enough:
-        said.append(f"{end.sentence}; lengthen loading.duration")
+) -> list[RunWarning]:
+    """Return the doubts that the end of the stroke and the energies leave."""
+    found = end.warnings
     if energy_drift_percent > _MOST_DRIFT:
-        said.append(
-            f"the energy balance drifts by {energy_drift_percent:.1f} %; lower solver.time_step_safety and "
-            "solver.time_step"
-        )
+        found.append(EnergyDrifts(energy_drift_percent))
     if inertia_percent > _MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
-        said.append(
-            f"inertia has {inertia_percent:.1f} % of the force: blade and supports differ by that at the peak, with "
-            f"kinetic energy up to {kinetic_ratio_percent:.1f} % of internal energy; divide solver.mass_scaling by 100 "
-            "and solver.time_step by 10, for either adds mass"
-        )
+        found.append(InertiaInForce(inertia_percent, kinetic_ratio_percent))
     if hourglass_ratio_percent > _MOST_HOURGLASS:
-        said.append(
-            f"hourglass energy is {hourglass_ratio_percent:.1f} % of internal energy; refine the mesh or change "
-            "solver.hourglass"
-        )
-    return tuple(said)
+        found.append(HourglassEnergy(hourglass_ratio_percent))
+    return found

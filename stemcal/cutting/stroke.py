@@ -19,6 +19,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.run_warnings import RunWarning, StrokeTooShort
+
 Array = NDArray[np.float64]
 End = Literal["broken", "fallen", "rising", "regained", "falling"]
 # The stroke was long enough if the force ends below this share of its peak.
@@ -43,17 +45,10 @@ class StrokeEnd:
         return self.kind in ("broken", "fallen")
 
     @property
-    def sentence(self) -> str:
-        """Say what keeps the maximum in doubt; nothing where the stroke was enough."""
-        passed = f"a peak of {self.peak:.1f} N at {self.peak_travel:.3g} mm was passed"
-        within = f"within the {self.stroke:.3g} mm stroke"
-        told = {
-            "rising": f"the force still rose at the end of the {self.stroke:.3g} mm stroke: the true maximum is larger",
-            "regained": f"{passed}, the force fell to {self.valley:.1f} N and regained {self.end:.1f} N {within}: a "
-            "larger maximum may follow",
-            "falling": f"{passed}, but the force fell only to {self.end:.1f} N {within}: a larger maximum may follow",
-        }
-        return told.get(self.kind, "")
+    def warnings(self) -> list[RunWarning]:
+        """What keeps the maximum in doubt."""
+        forces = self.peak, self.peak_travel, self.valley, self.end
+        return [] if self.was_enough else [StrokeTooShort(self.kind, *forces, self.stroke)]
 
 
 def stroke_end(travel: Array, raw: Array, filtered: Array, window: int, broken: int | None = None) -> StrokeEnd:

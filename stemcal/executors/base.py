@@ -1,4 +1,4 @@
-"""What is asked of whoever computes runs, beyond `concurrent.futures.Executor`."""
+"""What an executor of runs must offer beyond `concurrent.futures.Executor`."""
 
 from __future__ import annotations
 

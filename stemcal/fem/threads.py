@@ -49,7 +49,7 @@ class Marching:
         return outcome
 
     def _take_part(self, until: float, share: Share, state: State) -> int:
-        """Do a thread's share, once all are there: who is interrupted before leaves nobody waiting in the loop."""
+        """Do a thread's share, once all are there: an interrupt before that leaves no thread waiting in the loop."""
         self._begin.wait()
         return int(march(until, share, self._team, *state.parts()))
 

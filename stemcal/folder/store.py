@@ -274,7 +274,7 @@ class StudyFolder:
         write_durably(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
 
     def remembered_spec(self) -> Path | None:
-        """Return the place of the spec, None if nobody has told it."""
+        """Return the place of the spec, None if it is unknown."""
         try:
             return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode().strip())
         except OSError:
@@ -284,8 +284,8 @@ class StudyFolder:
 
     def log(self, event: str, **facts: Any) -> None:
         """Append one line to ``log.jsonl``; a log that cannot be written stops nothing."""
-        told = {"time": now(), "event": event, **plain(facts)}
-        line = json.dumps(told, ensure_ascii=False, allow_nan=False)
+        entry = {"time": now(), "event": event, **plain(facts)}
+        line = json.dumps(entry, ensure_ascii=False, allow_nan=False)
         try:
             with open_output(self.path / "log.jsonl", append=True) as file:
                 file.write(f"{line}\n".encode("utf-8", "backslashreplace"))

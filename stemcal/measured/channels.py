@@ -14,6 +14,7 @@ from stemcal.errors import UsageError
 from stemcal.measured.columns import columns_of, given_column, matching
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
 from stemcal.measured.numerals import shown
+from stemcal.measured.remarks import ColumnChosen, LabRemark, SharedDisplacement, SpeedUnused
 from stemcal.measured.text_tables import TextTable
 from stemcal.measured.vocabulary import FORCE, TIME, TRAVEL, plain
 
@@ -50,7 +51,7 @@ class Channels:
     label: str = ""
 
 
-def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[str]]:
+def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[LabRemark]]:
     """Return the channels of every specimen in a table, and what must be said about the choice.
 
     Raises
@@ -61,7 +62,7 @@ def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[
     choice.check()
     if not table.headed and (choice.force is None or (choice.displacement is None and choice.time is None)):
         raise UsageError(f"{table.source}: the columns have no headings: {columns_of(table)}; {NAME_THEM}")
-    remarks: list[str] = []
+    remarks: list[LabRemark] = []
     ups = _forces(table, choice)
     acrosses, timed = _acrosses(table, choice, remarks)
     pairs = _paired(table, acrosses, ups, choice, remarks)
@@ -80,7 +81,7 @@ def _forces(table: TextTable, choice: Choice) -> list[int]:
     return found
 
 
-def _acrosses(table: TextTable, choice: Choice, remarks: list[str]) -> tuple[list[int], bool]:
+def _acrosses(table: TextTable, choice: Choice, remarks: list[LabRemark]) -> tuple[list[int], bool]:
     """Return the columns of displacement; those of time if there are none, and whether it is time."""
     if choice.displacement is not None:
         return _given(table, choice.displacement, "displacement"), False
@@ -89,7 +90,7 @@ def _acrosses(table: TextTable, choice: Choice, remarks: list[str]) -> tuple[lis
     found, times = matching(table, TRAVEL, MILLIMETRES), matching(table, TIME, SECONDS)
     if found:
         if choice.speed_known:
-            remarks.append("the file has a displacement, --speed is not used")
+            remarks.append(SpeedUnused())
         return found, False
     if times and choice.speed_known:
         return times, True
@@ -107,7 +108,7 @@ def _given(table: TextTable, given: str, what: str) -> list[int]:
 
 
 def _paired(
-    table: TextTable, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, remarks: list[str]
+    table: TextTable, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, remarks: list[LabRemark]
 ) -> list[tuple[int, int]]:
     """Return displacement (or time) and force of every specimen."""
     named = (choice.displacement or choice.time) is not None
@@ -121,15 +122,12 @@ def _paired(
     if len(ups) > 1 and up_alike:
         if len(acrosses) > 1:
             raise _unclear(table)
-        remarks.append(
-            f"{len(ups)} specimens share the displacement {_name(table, acrosses[0])}; if they are channels of one, "
-            "name the one that counts with --force-column"
-        )
+        remarks.append(SharedDisplacement(len(ups), _name(table, acrosses[0])))
         return [(acrosses[0], up) for up in ups]
     for what, columns in (("force", ups), ("displacement", acrosses)):
         if len(columns) > 1:
-            others = ", ".join(_name(table, column) for column in columns[1:4])
-            remarks.append(f"{what} from {_name(table, columns[0])}, not {others}; --{what}-column takes another")
+            others = tuple(_name(table, column) for column in columns[1:4])
+            remarks.append(ColumnChosen(what, _name(table, columns[0]), others))
     return [(acrosses[0], ups[0])]
 
 

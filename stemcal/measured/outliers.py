@@ -1,6 +1,6 @@
 """Grubbs' test: is the value farthest from the mean too far for a normal sample?
 
-It names one suspect and drops nothing: whoever knows the specimen decides. Source: F. E. Grubbs, Technometrics 11
+It names one suspect and drops nothing: who knows the specimen decides. Source: F. E. Grubbs, Technometrics 11
 (1969) 1.
 """
 

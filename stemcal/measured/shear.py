@@ -15,6 +15,7 @@ from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.numerals import shown
 from stemcal.measured.outliers import Grubbs, grubbs
+from stemcal.measured.remarks import EqualCurves, EqualNames, Excluded, LabRemark, NotThere, OfFiles, Outlier
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.text_tables import Form, read_table
@@ -22,7 +23,7 @@ from stemcal.measured.vocabulary import DIAMETER, FILE, GRADE
 from stemcal.power_law import PowerLaw, fit_power_law
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
-_MOST_NAMES = 10  # of specimens in one remark
+_MOST_NAMES = 10  # of specimens in one message
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class SpecimenRow:
     work_to_max: float
     trimmed_points: int
     excluded: bool
-    remarks: tuple[str, ...]
+    remarks: tuple[LabRemark, ...]
 
     @classmethod
     def of(cls, specimen: TestedSpecimen) -> SpecimenRow:
@@ -81,26 +82,23 @@ class ShearTests:
     grades: tuple[GradeForces, ...]
     power_law: PowerLaw | None
     synthetic: bool
-    notes: tuple[str, ...] = ()
+    notes: tuple[LabRemark, ...] = ()
 
-    def remarks(self) -> list[str]:
+    def remarks(self) -> list[LabRemark]:
         """Return what a careful reader must know before using the means."""
-        said = [
-            f"grade {g.diameter:g} mm: specimen {g.suspect} is an outlier by Grubbs' test "
-            f"(G = {g.grubbs.statistic:.3f} > {g.grubbs.critical:.3f}, alpha {g.grubbs.alpha:g}); it is counted; "
-            f"leave it out with --exclude {g.suspect} if the laboratory book gives a reason"
+        found: list[LabRemark] = [
+            Outlier(g.diameter, g.suspect, g.grubbs.statistic, g.grubbs.critical, g.grubbs.alpha)
             for g in self.grades
             if g.grubbs and g.suspect
         ]
-        said += [f"{s.name} is left out, as told by --exclude" for s in self.specimens if s.excluded]
-        files: dict[str, list[str]] = {}
+        found += [Excluded(s.name) for s in self.specimens if s.excluded]
+        files: dict[LabRemark, list[str]] = {}
         for specimen in self.specimens:
             for remark in specimen.curve.of_file:
                 files.setdefault(remark, []).append(specimen.name.partition("#")[0])
             for remark in specimen.curve.remarks:
                 files.setdefault(remark, []).append(specimen.name)
-        said += [f"{_listed(names)}: {remark}" for remark, names in files.items()]
-        return [*said, *self.notes]
+        return [*found, *(OfFiles(tuple(names), remark) for remark, names in files.items()), *self.notes]
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -151,11 +149,13 @@ def measure_shear(
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
 
-def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]) -> list[str]:
-    """Return a remark on what the index names and nobody has brought."""
+def _not_there(
+    index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]
+) -> list[LabRemark]:
+    """Return a remark on what the index names and is not there."""
     there = {path.name for path in files} | {path.stem for path in files} | {s.name for s in specimens}
     missing = [name for name in index if name not in there and _without_suffix(name) not in there]
-    return [f"the index names {_listed(missing)}, which {'are' if missing[1:] else 'is'} not there"] if missing else []
+    return [NotThere(tuple(missing))] if missing else []
 
 
 def _without_suffix(name: str) -> str:
@@ -164,17 +164,17 @@ def _without_suffix(name: str) -> str:
     return f"{Path(file).stem}{mark}{label}"
 
 
-def _equal_names(files: Sequence[Path]) -> Iterator[str]:
+def _equal_names(files: Sequence[Path]) -> Iterator[LabRemark]:
     """Yield a remark on files that differ in their ends only: an export beside the workbook, perhaps."""
     alike: dict[Path, list[str]] = {}
     for path in files:
         alike.setdefault(path.with_suffix(""), []).append(path.name)
     for names in alike.values():
         if len(names) > 1:
-            yield f"{' and '.join(names)} have one name: one specimen twice? narrow with --pattern"
+            yield EqualNames(tuple(names))
 
 
-def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[str]:
+def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[LabRemark]:
     """Yield a remark on specimens whose curves are the same to the last digit."""
     alike: dict[bytes, list[str]] = {}
     for specimen in specimens:
@@ -182,7 +182,7 @@ def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[str]:
             alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
     for names in alike.values():
         if len(names) > 1:
-            yield f"{' and '.join(names[:_MOST_NAMES])} hold the same curve; leave one out with --exclude or --pattern"
+            yield EqualCurves(tuple(names))
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:

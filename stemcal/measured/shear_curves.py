@@ -14,6 +14,16 @@ from stemcal.measured.channels import Channels, Choice, channels_of
 from stemcal.measured.columns import scale_of
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
 from stemcal.measured.numerals import as_number, is_missing, shown
+from stemcal.measured.remarks import (
+    DisplacementFromTime,
+    LabRemark,
+    LargestAtEnd,
+    PressingIsPositive,
+    RowsApart,
+    RowsLeftOut,
+    SheetSkipped,
+    SideBySide,
+)
 from stemcal.measured.text_tables import Form, TextTable, read_tables
 
 Array = NDArray[np.float64]
@@ -90,9 +100,9 @@ class ShearCurve:
     trimmed: int
     diameter: float | None
     synthetic: bool
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[LabRemark, ...] = ()
     label: str = ""  # of one among several specimens in a file
-    of_file: tuple[str, ...] = ()  # remarks on the file as a whole, with its first curve
+    of_file: tuple[LabRemark, ...] = ()  # remarks on the file as a whole, with its first curve
 
     @property
     def max_force(self) -> float:
@@ -120,19 +130,20 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
     return [replace(curves[0], of_file=(*curves[0].of_file, *skipped)), *curves[1:]]
 
 
-def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[str]]:
+def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[LabRemark]]:
     """Return the sheets with curves, and a remark on each other one; of a text its only table."""
     tables = read_tables(path, how.form)
     if len(tables) == 1:
         return tables, []
-    found, skipped, first = [], [], None
+    found, first = [], None
+    skipped: list[LabRemark] = []
     for table in tables:
         try:
             channels_of(table, how.choice())
             found.append(table)
         except UsageError as error:
             first = first or error
-            skipped.append(f"sheet {shown(table.sheet)} holds no curve and is not read")
+            skipped.append(SheetSkipped(shown(table.sheet)))
     if not found and first is not None:
         raise first
     return found, skipped
@@ -140,16 +151,16 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], l
 
 def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
     """Return the curves of one table; `several` tells that others stand in the same file."""
-    channels, said = channels_of(table, how.choice())
+    channels, remarks = channels_of(table, how.choice())
     if len(channels) > 1:
-        said.insert(0, f"{len(channels)} specimens side by side")
+        remarks.insert(0, SideBySide(len(channels)))
     diameters = stated_diameters(table, len(channels))
     sheet = table.sheet if several else ""
     curves = [
         _curve(table, one, how, diameter, " ".join(filter(None, (sheet, one.label))))
         for one, diameter in zip(channels, diameters, strict=True)
     ]
-    return [replace(curves[0], of_file=tuple(said)), *curves[1:]]
+    return [replace(curves[0], of_file=tuple(remarks)), *curves[1:]]
 
 
 def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> ShearCurve:
@@ -163,10 +174,10 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
     travel = _travel(rows, channels, how, remarks)
     if -force.min() > force.max():
         force = -force
-        remarks.append("force counted positive in pressing")
+        remarks.append(PressingIsPositive())
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
-        remarks.append("the force is largest at the last point: the test may have ended before the maximum")
+        remarks.append(LargestAtEnd())
     return ShearCurve(
         source=table.source,
         travel=np.abs(travel[begin:] - travel[begin]),
@@ -185,13 +196,13 @@ def _refuse_words(table: TextTable, column: int) -> None:
         raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
 
 
-def _travel(table: TextTable, channels: Channels, how: CurveOptions, remarks: list[str]) -> Array:
+def _travel(table: TextTable, channels: Channels, how: CurveOptions, remarks: list[LabRemark]) -> Array:
     """Return the displacement, mm; from time where that is all there is."""
     column = channels.across
     if not channels.timed or how.speed is None:
         scale = scale_of(table, column, MILLIMETRES, "mm", how.displacement_unit)
         return _scaled(table, column, scale, "displacement", LONGEST)
-    remarks.append(f"displacement is time {shown(table.columns[column])} times {how.speed:g} mm/s")
+    remarks.append(DisplacementFromTime(shown(table.columns[column]), how.speed))
     return _scaled(table, column, how.speed * scale_of(table, column, SECONDS, "s", how.time_unit), "time", LONGEST)
 
 
@@ -207,7 +218,7 @@ def _scaled(table: TextTable, column: int, scale: float, what: str, most: float)
     return values * scale
 
 
-def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[str]]:
+def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[LabRemark]]:
     """Return the table without rows that say nothing in the columns, and what was left out.
 
     Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
@@ -216,11 +227,11 @@ def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[str]]:
     cells = [[row[column] for column in columns] for row in table.rows]
     last = max((i for i, row in enumerate(cells) if all(table.is_number(cell) for cell in row)), default=-1)
     kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
-    remarks = []
+    remarks: list[LabRemark] = []
     if len(kept) < len(table.rows):
-        remarks.append(f"{len(table.rows) - len(kept)} rows without numbers for force or displacement are left out")
+        remarks.append(RowsLeftOut(len(table.rows) - len(kept)))
     if table.unread:
-        remarks.append(f"{table.unread} more rows of numbers lie apart from the curve in the file and are not read")
+        remarks.append(RowsApart(table.unread))
     return replace(table, rows=tuple(kept)), remarks
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stemcal.notes import Note
-from stemcal.study.model import CommandSolver, EmbeddedSolver, Study, factors_taken
+from stemcal.study.model import EmbeddedSolver, Study, factors_taken
 
 _SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
@@ -40,11 +40,6 @@ class FactorsWanted(Note):
 
 
 @dataclass(frozen=True)
-class TakenForDeterministic(Note):
-    """The spec does not say whether the program is deterministic."""
-
-
-@dataclass(frozen=True)
 class LengthsBelong(Note):
     """The failure strain that will be found belongs to these lengths, as the spec writes them."""
 
@@ -60,9 +55,5 @@ def beforehand(study: Study) -> Iterator[Note]:
     if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
         yield TooFewFactors(least, most, k) if k < least else FactorsWanted(least, most)
-    solver = study.solver
-    lengths = str(study.material.internal_length), str(study.blade.edge_spread)
-    if isinstance(solver, EmbeddedSolver) and "failure_strain" in study.names:
-        yield LengthsBelong(*lengths)
-    if isinstance(solver, CommandSolver) and not solver.by_chance and solver.deterministic is None:
-        yield TakenForDeterministic()
+    if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
+        yield LengthsBelong(str(study.material.internal_length), str(study.blade.edge_spread))

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stemcal.files.typed import from_json
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import DIAMETER
+from stemcal.run_warnings import RunWarning
+from stemcal.solvers.programs.inputs import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.text.numbers import duration
-from stemcal.words import counted
+from stemcal.text.runs import warned_of
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
 
 Numbers = tuple[float, ...]
 
@@ -51,7 +55,7 @@ class Details:
     energies: dict[str, Numbers] | None = None
     shape: Any = None
     film: Any = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[RunWarning, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -126,16 +130,18 @@ def curves_of(records: Records) -> dict[str, Curve]:
 
 
 def run_warnings(records: Records) -> list[str]:
-    """Return what the solver warned of, once per kind: how many runs, and the first one's words."""
-    kinds: dict[str, list[tuple[str, str]]] = {}
+    """Return what the runs are warned of, once per kind: how many runs, and the first one's warning."""
+    kinds: dict[str, dict[str, RunWarning]] = {}
     distinct = distinct_of(records)
     for label, record in distinct.values():
         for warning in record.details.warnings:
-            kinds.setdefault(re.sub(r"[\d.]+", "#", warning), []).append((label, warning))
-    return [
-        f"{len(found)} of {counted(len(distinct), 'run')} (first {found[0][0]}): {found[0][1]}."
-        for found in kinds.values()
-    ]
+            kinds.setdefault(warning.group, {}).setdefault(label, warning)
+    return [warned_of(found, len(distinct)) for found in kinds.values()]
+
+
+def spec_hash(study: Study) -> str:
+    """Return the SHA-256 of the spec's file; nothing of a study that was made in Python or whose file is gone."""
+    return file_hash(study.source) if study.source.is_file() else ""
 
 
 def provenance_rows(records: Records) -> list[tuple[str, str]]:

@@ -13,13 +13,14 @@ from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 
+from stemcal.errors import Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
-from stemcal.solvers.protocol import Answer, Immediate, Keeping, Placed, Request, Solver
+from stemcal.solvers.protocol import Answer, ByHand, Immediate, Keeping, Placed, Request, Solver
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
@@ -67,6 +68,8 @@ def answer_all(
     ------
     RunsFailed
         If the policy asks for more successes, or not to go on after a failure.
+    Waiting
+        If the runs are done by hand, and results are not entered yet.
     """
     policy = policy or RunsOptions()
     keys = [record_key(solver, request) for request in requests]
@@ -81,6 +84,8 @@ def answer_all(
     folder.sign(stage=stage, workers=executor.workers)
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
+    if missing and isinstance(solver, ByHand):
+        raise Waiting(stage, list(missing.values()))
     if missing:
         _prepare(solver, tally)
     with closing(_recording(missing, solver, folder, executor, policy)) as answers:
@@ -109,7 +114,7 @@ class _Tally:
 
     def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
         self.stage, self.rows, self.watch = stage, Counter(keys), watch
-        self.total, self.told = len(keys), 0
+        self.total, self.warned = len(keys), 0
         self.done = self.cached = sum(self.rows[key] for key in known)
         self.failed = sum(self.rows[key] for key, answer in known.items() if not answer.ok)
         self.report()
@@ -124,10 +129,10 @@ class _Tally:
 
     def _warn(self, answer: Answer, request: Request) -> None:
         """Tell of the first failures one by one."""
-        self.told += 1
-        if self.told <= MOST_WARNINGS:
+        self.warned += 1
+        if self.warned <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
-        elif self.told == MOST_WARNINGS + 1:
+        elif self.warned == MOST_WARNINGS + 1:
             logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
 
     def report(self, response: float | None = None, condition: float | None = None, waiting_for: str = "") -> None:
@@ -162,20 +167,20 @@ def _recording(
     batch = Batch(missing, solver, executor, policy.tries)
     try:
         for key, computed in batch.arriving():
-            yield key, _record(key, missing[key], computed, solver, folder)
+            yield key, keep(key, missing[key], computed, solver, folder)
     finally:
         for key, computed in batch.rest():
-            _record(key, missing[key], computed, solver, folder)
+            keep(key, missing[key], computed, solver, folder)
 
 
-def _record(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
+def keep(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
     """Save one outcome durably and return its answer."""
     answer = readable(computed.answer)
     folder.save(
         {
             "key": key,
             "identity": solver.identity(request),
-            "request": request.told(),
+            "request": request.as_record(),
             **asdict(answer),
             "provenance": computed.circumstances,
         }

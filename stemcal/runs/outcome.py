@@ -13,8 +13,10 @@ from stemcal.runs.policy import is_censored
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 
 # Name in a result, and what solvers call it among the details of an answer.
-_TOLD = {"travel": "travel", "work": "work", "phases": "phases", "sd": "peak_sd", "phase_responses": "phase_responses",
-         "responses": RESPONSES}  # fmt: skip
+_DETAILS = {
+    **{name: name for name in ("travel", "work", "phases", "phase_responses")},
+    **{"sd": "peak_sd", "responses": RESPONSES},
+}
 
 
 @dataclass(frozen=True)
@@ -85,10 +87,12 @@ class Outcome:
 
 def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
     """Return what is told of an answered request."""
-    told: dict[str, Any] = {name: answer.details.get(detail) for name, detail in _TOLD.items()} if answer.ok else {}
+    fields: dict[str, Any] = (
+        {name: answer.details.get(detail) for name, detail in _DETAILS.items()} if answer.ok else {}
+    )
     return Outcome(
         response=answer.response,
-        **told,
+        **fields,
         status=answer.status,
         censored=is_censored(answer),
         reason=answer.reason,

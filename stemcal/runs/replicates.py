@@ -58,8 +58,8 @@ class Scatter:
 
 def pooled(outcomes: Sequence[Outcome], response: str = FIRST) -> Scatter | None:
     """Return the scatter of means over replicates, pooled over points; None where nothing was repeated."""
-    told = [outcome.replicates.of(response) for outcome in outcomes if outcome.replicates is not None]
-    groups = [np.array(values) for values in told if len(values) > 1]
+    drawn = [outcome.replicates.of(response) for outcome in outcomes if outcome.replicates is not None]
+    groups = [np.array(values) for values in drawn if len(values) > 1]
     df = sum(len(values) - 1 for values in groups)
     if not df or any(values.mean() == 0.0 for values in groups):
         return None

@@ -35,6 +35,7 @@ from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
+from stemcal.files.typed import to_json
 from stemcal.solvers.film import Film
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
@@ -74,13 +75,10 @@ class Embedded(OfSpecAlone):
 
     def wait_before(self) -> str:
         """Say that the kernels are to be compiled, where no cache has them, and how long that took the last time."""
-        if is_compiled(_precision(self.study)):
-            return ""
-        last = seconds_to_compile()
-        return "compiling kernels, once" if last is None else f"compiling kernels, once ({last:.0f} s the last time)"
+        return to_wait_for(self.study)
 
     def preparing(self) -> float | None:
-        """Return how many seconds the kernels take to be compiled: none if they are, None if nobody knows."""
+        """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
         return 0.0 if is_compiled(_precision(self.study)) else seconds_to_compile()
 
     def identity(self, request: Request) -> dict[str, Any]:
@@ -177,6 +175,14 @@ def meshed_as(study: Study, request: Request) -> Study:
             "elements_through_wall": None if through is None else max(1, round(through / ratio)),
         }
     return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
+
+
+def to_wait_for(study: Study) -> str:
+    """Say that the kernels are to be compiled first, and how long that took the last time; nothing if they are."""
+    if is_compiled(_precision(study)):
+        return ""
+    what, last = "compiling the solver for this machine, once for all studies", seconds_to_compile()
+    return what if last is None else f"{what}; {last:.0f} s the last time"
 
 
 def simulate(
@@ -380,7 +386,7 @@ def _details(result: CuttingResult) -> dict[str, Any]:
     }
     if result.phase_peaks:
         scalars["phase_peaks"] = list(result.phase_peaks)
-    return {**scalars, "stroke_end": result.stroke_end, "warnings": list(result.warnings), "curve": curve}
+    return {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}
 
 
 def _over_phases(results: Sequence[CuttingResult]) -> dict[str, list[float]]:

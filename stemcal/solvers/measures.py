@@ -30,9 +30,9 @@ def measures(details: Mapping[str, Any]) -> dict[str, Any]:
     Over several mesh phases they are means; otherwise the recorded curve is read.
     """
     if phases := details.get("phase_peaks"):
-        told = {name: list(details[f"phase_{name}s"]) for name in ("travel", "work") if details.get(f"phase_{name}s")}
-        means = {name: float(np.mean(values)) for name, values in told.items()}
-        each = {f"phase_{name}s": values for name, values in told.items()}
+        found = {name: list(details[f"phase_{name}s"]) for name in ("travel", "work") if details.get(f"phase_{name}s")}
+        means = {name: float(np.mean(values)) for name, values in found.items()}
+        each = {f"phase_{name}s": values for name, values in found.items()}
         return {"phases": len(phases), "phase_responses": list(phases), **means, **each}
     if (end := details.get("peak_travel")) is None:
         return {}

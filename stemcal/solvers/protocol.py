@@ -44,7 +44,7 @@ class Request:
     element_size: str | None = None
     replicate: int = 0
 
-    def told(self) -> dict[str, Any]:
+    def as_record(self) -> dict[str, Any]:
         """Return it as a record holds it: mesh and replicate only where another one is asked for."""
         other = {"phases": self.phases, "element_size": self.element_size, "replicate": self.replicate or None}
         return {
@@ -83,7 +83,7 @@ class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
     A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Meshed`, `Belonging`,
-    `Keeping`, `Immediate`, `OfSpecAlone`.
+    `Keeping`, `Immediate`, `ByHand`, `OfSpecAlone`.
     """
 
     def prepare(self) -> None:
@@ -115,7 +115,7 @@ class Timed(Estimating, Protocol):
         """What a run takes here over its estimate, by a moment of it; None where that cannot be tried now."""
 
     def preparing(self) -> float | None:
-        """The seconds that `prepare` takes now; None where nobody knows."""
+        """The seconds that `prepare` takes now; None where that is unknown."""
 
 
 @runtime_checkable
@@ -186,6 +186,10 @@ class Keeping(Protocol):
 
 class Immediate:
     """Inherited by a solver that answers in less time than a worker process takes to start."""
+
+
+class ByHand:
+    """Inherited by a solver whose runs people do: it answers nothing itself, their results are entered as records."""
 
 
 class OfSpecAlone:

@@ -111,8 +111,8 @@ class ReplaySolver(Immediate):
             return Answer("failed", reason="no_response", message=f"{sheet.place(row)}: no {noun} is given")
         place = {"table": sheet.path.name, "line": sheet.lines[row]}
         further = {n: value for n, value in sheet.further[row].items() if value is not None} if sheet.further else {}
-        told = {RESPONSES: further} if further else {}
-        return Answer("ok", response=response, details=place | told | self._marks[request.stage][row])
+        others = {RESPONSES: further} if further else {}
+        return Answer("ok", response=response, details=place | others | self._marks[request.stage][row])
 
     def _condition(self, request: Request) -> str:
         """Name the condition of a request."""

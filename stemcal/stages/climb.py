@@ -18,7 +18,7 @@ from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
-from stemcal.stages.result import CodedScale, Head, StageResult, listed
+from stemcal.stages.result import CodedScale, Head, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
@@ -40,6 +40,7 @@ class ClimbResult(StageResult):
     """The steps towards the target, the best one, and the coding of a design centred on it."""
 
     name: ClassVar[str] = "climb"
+    shown = ("solution",)
 
     head: Head = inline()
     target: float
@@ -61,7 +62,7 @@ class ClimbResult(StageResult):
         return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
 
     @property
-    def matter(self) -> tuple[str, ...]:
+    def active_factors(self) -> tuple[str, ...]:
         """The factors that matter."""
         return self.significant
 
@@ -73,10 +74,6 @@ class ClimbResult(StageResult):
         """Yield label and outcome of every step."""
         for number, row in enumerate(self.rows, 1):
             yield f"climb {number}", row.outcome
-
-    def summary(self) -> str:
-        """Return the levels of the best step."""
-        return listed(self.solution)
 
 
 @a_stage
@@ -107,7 +104,7 @@ def _climbed(
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
         effects=screening.effects,
-        significant=screening.matter,
+        significant=screening.active_factors,
         notes=tuple(chosen),
     )
 

@@ -128,7 +128,7 @@ class Screened(Protocol):
         """What each factor contributes, per cent; of several responses to the one it moves most."""
 
     @property
-    def matter(self) -> Sequence[str]:
+    def active_factors(self) -> Sequence[str]:
         """Names of the factors that matter."""
 
 
@@ -156,6 +156,8 @@ def screening_design(study: Study, solver: Solver) -> Design:
     given = solver.given_design("screen")
     if given is None:
         chosen = study.screen
+        if chosen.design == "none":
+            raise UsageError("screen.design is none; name another to screen factors")
         corners = screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
@@ -256,7 +258,7 @@ def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[No
     """Return the significant factors, or those of largest contribution where the spec or the design want so many."""
     shares = screening.shares
     ranked = sorted(shares, key=lambda name: -shares[name])
-    found = [name for name in ranked if name in screening.matter]
+    found = [name for name in ranked if name in screening.active_factors]
     asked, (least, most) = strongest_asked(rsm.factors), factors_taken(rsm.design)
     if asked:
         chosen = ranked[:asked]

@@ -10,18 +10,22 @@ from decimal import Decimal
 _NUMBER = re.compile(r"^(?P<bound>[<>])?(?P<number>[+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?|[+-]?\.\d+(?:e[+-]?\d+)?)$")
 
 
+Cell = tuple[str, str, str, float | None]
+"""Term and column of a printed number, its print, and the number that the data give, if they give one."""
+
+
 @dataclass(frozen=True)
 class Disagreement:
     """One cell whose printed number is not what the data give.
 
-    `kind` is ``sign``, ``value`` or ``unreadable``.
+    `nature` is ``sign``, ``value`` or ``unreadable``.
     """
 
-    label: str
+    term: str
+    column: str
     printed: str
     value: float | None
-    kind: str
-    sentence: str
+    nature: str
 
 
 def agrees(printed: str, value: float) -> bool:
@@ -40,32 +44,35 @@ def agrees(printed: str, value: float) -> bool:
     return abs(value - float(number)) <= slack
 
 
-def compare_cells(cells: Iterable[tuple[str, str, float | None]]) -> list[Disagreement]:
-    """Find the cells (label, printed, computed) that disagree; cells printed empty are skipped."""
-    found = [_compare(label, printed, value) for label, printed, value in cells if _cleaned(printed)]
-    return [disagreement for disagreement in found if disagreement is not None]
+def compare_cells(cells: Iterable[Cell]) -> list[Disagreement]:
+    """Find the cells that disagree; cells printed empty are skipped."""
+    return [
+        Disagreement(term, column, printed.strip(), value, nature)
+        for term, column, printed, value in cells
+        if _cleaned(printed) and (nature := _nature(printed, value))
+    ]
 
 
-def _compare(label: str, printed: str, value: float | None) -> Disagreement | None:
-    shown = printed.strip()
+def _nature(printed: str, value: float | None) -> str:
+    """Return what is wrong with a printed number, "" if nothing is."""
     try:
         bound, number = _parse(printed)
     except ValueError:
-        return Disagreement(
-            label, shown, value, "unreadable", f"{label}: the paper prints {shown!r}, which is no number"
-        )
+        return "unreadable"
     if value is None:
-        sentence = f"{label}: the paper prints {_signed(shown)}, its data give no such number"
-        return Disagreement(label, shown, None, "value", sentence)
+        return "value"
     if agrees(printed, value):
-        return None
-    computed = _formatted(value, number)
-    if not bound and number != 0 and agrees(str(-number), value):
-        sign = "+" if value > 0 else ""
-        sentence = f"{label}: the paper prints {_signed(shown)}, its data give {sign}{computed}: the sign differs"
-        return Disagreement(label, shown, value, "sign", sentence)
-    sentence = f"{label}: the paper prints {_signed(shown)}, its data give {computed}"
-    return Disagreement(label, shown, value, "value", sentence)
+        return ""
+    return "sign" if not bound and number != 0 and agrees(str(-number), value) else "value"
+
+
+def decimals_of(printed: str) -> int:
+    """Return how many decimals a number is printed with; fewer than none where it ends in zeros by its power of ten.
+
+    >>> decimals_of("16,225.35"), decimals_of("3e2")
+    (2, -2)
+    """
+    return -int(_parse(printed)[1].as_tuple().exponent)
 
 
 def _cleaned(printed: str) -> str:
@@ -84,15 +91,3 @@ def _parse(printed: str) -> tuple[str, Decimal]:
 def _last_digit(number: Decimal) -> Decimal:
     """One unit of the last printed digit."""
     return Decimal(1).scaleb(int(number.as_tuple().exponent))
-
-
-def _formatted(value: float, number: Decimal) -> str:
-    """Write the value with one digit more than was printed."""
-    decimals = max(1 - int(number.as_tuple().exponent), 0)
-    if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
-        return _signed(f"{value:.2g}")
-    return _signed(f"{value:.{decimals}f}")
-
-
-def _signed(text: str) -> str:
-    return text.replace("-", "\u2212")

@@ -12,12 +12,11 @@ from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.validation.comparison import Validation, compare_conditions
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.files.typed import inline
+from stemcal.files.typed import Tagged, inline
 from stemcal.solvers.sheet import read_cells
-from stemcal.stages.printed_numbers import Disagreement, compare_cells
+from stemcal.stages.printed_numbers import Cell, Disagreement, compare_cells
 from stemcal.study.model import Study
 
-MOST_SENTENCES = 5
 _COLUMNS = {
     "effect": "effect",
     "contribution_pct": "contribution_percent",
@@ -34,7 +33,6 @@ _COLUMNS = {
     "error_pct": "error_percent",
     "error_pct_printed": "error_percent",
 }
-Cell = tuple[str, str, float | None]
 
 
 @dataclass(frozen=True)
@@ -46,11 +44,26 @@ class Agreement:
 
 
 @dataclass(frozen=True)
-class Difference:
+class Contradiction(Tagged):
+    """Something that a paper prints and that the rest of it contradicts, a class for each kind."""
+
+    @property
+    def of_sign(self) -> bool:
+        """Whether a number has the wrong sign."""
+        return False
+
+
+@dataclass(frozen=True)
+class Difference(Contradiction):
     """A printed cell that does not agree, and its table."""
 
     table: str
     cell: Disagreement = inline()
+
+    @property
+    def of_sign(self) -> bool:
+        """Whether the cell has the wrong sign."""
+        return self.cell.nature == "sign"
 
 
 @dataclass(frozen=True)
@@ -92,7 +105,7 @@ def audit_validation(study: Study) -> Audited | None:
         return None
     result, printed = printed_validation(study, study.published.validation)
     cells = [
-        (f"error at {row.condition:g} mm", text, row.error_percent)
+        (f"{row.condition:g}", "error_percent", text, row.error_percent)
         for text, row in zip(printed, result.rows, strict=True)
     ]
     return audit_cells({"validation": cells})
@@ -118,16 +131,6 @@ _VALIDATION = (
 )
 
 
-def sentences(audit: Audited | None) -> list[str]:
-    """Return the disagreements as notes, the first few in full."""
-    if audit is None:
-        return []
-    found = [entry.cell.sentence for entry in audit.differences]
-    more = len(found) - MOST_SENTENCES
-    shown = [f"{sentence}." for sentence in found[:MOST_SENTENCES]]
-    return [*shown, f"{more} more printed numbers differ."] if more > 0 else shown
-
-
 def audit_cells(tables: Mapping[str, Sequence[Cell]]) -> Audited:
     """Count the cells that agree, altogether and by table, and list those that do not."""
     differ = {name: compare_cells(cells) for name, cells in tables.items()}
@@ -149,7 +152,7 @@ def _cells(study: Study, path: Path, computed: Mapping[str, object]) -> Iterator
         row = computed.get(term)
         for heading, name, text in zip(header[1:], fields[1:], cells[1:], strict=False):
             if name is not None and text.strip():
-                yield f"{term} {heading}" if len(header) > 2 else term, text, getattr(row, name, None)
+                yield term, heading if len(header) > 2 else "", text, getattr(row, name, None)
 
 
 def table(path: Path) -> tuple[list[str], list[list[str]]]:

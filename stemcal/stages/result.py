@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from html import escape
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from stemcal.errors import RunsFailed, UsageError
@@ -19,7 +20,6 @@ from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import reason_lines
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.base import stage_called
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,8 +109,10 @@ class StageResult:
     """The result of a stage: frozen, typed, the same as its file."""
 
     name: ClassVar[str]
+    shown: ClassVar[tuple[str, ...]] = ()
+    """The attributes that a result is shown with."""
     head: Head
-    notes: tuple[Note, ...] | tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def naming(self) -> Naming:
@@ -168,24 +170,23 @@ class StageResult:
         """Yield label and outcome of every run."""
         yield from ()
 
-    def summary(self) -> str:
-        """Return the result in a line."""
-        return f"{len(self.notes)} notes"
-
     def __repr__(self) -> str:
-        return f"{stage_called(self.name).title} of study {self.head.study}: {self.summary()}"
+        shown = "".join(f", {name}={_short(attrgetter(name)(self))!r}" for name in self.shown)
+        return f"{type(self).__name__}(study={self.head.study!r}{shown})"
 
     def _repr_html_(self) -> str:
         return f"<p>{escape(repr(self))}</p>{''.join(table._repr_html_() for table in self.tables().values())}"
 
 
-def listed(values: Mapping[str, float]) -> str:
-    """Return values by name in a line.
+def _short(value: Any) -> Any:
+    """Return a number, or numbers by name, to four digits.
 
-    >>> listed({"a": 18.366, "b": 0.03})
-    'a = 18.37, b = 0.03'
+    >>> _short({"a": 18.36612, "b": 0.03})
+    {'a': 18.37, 'b': 0.03}
     """
-    return ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
+    if isinstance(value, Mapping):
+        return {name: _short(one) for name, one in value.items()}
+    return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
 def leave(folder: StudyFolder, result: R) -> R:

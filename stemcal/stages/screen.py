@@ -113,7 +113,7 @@ class FurtherScreening:
             notes=found.notes,
         )
 
-    def told(self) -> dict[str, Any]:
+    def as_record(self) -> dict[str, Any]:
         """Return it field by field, as a whole result has them too."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
@@ -126,6 +126,7 @@ class ScreenResult(StageResult):
     """
 
     name: ClassVar[str] = "screen"
+    shown = ("significant",)
 
     head: Head = inline()
     design: DesignRuns
@@ -148,26 +149,26 @@ class ScreenResult(StageResult):
     notes: tuple[Note, ...] = ()
 
     @property
-    def of_each(self) -> list[ScreenResult]:
+    def all_responses(self) -> list[ScreenResult]:
         """The screening of every response, the first one's first."""
         return [self, *(self.seen_by(name) for name in self.responses or {})]
 
     def seen_by(self, response: str) -> ScreenResult:
         """Return the screening of a further response as if it were the only one."""
         further = (self.responses or {})[response]
-        head = replace(self.head, naming=self.naming.led_by(response))
-        return replace(self, head=head, **further.told(), responses=None, aliases=None, published=None)
+        head = replace(self.head, naming=self.naming.with_primary(response))
+        return replace(self, head=head, **further.as_record(), responses=None, aliases=None, published=None)
 
     @property
-    def matter(self) -> tuple[str, ...]:
+    def active_factors(self) -> tuple[str, ...]:
         """The factors that move any response, in the order of the factors."""
-        moved = {name for one in self.of_each for name in one.significant}
+        moved = {name for one in self.all_responses for name in one.significant}
         return tuple(effect.factor for effect in self.effects if effect.factor in moved)
 
     @property
     def shares(self) -> dict[str, float]:
         """The largest contribution of each factor to any response, per cent."""
-        each = self.of_each
+        each = self.all_responses
         return {
             effect.factor: max(one.effect(effect.factor).contribution_percent or 0.0 for one in each)
             for effect in self.effects
@@ -208,10 +209,6 @@ class ScreenResult(StageResult):
         yield from self.design.entries(self.design.varied)
         yield "effects", [effect.factor for effect in self.effects], self.significant
 
-    def summary(self) -> str:
-        """Name the factors that matter."""
-        return f"{len(self.effects)} factors, significant: {', '.join(self.significant) or 'none'}"
-
 
 @a_stage
 def screen(work: Work) -> ScreenResult:
@@ -251,8 +248,10 @@ def error_asked(study: Study) -> str:
 def _result(
     head: Head, runs: DesignRuns, found: Screening, published: Audited | None, notes: tuple[Note, ...]
 ) -> ScreenResult:
-    told = FurtherScreening.of(found).told() | {"notes": notes}
-    return ScreenResult(head=head, design=runs, aliases=found.aliases(), alpha=found.alpha, published=published, **told)
+    fields = FurtherScreening.of(found).as_record() | {"notes": notes}
+    return ScreenResult(
+        head=head, design=runs, aliases=found.aliases(), alpha=found.alpha, published=published, **fields
+    )
 
 
 def unexpected_signs(found: Screening) -> list[Note]:

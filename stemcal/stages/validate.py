@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.validation.comparison import Exponent, Validation, ValidationRow, compare_conditions, error_percent
 from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
@@ -30,7 +31,7 @@ from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval, StageResult
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 
@@ -131,6 +132,7 @@ class ValidateResult(StageResult):
     """Measured against simulated response over the conditions, and how a force grows with the stem's diameter."""
 
     name: ClassVar[str] = "validate"
+    shown = ("max_abs_error_percent",)
 
     head: Head = inline()
     parameters: dict[str, float]
@@ -176,27 +178,23 @@ class ValidateResult(StageResult):
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield the outcome of every run, named by its condition."""
         for number, row in enumerate(self.rows, 1):
-            told = Outcome(
+            outcome = Outcome(
                 response=row.compared.simulated,
                 status=row.status,
                 censored=row.censored,
                 reason=row.reason,
                 message=row.message,
                 key=row.key,
+                responses={each.response: each.simulated for each in row.further} or None,
                 replicates=row.replicates,
             )
-            yield self._label(number, row.compared.condition), told
+            yield self._label(number, row.compared.condition), outcome
 
     def _label(self, number: int, condition: float) -> str:
         """Name a run by its condition, by its number where there is none."""
         if self.naming.condition == DIAMETER:
             return f"{condition:.6g} mm"
         return self.naming.place(condition) or f"{self.name} {number}"
-
-    def summary(self) -> str:
-        """Tell the largest error."""
-        worst = "–" if self.max_abs_error_percent is None else f"{self.max_abs_error_percent:.1f} %"
-        return f"{len(self.rows)} comparisons, largest error {worst}"
 
 
 @a_stage
@@ -327,7 +325,8 @@ def _directions_seen(work: Work) -> int:
     if not study.joint_targets:
         return 1
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
-    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface))
+    region = Region(*box_of(study, surface.scales), surface.radius)
+    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface), region)
     responses = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
     point = surface.scales.point(solution.point.coded)
     return max(1, misfit.only(responses).directions_seen(point)) if responses else 1

@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stemcal.notes import Note
-from stemcal.overview.beforehand import (
-    FactorsWanted,
-    LengthsBelong,
-    SmallScreening,
-    TakenForDeterministic,
-    TooFewFactors,
-)
+from stemcal.overview.beforehand import FactorsWanted, LengthsBelong, SmallScreening, TooFewFactors
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 
@@ -36,11 +30,6 @@ states(
     LengthsBelong,
     "The failure strain found will belong to internal_length {internal_length} and edge_spread {edge_spread}: no "
     "cutting curve tells the three apart. Choose the lengths first, keep them, and report all three.",
-)
-states(
-    TakenForDeterministic,
-    "solver.deterministic is not given: equal inputs are taken to give equal answers, so centre points count once and "
-    "no scatter is expected. Write true, and one run is repeated to check, or false if there is chance in the program.",
 )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.notes import Weight
 from stemcal.stages.mesh.result import MeshResult
-from stemcal.stages.mesh.stage import ScatterUntold
+from stemcal.stages.mesh.stage import ScatterUnknown
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
 
@@ -76,4 +76,4 @@ def _further(name: str, found: MeshScatter, names: Names) -> str:
     return names.say(template, label=names.naming.named(name).label, sd=found.sd_percent)
 
 
-states(ScatterUntold, "The values of {response} at each place of the mesh are not told: its scatter is in no interval.")
+states(ScatterUnknown, "The values of {response} at each place of the mesh are unknown: its scatter is in no interval.")

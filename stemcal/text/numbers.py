@@ -23,9 +23,9 @@ def significant(value: float | None, digits: int = 4) -> str:
         return "0"
     magnitude = math.floor(math.log10(abs(value)))
     if not -4 <= magnitude < 7:
-        return _minus(f"{value:.{digits - 1}e}")
+        return minus(f"{value:.{digits - 1}e}")
     text = f"{value:.{max(0, digits - 1 - magnitude)}f}"
-    return _minus(text)
+    return minus(text)
 
 
 def short(value: float | None, digits: int = 6) -> str:
@@ -34,7 +34,7 @@ def short(value: float | None, digits: int = 6) -> str:
     >>> short(1100.0), short(0.30000000000000004), short(14.995)
     ('1100', '0.3', '14.995')
     """
-    return MISSING if value is None or not math.isfinite(value) else _minus(f"{value:.{digits}g}")
+    return MISSING if value is None or not math.isfinite(value) else minus(f"{value:.{digits}g}")
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
@@ -45,7 +45,7 @@ def fixed(value: float | None, decimals: int = 2) -> str:
     """
     if value is None or not math.isfinite(value):
         return MISSING
-    return _minus(f"{round(value, decimals) + 0.0:.{decimals}f}")
+    return minus(f"{round(value, decimals) + 0.0:.{decimals}f}")
 
 
 def probability(p: float | None) -> str:
@@ -57,6 +57,16 @@ def probability(p: float | None) -> str:
     if p is None or math.isnan(p):
         return MISSING
     return "<0.0001" if p < 0.00005 else f"{p:.4f}"
+
+
+def signed_probability(p: float | None) -> str:
+    """Return a p-value as it follows the letter in a sentence.
+
+    >>> signed_probability(5.3e-8), signed_probability(0.04619)
+    ('< 0.0001', '= 0.0462')
+    """
+    text = probability(p)
+    return f"< {text[1:]}" if text.startswith("<") else f"= {text}"
 
 
 def percent(value: float | None) -> str:
@@ -121,6 +131,6 @@ def duration(seconds: float | None) -> str:
     return say("{hours} h {minutes} min", hours=minutes // 60, minutes=minutes % 60)
 
 
-def _minus(text: str) -> str:
+def minus(text: str) -> str:
     """Write the minus sign as one, not as a hyphen; exponents too are numbers."""
     return text.replace("-", "−")

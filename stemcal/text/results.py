@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
-from stemcal.notes import Note, Weight
+from stemcal.notes import Weight
 from stemcal.stages.base import stage_called
-from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
-from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate import ValidateResult
-from stemcal.text import calibration, climb, mesh, published, refinement, runs, screening, surface, validation
+from stemcal.text import audit, calibration, climb, mesh, refinement, runs, screening, surface, validation
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, remark, sentence
+from stemcal.text.notes import Remark, sentence
 
 __all__ = [
     "MOST",
@@ -34,80 +29,52 @@ __all__ = [
     "withheld",
 ]
 
-TOPICS = (calibration, climb, mesh, refinement, runs, screening, surface, validation)
-"""The modules that give notes their sentences."""
 MOST = 5
 """So many remarks are read."""
-_AGREEING = (RefineResult, ValidateResult)
-_CLAIMING = (InvertResult, MeshResult, *_AGREEING)
+
+
+@dataclass(frozen=True)
+class _Topic:
+    """What is said of a stage: its remarks, what came of it, how sure that is, each from result and names."""
+
+    remarks: Callable[[Any, Names], list[Remark]]
+    outcome: Callable[[Any, Names], list[str]]
+    certainty: Callable[[Any, Names], list[str]] = lambda _result, _names: []
+
+
+_TOPICS = {
+    "screen": _Topic(screening.remarks, screening.outcome, screening.certainty),
+    "climb": _Topic(climb.remarks, climb.outcome),
+    "rsm": _Topic(surface.remarks, surface.outcome, surface.certainty),
+    "invert": _Topic(calibration.remarks, calibration.outcome, calibration.certainty),
+    "refine": _Topic(refinement.remarks, refinement.outcome),
+    "mesh": _Topic(mesh.remarks, mesh.certainty, mesh.certainty),
+    "validate": _Topic(validation.remarks, validation.outcome, validation.certainty),
+    "audit": _Topic(audit.remarks, audit.outcome),
+}
+TOPICS = (runs,)
+"""What gives notes of several stages their sentences."""
+_AGREEING = ("refine", "validate")
+_CLAIMING = ("invert", "mesh", *_AGREEING)
 
 
 def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> list[Remark]:
     """Return what a stage's result says beside its tables."""
-    names = Names(result.naming, labels or {})
-    match result:
-        case ScreenResult():
-            return [*screening.remarks(result, names), *published.remarks(result.published)]
-        case SurfaceResult():
-            return surface.remarks(result, names)
-        case MeshResult():
-            return mesh.remarks(result, names)
-        case ValidateResult():
-            return validation.remarks(result, names)
-        case ClimbResult():
-            return climb.remarks(result, names)
-        case InvertResult():
-            return calibration.remarks(result, names)
-        case RefineResult():
-            return refinement.remarks(result, names)
-    return [
-        remark(note, names) if isinstance(note, Note) else Remark(note, Weight.TRUST, note) for note in result.notes
-    ]
+    return _TOPICS[result.name].remarks(result, Names(result.naming, labels or {}))
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return what came out of a stage; no claim of agreement where the study does not bear it."""
-    names = Names(result.naming, labels or {})
-    if not holds and isinstance(result, _AGREEING):
+    if not holds and result.name in _AGREEING:
         return []
-    match result:
-        case ScreenResult():
-            return screening.outcome(result, names)
-        case ClimbResult():
-            return climb.outcome(result, names)
-        case SurfaceResult():
-            return surface.outcome(result, names)
-        case InvertResult():
-            return calibration.outcome(result, names)
-        case RefineResult():
-            return refinement.outcome(result, names)
-        case MeshResult():
-            return mesh.certainty(result, names)
-        case ValidateResult():
-            return validation.outcome(result, names)
-    return [result.summary()]
+    return _TOPICS[result.name].outcome(result, Names(result.naming, labels or {}))
 
 
 def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return how sure it is, as far as the finished stages tell; no interval where the study is not calibrated."""
-    told = [result for result in results.done() if holds or not isinstance(result, _CLAIMING)]
-    said = [sentence for result in told for sentence in _certainty(result, Names(result.naming, labels or {}))]
+    shown = [result for result in results.done() if holds or result.name not in _CLAIMING]
+    said = [text for one in shown for text in _TOPICS[one.name].certainty(one, Names(one.naming, labels or {}))]
     return said if holds else [*said, withheld()]
-
-
-def _certainty(result: StageResult, names: Names) -> list[str]:
-    match result:
-        case ScreenResult():
-            return screening.certainty(result, names)
-        case SurfaceResult():
-            return surface.certainty(result, names)
-        case InvertResult():
-            return calibration.certainty(result, names)
-        case MeshResult():
-            return mesh.certainty(result, names)
-        case ValidateResult():
-            return validation.certainty(result, names)
-    return []
 
 
 def shown_remarks(result: StageResult, holds: bool, labels: Mapping[str, str] | None = None) -> list[Remark]:

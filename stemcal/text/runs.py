@@ -1,15 +1,25 @@
-"""What is said of runs: values that are only bounds, runs that failed."""
+"""What is said of runs: what they are warned of, values that are only bounds, runs that failed."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
 
+from stemcal.run_warnings import (
+    EnergyDrifts,
+    ForceAfterBreak,
+    HourglassEnergy,
+    InertiaInForce,
+    Message,
+    NothingDeleted,
+    RunWarning,
+    StrokeTooShort,
+)
 from stemcal.runs.policy import LowerBound
 from stemcal.stages.result import StageResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence
+from stemcal.text.notes import sentence, states
 
 
 @sentence.register
@@ -45,6 +55,72 @@ _LOWER_BOUNDS = {
         "the stroke (loading.duration) or say what such runs count as (runs.censored).",
     ),
 }
+
+
+# ---- warnings
+
+states(
+    EnergyDrifts,
+    "The energy balance drifts by {percent:.1f} %. Lower solver.time_step_safety and solver.time_step.",
+)
+states(
+    InertiaInForce,
+    "Inertia has {percent:.1f} % of the force: blade and supports differ by that at the peak, with kinetic energy up "
+    "to {kinetic_percent:.1f} % of internal energy. Divide solver.mass_scaling by 100 and solver.time_step by 10, for "
+    "either adds mass; at the true mass the inertia is the stem's own.",
+)
+states(
+    HourglassEnergy,
+    "Hourglass energy is {percent:.1f} % of internal energy. Refine the mesh or change solver.hourglass.",
+)
+states(
+    ForceAfterBreak,
+    "After the break at {travel:.3g} mm the force rose again, to {force:.1f} N, above the peak of {peak:.1f} N: the "
+    "released stem swings against the blade. That is not the force of cutting.",
+)
+states(
+    NothingDeleted,
+    "The material has no failure criterion: at the failure strain elements only lost their shear stress, none was "
+    "deleted.",
+)
+states(Message, "{text}")
+
+
+@sentence.register
+def _(warning: StrokeTooShort, names: Names) -> str:
+    return names.say(_STROKES.get(warning.ending, _STROKES["rising"]), **vars(warning))
+
+
+# By how the stroke ended.
+_STROKES = {
+    "rising": "The force still rose at the end of the {stroke:.3g} mm stroke: the true maximum is larger. Lengthen "
+    "loading.duration.",
+    "regained": "A peak of {peak:.1f} N at {peak_travel:.3g} mm was passed, the force fell to {valley:.1f} N and "
+    "regained {end:.1f} N within the {stroke:.3g} mm stroke: a larger maximum may follow. Lengthen loading.duration.",
+    "falling": "A peak of {peak:.1f} N at {peak_travel:.3g} mm was passed, but the force fell only to {end:.1f} N "
+    "within the {stroke:.3g} mm stroke: a larger maximum may follow. Lengthen loading.duration.",
+}
+
+
+def warning_text(warning: RunWarning) -> str:
+    """Return what a run is warned of, as one or two sentences."""
+    return sentence(warning, Names())
+
+
+def warned_of(warnings: Mapping[str, RunWarning], count: int) -> str:
+    """Say a kind of warning: how many of `count` runs have it, and that of the first, by its label."""
+    first, warning = next(iter(warnings.items()))
+    return say_number(
+        "{warned} of {count} run, first {first}: {warning}",
+        "{warned} of {count} runs, first {first}: {warning}",
+        count,
+        warned=len(warnings),
+        first=first,
+        warning=warning_text(warning),
+    )
+
+
+# ---- runs that failed
 
 
 def counted_reasons(reasons: Mapping[str, int]) -> str:

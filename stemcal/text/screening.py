@@ -12,12 +12,13 @@ from stemcal.doe.designs.aliases import (
     PartlyAliased,
     UniformlyAliased,
 )
+from stemcal.doe.designs.definitive_screening import OneSpareColumn
+from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.screening.fold import FoldOverPays
 from stemcal.doe.screening.notes import (
     ExactResidual,
-    FlatResponse,
     InteractionOfStrongest,
     LenthError,
     MethodsDisagree,
@@ -33,19 +34,13 @@ from stemcal.doe.screening.notes import (
 from stemcal.doe.screening.two_stage_analysis import ErrorSource, TwoStages
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign
+from stemcal.text import published
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
 
 # Long lists of aliases are not read: so many are named, the rest is counted.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
-
-
-def summary(stage: ScreenResult) -> str:
-    """Name the significant factors in a line."""
-    if not stage.significant:
-        return say("{count} factors, none significant", count=len(stage.effects))
-    return say("{count} factors, significant: {factors:all}", count=len(stage.effects), factors=stage.significant)
 
 
 def outcome(stage: ScreenResult, names: Names) -> list[str]:
@@ -134,12 +129,12 @@ def _tests(effect: Effect, names: Names) -> Iterator[str]:
     found = effect.conclusion
     assert found is not None
     if effect.p is not None:
-        yield names.say("By itself it has p = {p:p}.", p=effect.p)
+        yield names.say("By itself it has p {p:p}.", p=effect.p)
     if found.by_lenth is not None:
         beyond, inside = "It is beyond Lenth's margin of error.", "It is within Lenth's margin of error."
         yield say(beyond if found.by_lenth else inside)
     if not found.among_all:
-        with_p = "Among all factors at once it does not stand out (Holm p = {p:p})."
+        with_p = "Among all factors at once it does not stand out (Holm p {p:p})."
         yield names.say(with_p if effect.p_holm is not None else "Among all factors at once it does not stand out.",
                         p=effect.p_holm)  # fmt: skip
 
@@ -162,7 +157,7 @@ def remarks(stage: ScreenResult, names: Names) -> list[Remark]:
         said.append(Remark(text, Weight.TRUST, "two_stages"))
     if stage.curvature is not None:
         said.append(Remark(_curvature(stage.curvature, names), Weight.TRUST, "curvature"))
-    return [*said, *(remark(note, names) for note in stage.notes)]
+    return [*said, *(remark(note, names) for note in stage.notes), *published.remarks(stage.published, names)]
 
 
 def _two_stages(found: TwoStages, factors: int, names: Names) -> str:
@@ -206,8 +201,8 @@ def _curvature(found: Curvature, names: Names) -> str:
         centre=found.centre,
     )
     untested = "There is no error to test the difference against."
-    curved = "F(1, {df}) = {f:.3g}, p = {p:p}: the response is curved, a plane does not do."
-    plane = "F(1, {df}) = {f:.3g}, p = {p:p}: no curvature beyond the error."
+    curved = "F(1, {df}) = {f:.3g}, p {p:p}: the response is curved, a plane does not do."
+    plane = "F(1, {df}) = {f:.3g}, p {p:p}: no curvature beyond the error."
     template = untested if found.p is None else curved if found.curved else plane
     return f"{means} {names.say(template, df=found.df, f=found.f, p=found.p)}"
 
@@ -262,6 +257,13 @@ states(
     "{factor:factor} has the effect {effect:response +.4g} where the spec expects the sign {expected}: look for an "
     "alias or a wrong unit before trusting it.",
 )
+states(
+    OneSpareColumn,
+    "A definitive screening of {factors} factors in {runs} runs tests main effects against one degree of freedom: of "
+    "studies in which nothing matters, about three of ten end with a square or an interaction. Where repeated runs "
+    "differ, `screen.runs: {with_centre}` adds two centre runs; of a deterministic solver `screen.runs: "
+    "{with_columns}` adds two columns without a factor. Either leaves about one of ten.",
+)
 states(NoInteractions, "One factor has no interactions.")
 states(ClearOfInteractions, "In these {runs} runs the main effects are clear of two-factor interactions.")
 states(
@@ -289,11 +291,11 @@ def _(note: ReplicateError, names: Names) -> str:
 @sentence.register
 def _(note: MethodsDisagree, names: Names) -> str:
     inside = (
-        "The two methods disagree on {factor:factor}: p = {p:p} is below {alpha:g}, but its effect "
+        "The two methods disagree on {factor:factor}: p {p:p} is below {alpha:g}, but its effect "
         "{effect:response +.4g} stays within Lenth's margin of error {margin:response}."
     )
     beyond = (
-        "The two methods disagree on {factor:factor}: p = {p:p} is not below {alpha:g}, but its effect "
+        "The two methods disagree on {factor:factor}: p {p:p} is not below {alpha:g}, but its effect "
         "{effect:response +.4g} exceeds Lenth's margin of error {margin:response}."
     )
     return names.say(inside if note.p < note.alpha else beyond, **vars(note))
@@ -301,16 +303,13 @@ def _(note: MethodsDisagree, names: Names) -> str:
 
 @sentence.register
 def _(note: UnusedContrasts, names: Names) -> str:
-    none = (
-        "With the unused columns, contrasts of {listed}, Lenth's margin of {count} is {margin:response}: no factor is "
-        "beyond it."
-    )
-    some = (
-        "With the unused columns, contrasts of {listed}, Lenth's margin of {count} is {margin:response}. Beyond it: "
-        "{beyond:factors}."
+    beside = "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them."
+    decides = (
+        "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them. It decides which "
+        "factors count, since F rests on these columns alone."
     )
     listed = all_of(names.quantity(value, "+.3g") for value in note.contrasts)
-    return names.say(some if note.beyond else none, listed=listed, **vars(note))
+    return names.say(decides if note.decides else beside, listed=listed, count=note.count)
 
 
 @sentence.register
@@ -329,7 +328,7 @@ def _(note: FullyAliased, names: Names) -> str:
     parts = [_aliased(factor, pairs, names) for factor, pairs in hidden[:_SHOWN_FACTORS]]
     more = len(hidden) - len(parts)
     parts += [say_number("{count} more likewise", "{count} more likewise", more)] if more else []
-    template = "In these {runs} runs main effects cannot be told from two-factor interactions: {listed}."
+    template = "In these {runs} runs main effects cannot be told apart from two-factor interactions: {listed}."
     return names.say(template, runs=note.runs, listed="; ".join(parts))
 
 

@@ -13,6 +13,7 @@ import pytest
 from commanding import REPLAY, SMOKE, command
 
 from stemcal.cutting.result import CuttingResult, ForceHistory
+from stemcal.run_warnings import InertiaInForce
 
 
 def known_result() -> CuttingResult:
@@ -44,7 +45,7 @@ def known_result() -> CuttingResult:
         deleted_elements=14, steps=21000, wall_seconds=4.2, element_steps_per_second=9.5e6,
         energy_drift_percent=0.4, kinetic_ratio_percent=0.02, hourglass_ratio_percent=3.0,
         contact_energy_percent=1.5, inertia_percent=0.1,
-        stroke_was_enough=True, warnings=("the force still rose at the end",), history=history,
+        stroke_was_enough=True, warnings=(InertiaInForce(6.25, 0.5),), history=history,
     )  # fmt: skip
 
 
@@ -69,7 +70,7 @@ def test_table_sketch_and_warnings(calls: list[Any]) -> None:
     assert "120.0 N" in result.stdout
     assert "█" in result.stdout
     assert "0.83 mm" in result.stdout
-    assert "warning: the force still rose at the end" in result.stderr
+    assert "warning: Inertia has 6.2 % of the force" in result.stderr
     assert max(map(len, result.stdout.splitlines())) <= 80
 
 

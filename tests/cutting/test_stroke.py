@@ -7,6 +7,7 @@ import pytest
 
 from stemcal.cutting.result import moving_mean
 from stemcal.cutting.stroke import stroke_end
+from stemcal.run_warnings import StrokeTooShort
 from stemcal.runs.policy import LowerBound, judged, lower_bounds
 from stemcal.solvers.protocol import Answer
 from stemcal.study.model import RunsOptions
@@ -41,15 +42,16 @@ def test_a_later_larger_force_after_the_break_is_not_the_peak() -> None:
     points = [(0.0, 0.0), (0.4, 100.0), (0.5, 10.0), (1.0, 150.0)]
     smooth = np.interp(TRAVEL, *np.array(points).T)
     end = stroke_end(TRAVEL, smooth, smooth, 1, broken=245)
-    assert (end.kind, end.peak, end.was_enough, end.sentence) == ("broken", pytest.approx(100.0, rel=0.01), True, "")
+    assert (end.kind, end.peak, end.was_enough, end.warnings) == ("broken", pytest.approx(100.0, rel=0.01), True, [])
 
 
-def test_sentences_say_what_was_passed() -> None:
+def test_warning_has_the_forces_that_were_passed() -> None:
     smooth = np.interp(TRAVEL, [0.0, 0.5, 0.7, 1.0], [0.0, 100.0, 70.0, 95.0])
-    assert stroke_end(TRAVEL, smooth, smooth, 1).sentence == (
-        "a peak of 100.0 N at 0.5 mm was passed, the force fell to 70.0 N and regained 95.0 N within the 1 mm stroke: "
-        "a larger maximum may follow"
-    )
+    (warning,) = stroke_end(TRAVEL, smooth, smooth, 1).warnings
+    assert isinstance(warning, StrokeTooShort)
+    assert warning.ending == "regained"
+    assert (warning.peak, warning.peak_travel, warning.valley) == pytest.approx((100.0, 0.5, 70.0))
+    assert (warning.end, warning.stroke) == (95.0, 1.0)
 
 
 def answer(end: str | None) -> Answer:

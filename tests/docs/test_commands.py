@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import openpyxl
 import pytest
 from shown import DOCS, ROOT, are_printed, commands, give, inline, outputs, pages, save_files
 
@@ -74,6 +75,31 @@ def test_have_your_own_program_answer(clone: Path) -> None:
 
 
 @pytest.mark.slow
+def test_do_the_runs_by_hand(clone: Path) -> None:
+    """The page's angles, written into each sheet, come to the parameters that it shows."""
+    page = HOWTO / "by-hand.md"
+    angles = dict(re.findall(r"\| (rsm \d+) \| ([\d.]+) ", page.read_text("utf-8")))
+    assert len(angles) == 15
+    *first, run, enter = commands(page)
+    printed = give(first, clone)
+    assert "15 + 1 runs by hand, 16 in all" in printed["stemcal plan heap.yaml"]
+    assert "Waiting for 15 results of rsm" in give([run], clone, code=6)[run]
+    for code in (6, 6, 0):
+        write_angles(clone / "runs" / "heap" / "sheet.xlsx", angles)
+        printed = give([enter], clone, code=code)
+    are_printed(outputs(page), printed.values())
+    assert (clone / "runs" / "heap" / "report.html").is_file()
+
+
+def write_angles(sheet: Path, angles: dict[str, str]) -> None:
+    """Fill in a workbook; runs at the solution give 28.0 deg."""
+    book = openpyxl.load_workbook(sheet)
+    for row in book.worksheets[0].iter_rows(min_row=2):
+        row[4].value = float(angles.get(str(row[0].value), 28.0))
+    book.save(sheet)
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS (liggghts) is not installed")
 def test_calibrate_a_heap_of_grains(clone: Path) -> None:
     """The same seeds give the same heaps; another build of the program gives others, within their scatter."""
@@ -100,7 +126,8 @@ def test_ls_dyna(clone: Path) -> None:
 
 
 def test_openradioss(clone: Path) -> None:
-    give(commands(HOWTO / "openradioss.md"), clone)
+    printed = give(commands(HOWTO / "openradioss.md"), clone)
+    assert "32 runs to compute" in printed["stemcal plan configs/openradioss.yaml"]
 
 
 def test_completion_in_editor_and_shell(clone: Path) -> None:

@@ -55,31 +55,21 @@ def test_a_number_agrees_with_its_own_rounding_and_not_with_the_next(value, digi
 
 def test_the_sign_error_of_equation_1(ccd: Surface, printed_rows):
     rows = printed_rows("eq1_coefficients_printed.csv")
-    cells = [(row["term"], row["coefficient"], c.value) for row, c in zip(rows, ccd.coefficients, strict=True)]
+    cells = [(row["term"], "", row["coefficient"], c.value) for row, c in zip(rows, ccd.coefficients, strict=True)]
     found = compare_cells(cells)
-    assert [d.sentence for d in found] == ["X7^2: the paper prints −2.88, its data give +2.883: the sign differs"]
-    assert found[0].kind == "sign"
-    assert found[0].label == "X7^2"
+    assert [(d.term, d.printed, d.nature) for d in found] == [("X7^2", "-2.88", "sign")]
+    assert found[0].value == pytest.approx(2.8831, abs=1e-4)
 
 
-def test_sentences():
-    found = compare_cells(
-        [
-            ("a", "1.50", 1.55),
-            ("b", "", 3.0),
-            ("c", "n/a", 3.0),
-            ("d", "3.0", None),
-            ("e", "<0.01", 0.02),
-            ("f", "0.05", 0.00001),
-            ("g", "7", 7.2),
-        ]
-    )
-    assert [(d.label, d.kind) for d in found] == [
+def test_natures():
+    cells = [("a", "1.50", 1.55), ("b", "", 3.0), ("c", "n/a", 3.0), ("d", "3.0", None), ("e", "<0.01", 0.02)]
+    cells += [("f", "0.05", 0.00001), ("g", "7", 7.2), ("h", "-2", 2.1)]
+    found = compare_cells((term, "", printed, value) for term, printed, value in cells)
+    assert [(d.term, d.nature) for d in found] == [
         ("a", "value"),
         ("c", "unreadable"),
         ("d", "value"),
         ("e", "value"),
         ("f", "value"),
+        ("h", "sign"),
     ]
-    assert found[0].sentence == "a: the paper prints 1.50, its data give 1.550"
-    assert found[4].sentence == "f: the paper prints 0.05, its data give 1e−05"

@@ -18,7 +18,8 @@ import pytest
 import stemcal.fem.warm as module
 from stemcal.child import Child
 from stemcal.fem.kernels.cache import SPARE, cache_folder
-from stemcal.fem.warm import sweep, warm
+from stemcal.fem.kernels.compile import CACHE
+from stemcal.fem.warm import is_compiled, sweep, warm
 from stemcal.interrupts import heard
 
 WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
@@ -37,9 +38,12 @@ def entries(folder: Path) -> list[Path]:
     return sorted(p for p in folder.rglob("*") if p.suffix in {".nbi", ".nbc"})
 
 
-def test_warm_is_quick_once_compiled() -> None:
+def test_nothing_is_compiled_again_once_it_is() -> None:
     warm()
+    assert is_compiled()
+    before = {path: path.stat().st_mtime_ns for path in entries(CACHE)}
     warm()
+    assert before and {path: path.stat().st_mtime_ns for path in entries(CACHE)} == before
 
 
 def test_cache_folder_is_ours_and_names_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

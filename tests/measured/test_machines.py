@@ -9,6 +9,7 @@ import pytest
 from stemcal.errors import UsageError
 from stemcal.measured.columns import matching
 from stemcal.measured.headings import NEWTONS
+from stemcal.measured.remarks import RowsApart, RowsLeftOut
 from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.text_tables import read_table
 from stemcal.measured.vocabulary import FORCE
@@ -75,9 +76,9 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     path.write_text(
         "travel,force\n" + rows("{d},{f}\n").replace("0.2,4.8", "0.2,4.8\n0.25,NaN\n0.26,") + "Max,1234.5\n"
     )
-    assert read_curves(path)[0].remarks == ("3 rows without numbers for force or displacement are left out",)
+    assert read_curves(path)[0].remarks == (RowsLeftOut(3),)
     path.write_text("travel,force\n" + rows("{d},{f}\n") + "Cycle 2\n" + rows("{d},{f}\n")[:24])
-    assert "3 more rows of numbers lie apart" in read_curves(path)[0].remarks[0]
+    assert read_curves(path)[0].remarks == (RowsApart(3),)
 
 
 def test_a_word_among_the_numbers_is_no_gap(tmp_path: Path) -> None:

@@ -113,7 +113,9 @@ def test_force_that_still_rises_is_marked(tmp_path: Path) -> None:
     answer = solved(tmp_path, mode="rising")
     assert answer.ok
     assert answer.details["stroke_was_enough"] is False
-    assert "still rose at the end" in answer.details["warnings"][0]
+    (warning,) = answer.details["warnings"]
+    assert (warning["kind"], warning["ending"]) == ("stroke_too_short", "rising")
+    assert warning["end"] == pytest.approx(answer.response, rel=0.01)
 
 
 def test_failed_elements_end_the_search_for_the_peak(tmp_path: Path) -> None:

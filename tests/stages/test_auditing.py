@@ -19,41 +19,47 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 @pytest.fixture(scope="module")
-def audit(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    folder = StudyFolder(tmp_path_factory.mktemp("audit"))
-    return workflow.audit(load_study(CONFIGS / "paper-replay.yaml"), folder, InlineExecutor()).to_json()
+def audit_folder(tmp_path_factory: pytest.TempPathFactory) -> StudyFolder:
+    return StudyFolder(tmp_path_factory.mktemp("audit"))
 
 
-def found(audit: dict[str, Any], place: str) -> list[dict[str, Any]]:
-    return [finding for finding in audit["findings"] if place in finding["place"]]
+@pytest.fixture(scope="module")
+def audit(audit_folder: StudyFolder) -> dict[str, Any]:
+    return workflow.audit(load_study(CONFIGS / "paper-replay.yaml"), audit_folder, InlineExecutor()).to_json()
 
 
-def follows(audit: dict[str, Any], words: str) -> list[dict[str, Any]]:
-    """Return the findings that tell of something else with the same cause."""
-    return [finding for finding in audit["findings"] if any(words in line for line in finding.get("follows", []))]
+def found(audit: dict[str, Any], kind: str, **values: Any) -> list[dict[str, Any]]:
+    """Return the findings of a kind with these values."""
+    return [one for one in audit["findings"] if one["kind"] == kind and values.items() <= one.items()]
 
 
 def test_the_weightiest_stand_first(audit: dict[str, Any]) -> None:
-    places = [(finding["consequence"], finding["place"]) for finding in audit["findings"]]
-    assert places[:4] == [
-        ("result", "coefficients: strain_rate_c^2"),
-        ("result", "design: yield_stress in 4 runs"),
-        ("result", "surface against screening"),
-        ("result", "validation: calibration diameter"),
+    kinds = [(finding["consequence"], finding["kind"]) for finding in audit["findings"]]
+    assert kinds[:4] == [
+        ("result", "difference"),
+        ("result", "design_differs"),
+        ("result", "surface_contradicts_screening"),
+        ("result", "solver_misses_target"),
     ]
     order = ["result", "conclusion", "method", "print"]
-    assert [order.index(told) for told, _ in places] == sorted(order.index(told) for told, _ in places)
-    assert len(places) == len({place for _, place in places}) == 17
+    assert [order.index(weight) for weight, _ in kinds] == sorted(order.index(weight) for weight, _ in kinds)
+    assert len(kinds) == 17
 
 
 def test_what_the_printed_numbers_say_of_each_other(audit: dict[str, Any]) -> None:
-    (against,) = found(audit, "surface against screening")
-    assert against["computed"] == "172 N" and against["printed"] == "101.4 to 105.8 N"
-    assert found(audit, "equation: bounds")[0]["sentence"].endswith("it gives −25,561 N at the printed solution")
-    assert "286 to 500 MPa" in found(audit, "factors: shear modulus")[0]["sentence"]
-    assert "169 N where 159.2 N" in found(audit, "calibration diameter")[0]["sentence"]
-    assert "rests on run 3 (112 N); without that run it is 0.017" in found(audit, "lack of fit")[0]["sentence"]
-    assert found(audit, "law: strain rate")
+    (against,) = found(audit, "surface_contradicts_screening")
+    assert against["surface"] == pytest.approx(172.22, abs=0.01)
+    assert (against["low"], against["high"]) == (101.4, 105.8)
+    (bounds,) = found(audit, "natural_bounds", at_solution=True)
+    assert bounds["response"] == pytest.approx(-25561, abs=1)
+    (modulus,) = found(audit, "impossible_shear_modulus", called="shear modulus")
+    assert modulus["possible"] == pytest.approx([285.71, 500.0], abs=0.01)
+    (missed,) = found(audit, "solver_misses_target", simulated=169.0, target=159.2, outside=False)
+    assert missed["percent"] == pytest.approx(6.156, abs=1e-3)
+    (lack,) = found(audit, "lack_of_fit_rests_on_run", run=3, response=112.0)
+    assert (lack["p"], lack["p_without"]) == pytest.approx((0.31895, 0.01728), abs=1e-5)
+    (law,) = found(audit, "inverted_exponent")
+    assert law["usual_percent"] == pytest.approx(100.0 / 90.0**0.125)
 
 
 def test_without_the_shipped_expectations(tmp_path_factory: pytest.TempPathFactory) -> None:
@@ -69,57 +75,69 @@ def test_without_the_shipped_expectations(tmp_path_factory: pytest.TempPathFacto
         and not line.strip().startswith(("bounds:", "rate_law:", "called:"))
     ]
     (place / "study.yaml").write_text("\n".join(kept) + "\n", encoding="utf-8")
-    found = workflow.audit(load_study(place / "study.yaml"), StudyFolder(place / "out"), InlineExecutor()).to_json()
-    first, second = found["findings"][:2]
-    assert first["place"] == "coefficients: strain_rate_c^2" and "the sign differs" in first["sentence"]
-    assert "yield_stress 17.98 should read 17.97" in second["sentence"] and len(second["follows"]) > 40
-    assert {finding["place"] for finding in found["findings"]} >= {"surface against screening", "lack of fit"}
-    assert len(found["findings"]) < 15
+    whole = workflow.audit(load_study(place / "study.yaml"), StudyFolder(place / "out"), InlineExecutor()).to_json()
+    first, second = whole["findings"][:2]
+    assert (first["kind"], first["term"], first["nature"]) == ("difference", "strain_rate_c^2", "sign")
+    assert (second["kind"], second["printed"], second["level"]) == ("misprinted_level", 17.98, 17.97)
+    assert len(second["follows"]) > 40
+    assert {one["kind"] for one in whole["findings"]} >= {"surface_contradicts_screening", "lack_of_fit_rests_on_run"}
+    assert len(whole["findings"]) < 15
 
 
 def test_cells(audit: dict[str, Any]) -> None:
     assert audit["tables"]["screening"] == {"agree": 45, "of": 45}
     assert audit["tables"]["anova"] == {"agree": 63, "of": 63}
     assert (audit["agree"], audit["of"]) == (121, 123)
-    assert found(audit, "strain_rate_c^2")[0]["kind"] == "sign"
-    assert found(audit, "error at 11 mm")[0]["kind"] == "sign"
+    assert found(audit, "difference", table="coefficients", term="strain_rate_c^2")[0]["nature"] == "sign"
+    assert found(audit, "difference", table="validation", term="11")[0]["nature"] == "sign"
 
 
 def test_claim_of_the_largest_error(audit: dict[str, Any]) -> None:
-    (claim,) = found(audit, "claim")
-    assert claim["printed"] == "<7.8" and float(claim["computed"]) == pytest.approx(7.833, abs=1e-3)
+    (claim,) = found(audit, "difference", table="claims", term="max_abs_error_percent")
+    assert claim["printed"] == "<7.8" and claim["value"] == pytest.approx(7.833, abs=1e-3)
 
 
 def test_levels(audit: dict[str, Any]) -> None:
-    levels = {finding["place"]: finding for finding in found(audit, "levels")}
-    assert "17.98, the runs have 17.97" in found(audit, "design: yield_stress")[0]["follows"][0]
-    assert levels["levels: yield_stress at coded 0"]["printed"] == "15.00"
-    assert levels["levels: yield_stress at coded 0"]["computed"] == "14.995"
-    finding = levels["levels: failure_strain at coded 1.682"]
-    assert finding["computed"] == "0.0468179" and "far from" in finding["sentence"]
-    assert "0.0131821" in finding["follows"][0] and "coded -2.00 to +2.00" in finding["follows"][1]
+    (design,) = found(audit, "design_differs")
+    assert [(one["printed"], one["level"]) for one in design["follows"]] == [("17.98", 17.97)]
+    (centre,) = found(audit, "level_differs", factor="yield_stress", coded=0.0)
+    assert (centre["printed"], centre["level"], centre["rounded"], centre["far"]) == ("15.00", 14.995, True, False)
+    (star,) = found(audit, "level_differs", factor="failure_strain", coded=1.682)
+    assert (star["level"], star["far"], star["consequence"]) == (0.0468179, True, "method")
+    lower, box = star["follows"]
+    assert lower["level"] == 0.0131821
+    assert (box["kind"], box["reach"]) == ("box_leaves_design", pytest.approx(1.682, abs=1e-3))
+    assert (box["coded_low"], box["coded_high"]) == pytest.approx((-2.0, 2.0), abs=1e-3)
 
 
 def test_only_17_97_reproduces_the_printed_anova(audit: dict[str, Any]) -> None:
-    (finding,) = found(audit, "design: yield_stress")
-    assert finding["printed"] == "17.98" and "with 17.97 63 of 63" in finding["sentence"]
-    assert "with that 23 of 63" in finding["sentence"]
+    (finding,) = found(audit, "design_differs", factor="yield_stress", runs=4, printed=17.98, used=17.97)
+    assert finding["with_used"] == {"agree": 63, "of": 63}
+    assert finding["with_printed"] == {"agree": 23, "of": 63}
 
 
-def test_replicates_box_signs_and_stroke(audit: dict[str, Any]) -> None:
-    assert "112 to 124 N" in found(audit, "repeated runs")[0]["sentence"]
-    (sign,) = found(audit, "screening: strain_rate_c")
-    assert sign["printed"] == "+16.92 N" and "fall at every strain rate" in sign["sentence"]
-    assert "surface: strain_rate_c acts with +4.22 N" in sign["follows"][0]
-    assert found(audit, "loading")[0]["computed"] == "0.83 mm"
+def test_replicates_signs_and_stroke(audit: dict[str, Any]) -> None:
+    assert found(audit, "repeats_differ", stage="rsm", runs=6, low=112.0, high=124.0)
+    (sign,) = found(audit, "sign_defies_law", stage="screen", factor="strain_rate_c", falls_over=[80.0, 100.0])
+    assert sign["effect"] == pytest.approx(16.917, abs=1e-3)
+    assert [(one["stage"], round(one["effect"], 2)) for one in sign["follows"]] == [("rsm", 4.22)]
+    assert found(audit, "blade_stops_short")[0]["travel"] == pytest.approx(100.0 / 60.0 * 0.5)
     # the interactions of Table 6, fitted beside all main effects, are not told apart from what is left
-    assert not found(audit, "interaction")
+    assert not found(audit, "interactions_disagree")
 
 
 def test_equation_at_the_printed_solution(audit: dict[str, Any]) -> None:
-    (finding,) = follows(audit, "equation: at the printed solution")
-    assert finding["place"] == "coefficients: strain_rate_c^2"
-    assert "give 158.05 N, those of the data 159.26 N" in finding["follows"][0]
+    """The one wrong cell of the equation explains that it misses the target."""
+    (finding,) = found(audit, "difference", table="coefficients")
+    (missed,) = finding["follows"]
+    assert missed["kind"] == "equation_misses_target"
+    assert (missed["by_equation"], missed["by_data"]) == pytest.approx((158.05, 159.26), abs=0.005)
+
+
+def test_what_the_audit_leaves_as_csv(audit: dict[str, Any], audit_folder: StudyFolder) -> None:
+    header, first = (audit_folder.path / "audit.csv").read_text("utf-8").splitlines()[:2]
+    assert header == "number,consequence,kind,values,cause"
+    assert first.startswith("1,result,difference,table coefficients; term strain_rate_c^2;")
 
 
 def test_needs_printed_runs(tmp_path: Path) -> None:

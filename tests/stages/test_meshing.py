@@ -25,7 +25,7 @@ from stemcal.solvers import SOLVERS
 from stemcal.solvers.embedded import Embedded, meshed_as
 from stemcal.solvers.protocol import Answer, Belonging, Meshed, Request
 from stemcal.stages.mesh.result import MeshResult
-from stemcal.stages.mesh.stage import ScatterUntold
+from stemcal.stages.mesh.stage import ScatterUnknown
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.reading import load_study
@@ -246,7 +246,7 @@ def test_a_travel_that_no_place_tells_is_told_to_be_in_no_interval(made: Made, m
     results = of_travel(made, MESH, FakeTravels(silent=True), monkeypatch)
     assert results.mesh is not None and results.validation is not None
     assert results.mesh.further is None and results.validation.rows[0].further[0].mesh_interval is None
-    assert results.mesh.notes == (ScatterUntold("travel"),)
+    assert results.mesh.notes == (ScatterUnknown("travel"),)
 
 
 def test_a_failed_place_stops_it_and_a_failed_size_is_left_out(made: Made) -> None:

@@ -21,8 +21,8 @@ from stemcal.text.results import remarks_of, sentence
 PACKAGE = Path(stemcal.__file__).parent
 TEXTS = sorted((PACKAGE / "text").glob("*.py"))
 
-for stage in STAGES:
-    import_module(stage.module)
+for module in [*(stage.module for stage in STAGES), *(f"stemcal.text.{path.stem}" for path in TEXTS)]:
+    import_module(module)
 KINDS = sorted(kind for kind, found in Tagged.kinds.items() if issubclass(found, Note) and found is not Note)
 PACKAGE_KINDS = [kind for kind in KINDS if Tagged.kinds[kind].__module__.startswith("stemcal.")]
 

@@ -55,7 +55,9 @@ def test_one_factor_and_many_have_their_own_templates() -> None:
 def test_long_lists_of_aliases_are_cut() -> None:
     hidden = {f"f{i}": ("a:b", "a:c", "a:d", "b:c") for i in range(8)}
     said = sentence(FullyAliased(8, hidden), NAMES)
-    assert said.startswith("In these 8 runs main effects cannot be told from two-factor interactions: f0 with a:b, a:c")
+    assert said.startswith(
+        "In these 8 runs main effects cannot be told apart from two-factor interactions: f0 with a:b, a:c"
+    )
     assert "a:d and 1 more" in said and said.endswith("; 2 more likewise.")
 
 

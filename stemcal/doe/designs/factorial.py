@@ -23,7 +23,6 @@ from stemcal.errors import UsageError
 
 LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity
 _MOST_RUNS = 4096
-_ROMAN = {3: "III", 4: "IV", 5: "V", 6: "VI", 7: "VII", 8: "VIII"}
 
 # Minimum aberration generators of the added factors: runs → factors → words.
 _ODD = ("ABC", "ABD", "ACD", "BCD", "ABE", "ACE", "BCE", "ADE", "BDE", "CDE", "ABCDE")
@@ -90,28 +89,9 @@ class Fraction:
         known, relation = set(effects), self._relation()
         return {_letters(e): tuple(_letters(e ^ w) for w in relation if e ^ w in known) for e in effects}
 
-    def describe(self) -> str:
-        """Say in a sentence what the fraction is and what its resolution means."""
-        if self.resolution is None:
-            return f"Full factorial of {self.k} factors in {self.runs} runs: every effect is clear of the others."
-        numeral = _ROMAN.get(self.resolution, str(self.resolution))
-        added = ", ".join(f"{LETTERS[self.basic + i]} = {word}" for i, word in enumerate(self.generators))
-        return (
-            f"2^({self.k}−{len(self.generators)}) fraction in {self.runs} runs, resolution {numeral} "
-            f"({added}): {_meaning(self.resolution)}."
-        )
-
     def _relation(self) -> list[int]:
         whole = [_mask(word) ^ 1 << self.basic + i for i, word in enumerate(self.generators)]
         return [reduce(xor, c) for r in range(1, len(whole) + 1) for c in combinations(whole, r)]
-
-
-def _meaning(resolution: int) -> str:
-    if resolution == 3:
-        return "main effects are aliased fully with two-factor interactions"
-    if resolution == 4:
-        return "main effects are clear of two-factor interactions, which are aliased with each other"
-    return "main effects and two-factor interactions are clear of each other"
 
 
 def _mask(word: str) -> int:

@@ -8,7 +8,7 @@ length is resisted by half of everything. Three laws share the area of the plane
     flanks     gap + Δt·ġ ≥ 0,  λ ≥ 0, one with equality, and friction up to μ λ
 
 What the edge passes is parted: its area is taken from the cohesion of the nodes around it, with the weights by which
-they bear the edge's force. So an area costs G once, whoever parts it: G_left is what tension has left of it.
+they bear the edge's force. So an area costs G once, however it is parted: G_left is what tension has left of it.
 
 None has a stiffness of its own: the forces are those that the motion of the step leaves no choice about, found together
 by sweeps of Gauss–Seidel from those of the step before, as in `spread`. The cohesion is that of Camacho and Ortiz (Int.

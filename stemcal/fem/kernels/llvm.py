@@ -149,7 +149,7 @@ def _add_together(_typing: Any, numbers: Any, more: Any) -> Any:
 
 
 def _read_together(_typing: Any, numbers: Any) -> Any:
-    """Return ``numbers[0]`` as it is now, whoever has written it; what is read after is read after."""
+    """Return ``numbers[0]`` as it is now, with acquire semantics."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = _Value(context, builder, signature.args[0], arguments[0])

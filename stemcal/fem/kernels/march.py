@@ -133,7 +133,7 @@ class Share(NamedTuple):
 
 @kernel
 def meet(team: Floats) -> None:
-    """Wait for the other threads: nobody goes on before all are here."""
+    """Wait for the other threads: none goes on before all are here."""
     if team.threads == 1:
         return
     before = read_together(team.meetings)

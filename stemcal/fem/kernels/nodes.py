@@ -28,7 +28,7 @@ KINDS = 4
 class Pushes(NamedTuple):
     """The forces of contact on the nodes by what pushes, and which nodes have any: few of many.
 
-    Source s is kind s // T of tool s % T; arrays take no memory where nobody writes.
+    Source s is kind s // T of tool s % T; arrays take no memory where nothing is written.
     """
 
     force: Array  # (S, N, 3)

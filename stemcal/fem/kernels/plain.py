@@ -128,7 +128,7 @@ read_scratch = read_state = _read
 write_scratch = write_state = _write
 
 
-# Of one thread nobody waits for another; `stemcal.fem.threads` starts no more of them.
+# A single thread waits for no other; `stemcal.fem.threads` starts no more of them.
 @inlined
 def add_together(numbers: Any, more: int) -> int:
     """Add to ``numbers[0]`` and return what it was."""

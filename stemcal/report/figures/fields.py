@@ -25,14 +25,14 @@ def fields(frames: Sequence[Frame]) -> Figure:
 
     frame = next(frame for frame in frames if frame.von_mises is not None)
     shape, moved = frame.shape, np.linalg.norm(frame.shape.nodes - frame.shape.reference, axis=1)
-    told = (
+    shown = (
         (frame.von_mises, "von Mises stress, MPa", STRESS),
         (moved[shape.hexes].mean(axis=1), "displacement, mm", WAY),
     )
     figure = new_figure(width=6.4, height=2.3)
     with styled():
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        for axes, (values, label, colours) in zip(panels, told, strict=True):
+        for axes, (values, label, colours) in zip(panels, shown, strict=True):
             scale = Normalize(0.0, max(float(np.max(values[shape.standing], initial=0.0)), 1e-9))
             draw_faces(axes, shape, section_faces(shape, values), scale, near(shape), colours)
             axes.set_xlabel("x, mm")

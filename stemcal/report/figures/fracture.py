@@ -92,8 +92,8 @@ def section_faces(shape: Shape, values: Array | None = None) -> tuple[Array, Arr
     close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * _edge(before)
     normals = _normals(before)
     on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]
-    told = shape.plastic_strain if values is None else values
-    return shape.nodes[corners[on_plane]][:, :, (0, 2)], told[owner[on_plane]]
+    shown = shape.plastic_strain if values is None else values
+    return shape.nodes[corners[on_plane]][:, :, (0, 2)], shown[owner[on_plane]]
 
 
 def end_faces(shape: Shape) -> Array:

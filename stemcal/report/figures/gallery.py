@@ -29,6 +29,8 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.captions import caption
+from stemcal.text.names import Names
 from stemcal.text.numbers import short
 
 if TYPE_CHECKING:
@@ -110,12 +112,8 @@ def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, 
 
 def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
-    bars = (
-        f"Effects by size, blue raises and orange lowers the {screen.naming.response.noun}. Beyond Lenth's margin of "
-        "error (ME) or the limit of the t test an effect is more than chance; beyond the margin SME even as one of so "
-        "many."
-    )
-    line = "Half-normal plot: effects above the line of chance and beyond Lenth's margins are more than chance."
+    names = Names(screen.naming)
+    bars, line = caption(names, "pareto"), caption(names, "half-normal")
     return [
         Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
         Plot("half-normal", "screen", line, partial(half_normal, screen, labels), detail=True),
@@ -128,10 +126,7 @@ def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mappi
     for pair in combinations(rsm.names, 2):
         plots += _pair_plots(rsm, pair, invert, labels)
     if rsm.ridge:
-        text = (
-            f"Ridge of steepest ascent: the largest {rsm.naming.response.noun} at each distance from the centre, with "
-            "two standard errors, and the coded values that give it."
-        )
+        text = caption(Names(rsm.naming), "ridge")
         along = partial(ridge, rsm, invert, labels)
         plots.append(Plot("ridge", "rsm", text, along, wide=True, detail=True))
     return plots
@@ -139,17 +134,14 @@ def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mappi
 
 def _fit_plots(rsm: SurfaceResult) -> list[Plot]:
     """Return what tells how well the surface meets its runs."""
-    against = f"Simulated {rsm.naming.response.noun} against the surface's prediction."
-    left = "What the surface leaves unexplained, run by run."
+    names = Names(rsm.naming)
+    against, left = caption(names, "observed"), caption(names, "residuals")
     plots = [
         Plot("observed-predicted", "rsm", against, partial(observed_predicted, rsm), detail=True),
         Plot("residuals", "rsm", left, partial(residuals, rsm), detail=True),
     ]
     if rsm.runs_diagnostics:
-        text = (
-            "Residuals against the normal law (on the line: normal) and in order of the runs (no trend: good), and how "
-            "much each run sways the surface (Cook's distance above 1, dashed: much)."
-        )
+        text = caption(names, "diagnostics")
         plots.append(Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True, detail=True))
     return plots
 
@@ -158,15 +150,12 @@ def _pair_plots(
     rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, labels: Mapping[str, str]
 ) -> list[Plot]:
     """Return contours and relief over two factors."""
-    response, alone = rsm.naming.response, len(rsm.names) == 2
-    noun, scale = response.noun, f" in {response.written}" if response.written else ""
-    held = "the others at the solution" if invert else "the others at the centre"
-    key = f" Orange: where the measured {noun} is met; star: the solution." if invert else ""
-    dots = " White dots: runs, with their number where there are several."
-    raised = " Dots: runs, full above the surface and open below it." if alone else ""
-    over = " and ".join(labels.get(name, name) for name in pair) + ("" if alone else f", {held}")
-    lines = f"{response.capital} over {over}; lines bear it{scale}.{key}{dots}"
-    relieved = f"Relief of the {noun} over {over}; its lines on the floor.{raised}"
+    names, alone = Names(rsm.naming, labels), len(rsm.names) == 2
+    held = "" if alone else " at the solution" if invert else " at the centre"
+    scale = "lines in" if names.response.written else "lines"
+    met, dots = ["met"] if invert else [], ["raised dots"] if alone else []
+    lines = caption(names, f"contour{held}", scale, *met, "white dots", factors=pair)
+    relieved = caption(names, f"relief{held}", *dots, factors=pair)
     flat, lifted = (partial(draw, rsm, pair, invert, labels) for draw in (contours, relief))
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),
@@ -176,11 +165,9 @@ def _pair_plots(
 
 def inversion_plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a calibration."""
-    caption = (
-        "Where the surface meets the target exactly: each factor's range, in coded units; star: the chosen point; "
-        "dashed: ±1, dotted: the reach of the design. Its error is left out here."
+    exact = Plot(
+        "solutions", "invert", caption(Names(), "solutions"), partial(solutions, rsm, invert, labels), detail=True
     )
-    exact = Plot("solutions", "invert", caption, partial(solutions, rsm, invert, labels), detail=True)
     return [*_certainty(rsm, invert, labels), exact]
 
 
@@ -188,13 +175,10 @@ def _certainty(rsm: SurfaceResult, invert: InvertResult, named: Mapping[str, str
     if invert.certainty is None:
         return []
     labels = {name: with_unit(rsm, name, named) for name in invert.point.solution}
-    caption = (
-        "Profile of each factor, the others free. Where the curve is below the dashed line (shaded) lies the 95 % "
-        "range; upright: the calibrated value."
-    )
-    plots = [Plot("profiles", "invert", caption, partial(profiles, invert, labels))]
+    names = Names(invert.naming)
+    plots = [Plot("profiles", "invert", caption(names, "profiles"), partial(profiles, invert, labels))]
     if invert.certainty.posterior is not None:
-        text = "Posterior of the parameters with uniform priors over the region; dashed: 95 %."
+        text = caption(names, "posterior")
         plots.append(Plot("posterior", "invert", text, partial(corner, invert.certainty.posterior, labels)))
     return plots
 
@@ -205,13 +189,12 @@ def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
     compared = {further.response for row in validate.rows for further in row.further}
     for response in (naming.response, *(other for other in naming.others if other.name in compared)):
         spread = spread_of(study, response)
-        bars = " Bars: standard deviation of the measurements." if spread else ""
-        ring = f"; the ringed {naming.condition_noun} is the calibration's" if naming.condition is not None else ""
-        caption = f"Measured and simulated {response.long}{ring}.{bars}"
+        ringed = "validation" if naming.condition is None else "validation ringed"
+        text = caption(Names(naming.with_primary(response.name)), ringed, *(["bars"] if spread else []))
         name = "validation" if response is naming.response else f"validation-{response.name}"
-        plots.append(Plot(name, "validate", caption, partial(validation, validate, spread, response)))
+        plots.append(Plot(name, "validate", text, partial(validation, validate, spread, response)))
     if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
-        text = "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow."
+        text = caption(Names(naming), "growth")
         plots.append(Plot("growth", "validate", text, partial(growth, validate)))
     return plots
 
@@ -219,8 +202,8 @@ def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
 def spread_of(study: Study, response: Named) -> dict[float, float]:
     """Return the standard deviation of what was measured of a response, by the condition."""
     name = FIRST if response is study.naming.response else response.name
-    told = ((target.condition, target.mean_of(name)[1]) for target in study.targets.means)
-    return {place: sd for place, sd in told if sd is not None}
+    measured = ((target.condition, target.mean_of(name)[1]) for target in study.targets.means)
+    return {place: sd for place, sd in measured if sd is not None}
 
 
 def run_plots(study: Study, records: Records) -> list[Plot]:
@@ -228,72 +211,41 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
-        dotted = (
-            " Dotted: after the stem has broken, not cutting any more." if any(c.broke for c in curves.values()) else ""
-        )
-        caption = f"Force over blade travel: validation runs in colour, all others in grey.{dotted}"
-        plots.append(Plot("force-travel", "runs", caption, partial(force_travel, curves, chosen)))
+        dotted = ["dotted"] if any(curve.broke for curve in curves.values()) else []
+        text = caption(Names(), "force", *dotted)
+        plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
+    hollow = study.specimen.diameter_ratio > 0.0 or "wall_thickness" in study.names
     for label, record in records.items():
         if record.at_solution:
-            plots += _run(label, record.details, label == calibrated)
+            plots += _run(label, record.details, label == calibrated, hollow)
     return plots
 
 
-def _run(label: str, details: Details, on_page: bool) -> list[Plot]:
+def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
     """Return the pictures of one run; the page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
-        caption = f"Energies over blade travel, stem of {label}."
+        text = caption(Names(), "energies", run=label)
         draw = partial(energies, details.energies)
-        plots.append(Plot(f"energies-{name}", "runs", caption, draw, on_page, detail=True))
+        plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
-        plots += _pictures(label, name, details, on_page)
+        plots += _pictures(label, name, details, on_page, hollow)
     return plots
 
 
-def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Plot]:
+def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
     """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
     packed, film = details.shape, details.film
-    mesh = f"The mesh of the stem of {label}: from the side with blade and supports (grey), and its cross-section."
-    cut = (
-        f"The stem of {label} at the end of the simulation, notched by the blade: it ends when the force has dropped "
-        "for good, before the stem is cut through. From the side and in section (the bore between the walls), coloured "
-        "by plastic strain; elements that failed are gone. Grey: the blade, and the supports with their clearance "
-        "between."
-    )
-    plots = [
-        Plot(
-            f"mesh-{name}",
-            "runs",
-            mesh,
-            partial(_mesh, packed),
-            on_page,
-            wide=True,
-            detail=True,
-        ),
-        Plot(f"fracture-{name}", "runs", cut, partial(_fracture, packed), on_page, wide=True),
-    ]
+
+    def plot(figure: str, part: str, draw: Callable[..., Figure], *what: Any, detail: bool = True) -> Plot:
+        text = caption(Names(), part, run=label)
+        return Plot(f"{figure}-{name}", "runs", text, partial(draw, *what), on_page, wide=True, detail=detail)
+
+    cut = "cut" if hollow else "cut solid"
+    plots = [plot("mesh", "mesh", _mesh, packed), plot("fracture", cut, _fracture, packed, detail=False)]
     if film:
-        way = f"How the stem of {label} is cut, in section: travel of the blade and force on it above each picture."
-        plots.append(
-            Plot(
-                f"frames-{name}",
-                "runs",
-                way,
-                partial(_frames, packed, film),
-                on_page,
-                wide=True,
-                detail=True,
-            )
-        )
-    if film:
-        told = (
-            f"Stress and displacement in the stem of {label} where the force is largest, in section; travel of the "
-            "blade and force above. Each has its own scale."
-        )
-        draw = partial(_fields, packed, film)
-        plots.append(Plot(f"fields-{name}", "runs", told, draw, on_page, wide=True, detail=True))
+        plots += [plot("frames", "film", _frames, packed, film), plot("fields", "fields", _fields, packed, film)]
     return plots
 
 

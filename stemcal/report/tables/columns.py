@@ -59,7 +59,7 @@ def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form
 
     def beside(key: str, label: str, form: Form) -> Column:
         def of(row: Mapping[str, Any]) -> str:
-            unit = naming.named(row["response"]).beside
+            unit = naming.named(row["response"]).unit_suffix
             return form(row.get(key)) + (unit if row.get(key) is not None else "")
 
         return Column(key, label, form=str, of=of)

@@ -21,7 +21,12 @@ def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     further = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
     if further:
         foot = [
-            line("other place", Names(naming.led_by(row["response"])), at=row["condition"], range=row["mesh_interval"])
+            line(
+                "other place",
+                Names(naming.with_primary(row["response"])),
+                at=row["condition"],
+                range=row["mesh_interval"],
+            )
             for row in further
             if row.get("mesh_interval") is not None
         ]
@@ -104,8 +109,8 @@ def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
     >>> with_scatter(745.0, 6.0, 5), with_scatter(745.0, 6.0, None), with_scatter(745.0, None, 5)
     ('745 ± 6 (5)', '745 ± 6', '745')
     """
-    told = short(mean) if sd is None else f"{short(mean)} ± {short(sd)}"
-    return f"{told} ({n})" if sd is not None and n is not None else told
+    written = short(mean) if sd is None else f"{short(mean)} ± {short(sd)}"
+    return f"{written} ({n})" if sd is not None and n is not None else written
 
 
 def _corrected_table(stage: ValidateResult, names: Names) -> Table:

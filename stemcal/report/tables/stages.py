@@ -26,8 +26,10 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import significant
+from stemcal.text.results import sentence
 from stemcal.text.tables import line
 
 
@@ -39,7 +41,7 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
     names = Names(stage.naming, labels or {})
     match stage:
         case ScreenResult():
-            return [effects_table(one, names.of(one.naming), judged) for one in stage.of_each]
+            return [effects_table(one, names.of(one.naming), judged) for one in stage.all_responses]
         case ClimbResult():
             return [climb_table(stage, names)]
         case SurfaceResult():
@@ -53,7 +55,7 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
         case ValidateResult():
             return validation_tables(stage, names)
         case AuditResult():
-            return [audit_table(stage)]
+            return [audit_table(stage, names)]
     return []
 
 
@@ -85,8 +87,10 @@ def _of_others(stage: SurfaceResult, labels: Mapping[str, str] | None) -> list[T
     return tables
 
 
-def audit_table(stage: AuditResult) -> Table:
+def audit_table(stage: AuditResult, names: Names) -> Table:
     """Return what an audit found."""
-    columns = Column("number", "", form=format), Column("consequence", "Touches"), Column("sentence", "Finding")
+    touches = Column("consequence", "Touches", of=lambda finding: say(finding.found.consequence))
+    said = Column("sentence", "Finding", of=lambda finding: sentence(finding.found.fact, names))
+    columns = Column("number", "", form=format), touches, said
     counts = "; ".join(f"{name} {count.agree}/{count.of}" for name, count in stage.tables_agree.items())
     return Table.of(columns, stage.findings, line("audit"), [line("agree", counts=counts)])

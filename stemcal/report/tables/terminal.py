@@ -11,6 +11,7 @@ from stemcal.report.tables.stages import borne, tables_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
+from stemcal.text.language import say
 from stemcal.text.numbers import duration, fixed, significant
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
         ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
         *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
         *_cut(result),
-        ("Elements", f"{result.elements}, {result.deleted_elements} of them eroded by then"),
+        ("Elements", say("{elements}, {deleted_elements} of them eroded by then", **vars(result))),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
         ("Contact energy", f"{fixed(result.contact_energy_percent, 3)} % of the work, at least"),

@@ -140,9 +140,9 @@ class Deck:
     def _without_lengths(self) -> Iterator[str]:
         internal = self.study.material.internal_length.at(self.diameter)
         lengths = {"edge_spread": self.edge_spread, "internal_length": internal}
-        told = [f"{name} ({length:.3g} mm)" for name, length in lengths.items() if length > 0.0]
-        if told and isinstance(self.solver, EmbeddedSolver):
-            yield f"there is no card for {' and '.join(told)}, so the force belongs to this mesh"
+        given = [f"{name} ({length:.3g} mm)" for name, length in lengths.items() if length > 0.0]
+        if given and isinstance(self.solver, EmbeddedSolver):
+            yield f"there is no card for {' and '.join(given)}, so the force belongs to this mesh"
 
     def _hardening(self) -> Iterator[str]:
         beta = self.given["hardening_parameter"]

@@ -1,4 +1,4 @@
-"""A keyword deck of a stem's shear test, read as a study with the embedded solver; what does not fit is told."""
+"""A keyword deck of a stem's shear test, read as a study with the embedded solver; what does not fit is remarked on."""
 
 from __future__ import annotations
 
@@ -97,9 +97,9 @@ class _Study:
         self.stem: Stem = stem_of(source.nodes["stem"])
         self.how, self.is_our_mesh = discretisation_of(self.stem, source.nodes["stem"])
         self.blade, self.supports = blade_of(source.nodes["blade"]), supports_of(source.nodes["supports"])
-        self.told = list(source.told)
+        self.remarks = list(source.remarks)
         if not self.is_our_mesh:
-            self.told.append("*NODE, *ELEMENT_SOLID: the stem is meshed otherwise than the embedded solver does")
+            self.remarks.append("*NODE, *ELEMENT_SOLID: the stem is meshed otherwise than the embedded solver does")
 
     @cached_property
     def mesh(self) -> Mesh:
@@ -147,7 +147,7 @@ class _Study:
 
     def leaves(self) -> list[str]:
         """Return what the deck says and the study cannot."""
-        return [*self.told, *self._left()]
+        return [*self.remarks, *self._left()]
 
     def _left(self) -> Iterator[str]:
         for block in self.source.blocks:
@@ -163,7 +163,7 @@ class _Study:
         kept = 1.0 if self.kept.hardening_parameter is None else self.kept.hardening_parameter
         beta = card.get("beta", kept)
         if card["fail"] <= 0.0:
-            self.told.append(f"the stem's material has no failure strain: {_NEVER:g} is written")
+            self.remarks.append(f"the stem's material has no failure strain: {_NEVER:g} is written")
         return {
             "density": card["ro"] * source.density,
             "elastic_modulus": card["e"] * source.stress,
@@ -223,20 +223,22 @@ class _Study:
         if int(card["ihq"]) in (4, 5):
             return {"form": "stiffness", "coefficient": coefficient}
         if int(card["ihq"]) not in (0, 1):
-            self.told.append(f"*CONTROL_HOURGLASS: ihq = {card['ihq']:g}; the viscous form 1 is written")
+            self.remarks.append(f"*CONTROL_HOURGLASS: ihq = {card['ihq']:g}; the viscous form 1 is written")
         return {"form": "viscous", "coefficient": coefficient}
 
     def _contact(self, law: Material, solver: Section) -> Section:
         source, blade = self.source, self.source.motion[0]
         found = [source.fields(block) for block in source.named(*(n for n in CARDS if n.startswith("CONTACT")))]
         if not found:
-            self.told.append("there is no contact that can be read: the usual friction is written")
+            self.remarks.append("there is no contact that can be read: the usual friction is written")
             return {}
         first = next((card for card in found if blade in (card["ssid"], card["msid"])), found[0])
         other = next((card for card in found if card is not first), first)
         for name in ("fs", "fd", "dc", "vdc"):
             if other[name] != first[name]:
-                self.told.append(f"*CONTACT: {name} is {first[name]:g} at the blade, {other[name]:g} at the supports")
+                self.remarks.append(
+                    f"*CONTACT: {name} is {first[name]:g} at the blade, {other[name]:g} at the supports"
+                )
         return {
             "static_friction": first["fs"],
             "dynamic_friction": first["fd"],
@@ -253,7 +255,7 @@ class _Study:
         slsfac = self.source.first("CONTROL_CONTACT")["slsfac"] or _STANDARD_SLSFAC
         penalty = _round(slsfac * sfs / per_share, _DIGITS)
         if penalty > 1.0:
-            self.told.append(f"*CONTACT: its stiffness is {penalty:g} m/Δt²; penalty 1 is the most")
+            self.remarks.append(f"*CONTACT: its stiffness is {penalty:g} m/Δt²; penalty 1 is the most")
         return min(penalty, 1.0)
 
 

@@ -32,7 +32,7 @@ class Source:
         The blade's part, the axis it moves along (0, 1, 2), its speed with its sign, mm/s.
     nodes : dict
         Nodes (N, 3) of ``stem``, ``blade`` and ``supports``, mm.
-    told : list of str
+    remarks : list of str
         What was read and could not be taken as it is.
     """
 
@@ -42,7 +42,7 @@ class Source:
         self.density = mass / self.length**3
         self.blocks = list(blocks(text))
         self.settings = settings_of(text)
-        self.told: list[str] = []
+        self.remarks: list[str] = []
         self.parts = {int(part["pid"]): part for part in self.all("PART")}
         self.rigid = {int(card["mid"]) for card in self.all("MAT_RIGID")}
         self.plastic = self._plastic()
@@ -118,7 +118,7 @@ class Source:
             raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion has no points; give two or more")
         values = [replace(curve, cards=(line,), width=LONG).fields(0, ("a", "o"))["o"] for line in curve.cards[1:]]
         if np.ptp(values) > 1e-9 * np.abs(values).max():
-            self.told.append(f"*DEFINE_CURVE {head['lcid']:g}: the blade's speed changes; its largest is taken")
+            self.remarks.append(f"*DEFINE_CURVE {head['lcid']:g}: the blade's speed changes; its largest is taken")
         if (largest := max(values, key=abs)) == 0.0:
             raise UsageError("the blade does not move, its curve is zero; give its speed")
         speed = largest * (head["sfo"] or 1.0) * (card["sf"] or 1.0) * self.length / self.time
@@ -176,7 +176,7 @@ class Source:
         turned = {name: (points - middle) @ turn.T for name, points in nodes.items()}
         lowest = turned["blade"][turned["blade"][:, 2] < turned["blade"][:, 2].min() + 1e-6, 0]
         if abs(float(lowest.mean())) > 1e-3 and abs(float(lowest.min())) > 1e-3:
-            self.told.append(f"*NODE: the edge stands {lowest.mean():.3g} mm beside the middle of the stem")
+            self.remarks.append(f"*NODE: the edge stands {lowest.mean():.3g} mm beside the middle of the stem")
         return turned
 
 

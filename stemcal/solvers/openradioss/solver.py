@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stemcal.outputs import write_output
+from stemcal.run_warnings import NothingDeleted
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
 from stemcal.solvers.deck.writer import STEM
 from stemcal.solvers.openradioss.installation import Installation, installation
@@ -33,10 +34,6 @@ DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
 )
 # Ten columns, elements that are deleted, no pictures: 50 files for each run.
 FORM = DeckForm(pictures=False)
-_UNDELETED = (
-    "the material has no failure criterion: at the failure strain elements only lost their shear stress, none was "
-    "taken away"
-)
 
 
 class _Step(NamedTuple):
@@ -126,7 +123,7 @@ class OpenRadioss(Program):
         contact = _contact(*asked) if is_small(folder / TABLE) else run_in_helper(left, _contact, *asked)
         _, fails = differences(read_text(folder, STARTER_LISTING), STEM, written)
         gone = deleted_elements(read_text(folder, ENGINE_LISTING), _said(folder, OUTPUT))
-        return peak_answer(contact, self.options, self.study.loading, gone, [] if fails else [_UNDELETED])
+        return peak_answer(contact, self.options, self.study.loading, gone, [] if fails else [NothingDeleted()])
 
 
 def _contact(folder: Path, interface: int) -> ContactForce:

@@ -9,6 +9,8 @@ import numpy as np
 
 from stemcal.cutting.result import break_row, moving_mean
 from stemcal.cutting.stroke import stroke_end
+from stemcal.files.typed import to_json
+from stemcal.run_warnings import RunWarning
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer
@@ -22,7 +24,7 @@ def peak_answer(
     options: DeckSolver,
     loading: LoadingSection,
     failed: Sequence[float] = (),
-    notes: Sequence[str] = (),
+    warnings: Sequence[RunWarning] = (),
 ) -> Answer:
     """Return the peak of the filtered force until the stem breaks, as the embedded solver reports it.
 
@@ -30,8 +32,8 @@ def peak_answer(
     ----------
     failed : sequence of float
         When each element was taken away, s. Without any the stem has not broken, and the peak is that of the stroke.
-    notes : sequence of str
-        What else is to be told with the answer.
+    warnings : sequence of RunWarning
+        What else is to be known before the answer is used.
     """
     time, force = contact.time, options.scale * contact.force
     rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))
@@ -53,7 +55,7 @@ def peak_answer(
         **({"deleted_elements": int(deleted[peak]), "deleted_in_all": len(failed)} if failed else {}),
         "stroke_was_enough": end.was_enough,
         "stroke_end": end.kind,
-        "warnings": [*notes, *([] if end.was_enough else [f"{end.sentence}; lengthen the run"])],
+        "warnings": to_json([*warnings, *end.warnings]),
         "curve": {
             "travel": [round(float(v), 6) for v in travel[keep]],
             "force": [round(float(v), 4) for v in filtered[keep]],

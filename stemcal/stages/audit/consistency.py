@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -11,10 +11,12 @@ import numpy as np
 from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.stages.audit.found import Calibrated, Check, Consequence, Found
-from stemcal.stages.audit.suspicions import EQUATION
+from stemcal.stages.audit.found import Calibrated, Check, Found
+from stemcal.stages.audit.paper import cell_found
+from stemcal.stages.audit.suspicions import EquationMissesTarget, SignDefiesLaw
 from stemcal.stages.printed_tables import (
     Audited,
+    Contradiction,
     Difference,
     audit_surface,
     printed_terms,
@@ -29,12 +31,40 @@ from stemcal.study.model import Study
 # A level is proposed in place of a printed one where this share of the printed cells that disagreed then agree.
 _MENDED = 0.5
 _STEPS = (-2, -1, 1, 2)
-_LEVEL = "misprinted level of"
 _FAR_PERCENT, _OUTSIDE_PERCENT = 5.0, 3.0
 _STARRED = ((0.01, "**"), (0.05, "*"))
 
 
+Ends = tuple[float, float]
+
+
 # ---- levels
+
+
+@dataclass(frozen=True)
+class MisprintedLevel(Contradiction):
+    """A level that should read another, and how many cells of the surface's tables each of the two brings out."""
+
+    factor: str
+    printed: float
+    level: float
+    agree_printed: int
+    agree: int
+    of: int
+
+
+@dataclass(frozen=True)
+class LevelsSwapped(Contradiction):
+    """A printed effect has the other sign, while all else of its row agrees."""
+
+    factor: str
+    printed: str
+    value: float
+
+    @property
+    def of_sign(self) -> bool:
+        """It is about the sign."""
+        return True
 
 
 def level_is_misprinted(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -46,30 +76,18 @@ def level_is_misprinted(study: Study, stages: Calibrated) -> Iterator[Found]:
     if best is None or best[0].agree - audited.agree < _MENDED * (audited.of - audited.agree):
         return
     found, name, printed, level = best
-    sentence = (
-        f"design: {name} {printed:g} should read {level:g}: with {printed:g} {audited.agree} of {audited.of} cells of "
-        f"the printed surface come out, with {level:g} {found.agree}"
-    )
-    yield Found(f"design: {name} {printed:g}", "value", f"{printed:g}", f"{level:g}", sentence, "result", _cause(name))
-    again = {(d.table, d.cell.label) for d in found.differences}
+    cause = f"misprint:{name}"
+    misprint = MisprintedLevel(name, printed, level, audited.agree, found.agree, audited.of)
+    yield Found(misprint, "result", cause)
+    again = {_cell(different) for different in found.differences}
     for different in audited.differences:
-        if (different.table, different.cell.label) not in again:
-            yield _cell(different, "print", _cause(name))
-    for different in found.differences:
-        weight: Consequence = "result" if different.table == "coefficients" else "conclusion"
-        yield _cell(different, weight, f"{different.table} {different.cell.label.split(' ')[0]}")
+        if _cell(different) not in again:
+            yield Found(different, "print", cause)
+    yield from map(cell_found, found.differences)
 
 
-def _cell(different: Difference, consequence: Consequence, cause: str) -> Found:
-    cell = different.cell
-    computed = "none" if cell.value is None else f"{cell.value:.6g}"
-    return Found(
-        f"{different.table}: {cell.label}", cell.kind, cell.printed, computed, cell.sentence, consequence, cause
-    )
-
-
-def _cause(name: str) -> str:
-    return f"{_LEVEL} {name}"
+def _cell(different: Difference) -> tuple[str, str, str]:
+    return different.table, different.cell.term, different.cell.column
 
 
 def _changed(study: Study, surface: SurfaceResult) -> Iterator[tuple[Audited, str, float, float]]:
@@ -83,7 +101,7 @@ def _changed(study: Study, surface: SurfaceResult) -> Iterator[tuple[Audited, st
                 other = round(level + step * _last_digit(level), 9)
                 moved = natural.copy()
                 moved[np.isclose(natural[:, j], level), j] = other
-                fit = fit_surface(surface.scales.to_coded(moved), responses, surface.names)
+                fit = fit_surface(surface.scales.to_coded(moved), responses, surface.names, each_once=False)
                 found = audit_surface(study, fit.anova, fit.coefficients)
                 if found is not None:
                     yield found, name, level, other
@@ -102,18 +120,52 @@ def _last_digit(level: float) -> float:
 def levels_are_swapped(study: Study, stages: Calibrated) -> Iterator[Found]:
     """A factor whose printed effect is that of the data with the other sign, of the same size: low and high swapped."""
     for audited in stages.published():
-        signs = [d.cell for d in audited.differences if d.cell.kind == "sign" and d.table == "screening"]
+        signs = [d.cell for d in audited.differences if d.of_sign and d.table == "screening"]
         for cell in signs:
-            name = cell.label.split(" ")[0]
-            sentence = (
-                f"{cell.sentence}; all else of its row agrees: low and high of {name} are swapped in runs or table"
-            )
-            yield Found(
-                f"screening: {name}", "sign", cell.printed, f"{cell.value:.6g}", sentence, "result", f"screening {name}"
-            )
+            swapped = LevelsSwapped(cell.term, cell.printed, cell.value or 0.0)
+            yield Found(swapped, "result", f"screening:{cell.term}")
 
 
 # ---- surface and runs
+
+
+@dataclass(frozen=True)
+class SurfaceContradictsScreening(Contradiction):
+    """The surface at levels where the screening had runs, whose responses were from `low` to `high`."""
+
+    levels: dict[str, float]
+    surface: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class NaturalBounds(Contradiction):
+    """A coded equation bounded in natural values: what it gives for these, at the solution or else at a corner."""
+
+    response: float
+    at_solution: bool
+
+
+@dataclass(frozen=True)
+class SolverMissesTarget(Contradiction):
+    """The solver's own response where the target was solved for, and the surface's 95 % prediction interval."""
+
+    simulated: float
+    target: float
+    percent: float
+    interval: Ends | None
+    outside: bool
+
+
+@dataclass(frozen=True)
+class GrowthDiffers(Contradiction):
+    """The exponents of the response over the condition with their 95 % intervals, which do not meet."""
+
+    measured: float
+    measured_interval: Ends
+    simulated: float
+    simulated_interval: Ends
 
 
 def surface_contradicts_screening(_study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -123,34 +175,19 @@ def surface_contradicts_screening(_study: Study, stages: Calibrated) -> Iterator
     """
     surface, screen = stages.surface, stages.screen
     others = sum(0.25 * e.effect**2 for e in screen.effects if e.factor not in surface.names)
-    worst: tuple[float, Found] | None = None
-    for corner in _corners(stages):
-        runs, coded = corner
+    worst, contradiction = 0.0, None
+    for runs, coded in _corners(stages):
         low, high = (float(end) for end in surface.fitted.prediction_interval(coded)[0])
         at = float(surface.fitted.predict(coded)[0])
         responses = [run.response or 0.0 for run in runs]
         apart = abs(at - float(np.mean(responses)))
         reach = 0.5 * (high - low) + t_quantile(0.95, max(screen.residual.df, 1)) * (others / len(runs)) ** 0.5
-        if apart > reach and (worst is None or apart - reach > worst[0]):
-            levels = ", ".join(f"{name} {runs[0].levels[name]:g}" for name in surface.names)
-            given = f"{min(responses):g} to {max(responses):g} N" if len(responses) > 1 else f"{responses[0]:g} N"
-            sentence = (
-                f"surface against screening: at {levels} the surface gives {at:.0f} N, the screening runs {given}"
-            )
-            worst = (
-                apart - reach,
-                Found(
-                    "surface against screening",
-                    "value",
-                    given,
-                    f"{at:.0f} N",
-                    sentence,
-                    "result",
-                    "surface and screening",
-                ),
-            )
-    if worst is not None:
-        yield worst[1]
+        if apart - reach > worst:
+            levels = {name: runs[0].levels[name] for name in surface.names}
+            worst = apart - reach
+            contradiction = SurfaceContradictsScreening(levels, at, min(responses), max(responses))
+    if contradiction is not None:
+        yield Found(contradiction, "result")
 
 
 def _corners(stages: Calibrated) -> Iterator[tuple[list[DesignRun], Array]]:
@@ -179,12 +216,7 @@ def equation_takes_coded_values(study: Study, stages: Calibrated) -> Iterator[Fo
     points = [given] if None not in given else list(product(*ends))
     responses = term_columns(np.array(points, dtype=float)) @ beta
     worst = float(responses[int(np.argmax(np.abs(responses)))])
-    where = "at the printed solution" if None not in given else "at a corner of the ranges"
-    sentence = (
-        "equation: its coefficients are for coded values, its bounds are natural ones; in natural values "
-        f"it gives {worst:,.0f} N {where}"
-    ).replace("-", "\u2212")
-    yield Found("equation: bounds", "setup", "natural bounds", f"{worst:.6g} N", sentence, "method", "natural bounds")
+    yield Found(NaturalBounds(worst, None not in given), "method")
 
 
 def solver_misses_target(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -197,27 +229,7 @@ def solver_misses_target(study: Study, stages: Calibrated) -> Iterator[Found]:
     outside = interval is not None and not interval[0] <= row <= interval[1]
     if abs(apart) <= (_OUTSIDE_PERCENT if outside else _FAR_PERCENT):
         return
-    told = (
-        ""
-        if interval is None
-        else (
-            f"; {'outside' if outside else 'inside'} the surface's 95 % prediction interval, {interval[0]:.1f} to "
-            f"{interval[1]:.1f} N"
-        )
-    )
-    sentence = (
-        f"validation: at the calibration diameter the solver gives {row:g} N where {target:g} N was solved for "
-        f"({apart:+.1f} %{told}): the parameters do not give the target"
-    ).replace("-", "\u2212")
-    yield Found(
-        "validation: calibration diameter",
-        "value",
-        f"{row:g} N",
-        f"{target:g} N",
-        sentence,
-        "result",
-        "force at target",
-    )
+    yield Found(SolverMissesTarget(row, target, apart, interval, outside), "result")
 
 
 def _calibrated_row(study: Study, stages: Calibrated) -> float | None:
@@ -239,16 +251,33 @@ def growth_differs(study: Study, stages: Calibrated) -> Iterator[Found]:
         return
     if lab.low <= model.high and model.low <= lab.high:
         return
-    sentence = (
-        f"validation: measured force grows as d^{lab.value:.2f} ({lab.low:.2f} to {lab.high:.2f}), simulated as "
-        f"d^{model.value:.2f} ({model.low:.2f} to {model.high:.2f}): no parameters fit all diameters"
-    )
-    yield Found(
-        "validation: growth", "value", f"d^{model.value:.2f}", f"d^{lab.value:.2f}", sentence, "conclusion", "growth"
-    )
+    growth = GrowthDiffers(lab.value, (lab.low, lab.high), model.value, (model.low, model.high))
+    yield Found(growth, "conclusion")
 
 
 # ---- names and laws
+
+
+@dataclass(frozen=True)
+class ImpossibleShearModulus(Contradiction):
+    """A range called shear modulus, and the one of E/(2(1 + ν)) that the ranges of E and ν allow; moduli in `unit`."""
+
+    called: str
+    unit: str
+    range: Ends
+    elastic: Ends
+    poisson: Ends
+    possible: Ends
+
+
+@dataclass(frozen=True)
+class InvertedExponent(Contradiction):
+    """The rate law printed with P for 1/P: by how much each raises the yield stress at 1 1/s, of C and P at centre."""
+
+    c: float
+    p: float
+    printed_percent: float
+    usual_percent: float
 
 
 def shear_modulus_is_impossible(study: Study, _stages: Calibrated) -> Iterator[Found]:
@@ -262,14 +291,10 @@ def shear_modulus_is_impossible(study: Study, _stages: Calibrated) -> Iterator[F
         low, high = e.low / (2.0 * (1.0 + nu.high)), e.high / (2.0 * (1.0 + nu.low))
         same = factor.unit == e.unit
         if same and (factor.high < low or factor.low > high):
-            sentence = (
-                f"factors: {name} of {factor.low:g} to {factor.high:g} {factor.unit} is impossible with E of {e.low:g} "
-                f"to {e.high:g} {e.unit} and Poisson's ratio of {nu.low:g} to {nu.high:g}: E/(2(1 + ν)) is {low:.0f} "
-                f"to {high:.0f} {e.unit}; it is the tangent modulus of the hardening law"
+            moduli = ImpossibleShearModulus(
+                name, factor.unit, (factor.low, factor.high), (e.low, e.high), (nu.low, nu.high), (low, high)
             )
-            printed = f"{factor.low:g} to {factor.high:g} {factor.unit}"
-            computed = f"{low:.0f} to {high:.0f} {e.unit}"
-            yield Found(f"factors: {name}", "law", printed, computed, sentence, "method", f"called {name}")
+            yield Found(moduli, "method")
 
 
 def exponent_is_inverted(study: Study, _stages: Calibrated) -> Iterator[Found]:
@@ -279,15 +304,32 @@ def exponent_is_inverted(study: Study, _stages: Calibrated) -> Iterator[Found]:
     c, p = study.factor("strain_rate_c"), study.factor("strain_rate_p")
     rate = 1.0
     printed, usual = (1.0 + (rate / c.centre) ** exponent for exponent in (p.centre, 1.0 / p.centre))
-    sentence = (
-        f"law: 1 + (rate/C)^P is printed, the law of Cowper and Symonds has 1/P; at 1 1/s, C {c.centre:g} and P "
-        f"{p.centre:g}, the first raises the yield stress by {100.0 * (printed - 1.0):.2g} %, the second by "
-        f"{100.0 * (usual - 1.0):.0f} %"
-    )
-    yield Found("law: strain rate", "law", "(rate/C)^P", "(rate/C)^(1/P)", sentence, "method", "rate law")
+    percents = 100.0 * (printed - 1.0), 100.0 * (usual - 1.0)
+    yield Found(InvertedExponent(c.centre, p.centre, *percents), "method")
 
 
 # ---- tests
+
+
+@dataclass(frozen=True)
+class StarsDiffer(Contradiction):
+    """The stars of a term in a table, as printed and as its p-value asks for."""
+
+    table: str
+    term: str
+    printed: str
+    due: str
+    p: float
+
+
+@dataclass(frozen=True)
+class LackOfFitRestsOnRun(Contradiction):
+    """The p-value of the lack of fit, and the one without a run, from 1, with its response."""
+
+    p: float
+    run: int
+    response: float
+    p_without: float
 
 
 def stars_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -296,7 +338,7 @@ def stars_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
     if published is None:
         return
     screened = {effect.factor: effect.p for effect in stages.screen.effects}
-    analysed = {term_of(study, row.source): row.p for row in stages.surface.anova}
+    analysed = {term_of(study, row.source): row.p for row in stages.surface.as_published}
     for name, path, p_of in (("screening", published.screening, screened), ("anova", published.anova, analysed)):
         if path is None:
             continue
@@ -308,15 +350,7 @@ def stars_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
             p = p_of.get(term)
             due = "" if p is None else next((stars for level, stars in _STARRED if p < level), "")
             if p is not None and printed != due:
-                sentence = f"{name}: {term} is printed with {_stars(printed)}, its p of {p:.2g} asks for {_stars(due)}"
-                yield Found(
-                    f"{name}: stars of {term}", "value", printed or "none", due or "none", sentence, "conclusion",
-                    f"{name} {term}",
-                )  # fmt: skip
-
-
-def _stars(stars: str) -> str:
-    return {"": "no star", "*": "one star"}.get(stars, "two stars")
+                yield Found(StarsDiffer(name, term, printed, due, p), "conclusion", f"{name}:{term}")
 
 
 def lack_of_fit_rests_on_one_run(_study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -324,15 +358,12 @@ def lack_of_fit_rests_on_one_run(_study: Study, stages: Calibrated) -> Iterator[
     row = stages.surface.anova_row("Lack of fit")
     if row is None or row.p is None or row.p < 0.1:
         return
-    told = [(run, run.lack_of_fit_p_without) for run in stages.surface.runs_diagnostics]
-    changed = [(run, p) for run, p in told if p is not None and p < 0.02]
+    without = [(run, run.lack_of_fit_p_without) for run in stages.surface.runs_diagnostics]
+    changed = [(run, p) for run, p in without if p is not None and p < 0.02]
     if len(changed) != 1:
         return
     run, p = changed[0]
-    sentence = (
-        f"lack of fit: its p of {row.p:.3f} rests on run {run.run} ({run.response:g} N); without that run it is {p:.3f}"
-    )
-    yield Found("lack of fit", "design", f"p {row.p:.3f}", f"p {p:.3f}", sentence, "conclusion", "lack of fit")
+    yield Found(LackOfFitRestsOnRun(row.p, run.run, run.response, p), "conclusion")
 
 
 CONSISTENCY: tuple[Check, ...] = (
@@ -351,8 +382,27 @@ CONSISTENCY: tuple[Check, ...] = (
 
 def explained(found: list[Found]) -> list[Found]:
     """Tell each cell once, as it is with a misprinted level mended; a level or a term stands with what it explains."""
-    last = {one.place: one for one in found}
-    wrong = [one for one in last.values() if one.place.startswith("coefficients:") and one.consequence == "result"]
-    if len(wrong) == 1 and (equation := last.get(EQUATION)) is not None:
-        last[EQUATION] = replace(equation, cause=wrong[0].cause)
-    return sorted(last.values(), key=lambda one: not (one.cause.startswith(_LEVEL) and one.consequence == "result"))
+    last: dict[object, Found] = {_place(one.fact) or number: one for number, one in enumerate(found)}
+    wrong = [one for one in last.values() if _in_equation(one.fact) and one.consequence == "result"]
+    if len(wrong) == 1:
+        cause = wrong[0].cause
+        last = {at: _caused(one, cause, EquationMissesTarget) for at, one in last.items()}
+    return sorted(last.values(), key=lambda one: not isinstance(one.fact, MisprintedLevel))
+
+
+def _place(fact: Contradiction) -> tuple[str, ...]:
+    """Return where in the paper a fact is found, if another may be found there."""
+    match fact:
+        case Difference():
+            return _cell(fact)
+        case LevelsSwapped(factor=factor) | SignDefiesLaw(stage="screen", factor=factor):
+            return "screen", factor
+    return ()
+
+
+def _in_equation(fact: Contradiction) -> bool:
+    return isinstance(fact, Difference) and fact.table == "coefficients"
+
+
+def _caused(found: Found, cause: str, kind: type[Contradiction]) -> Found:
+    return replace(found, cause=cause) if isinstance(found.fact, kind) else found

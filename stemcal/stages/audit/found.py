@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from stemcal.files.typed import absent
+from stemcal.files.typed import absent, inline
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.printed_tables import Audited
+from stemcal.stages.printed_tables import Audited, Contradiction
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
@@ -39,26 +39,22 @@ CONSEQUENCES: tuple[Consequence, ...] = ("result", "conclusion", "method", "prin
 class Found:
     """One thing that does not agree.
 
-    `kind`: sign, value, rounding, claim, design, extrapolation, law or setup. `consequence`: the ``result`` would be
-    another, a ``conclusion`` does not hold, the ``method`` is doubtful, or only the ``print`` is. Things of the same
-    `cause` are one finding, told by the first; `follows` says what else comes of it.
+    `consequence`: the ``result`` would be another, a ``conclusion`` does not hold, the ``method`` is doubtful, or only
+    the ``print`` is. Things of the same `cause` are one finding, told by the first; `follows` says what else comes of
+    it.
     """
 
-    place: str
-    kind: str
-    printed: str
-    computed: str
-    sentence: str
+    fact: Contradiction = inline()
     consequence: Consequence = "conclusion"
     cause: str = ""
-    follows: tuple[str, ...] = absent(())
+    follows: tuple[Contradiction, ...] = absent(())
 
 
 Check = Callable[[Study, Calibrated], Iterator[Found]]
 
 
 def ranked(found: Iterable[Found]) -> list[Found]:
-    """Return one finding for each cause by consequence; a changed sign of the equation stands before other results."""
+    """Return one finding for each cause by consequence, those of a cell's sign before others."""
     causes: dict[str, list[Found]] = {}
     for number, one in enumerate(found):
         causes.setdefault(one.cause or f"#{number}", []).append(one)
@@ -68,8 +64,8 @@ def ranked(found: Iterable[Found]) -> list[Found]:
 def _together(found: Sequence[Found]) -> Found:
     """Return the weightiest of one cause, with what the others say."""
     first = min(found, key=lambda one: CONSEQUENCES.index(one.consequence))
-    return replace(first, follows=tuple(one.sentence for one in found if one is not first))
+    return replace(first, follows=tuple(one.fact for one in found if one is not first))
 
 
 def _weight(found: Found) -> int:
-    return 0 if found.kind == "sign" else 1
+    return 0 if found.fact.of_sign else 1

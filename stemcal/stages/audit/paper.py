@@ -7,11 +7,20 @@ against runs, box against design, equation against solution, signs against the l
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.stages.audit.found import Calibrated, Consequence, Found
 from stemcal.stages.printed_numbers import agrees
-from stemcal.stages.printed_tables import Agreement, audit_cells, audit_surface, printed_validation, table
+from stemcal.stages.printed_tables import (
+    Agreement,
+    Contradiction,
+    Difference,
+    audit_cells,
+    audit_surface,
+    printed_validation,
+    table,
+)
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
@@ -19,33 +28,61 @@ _FAR, _SEEN = 0.1, 0.02  # coded units
 _NONE = Agreement(0, 0)
 
 
+@dataclass(frozen=True)
+class LevelDiffers(Contradiction):
+    """A level of the coding table against that of the runs; `rounded` if it is the latter at the printed digits.
+
+    `coded_as_printed` is where it would be as printed; `far` if rounding has moved it far from there.
+    """
+
+    factor: str
+    coded: float
+    printed: str
+    level: float
+    coded_as_printed: float
+    rounded: bool
+    far: bool
+
+
+@dataclass(frozen=True)
+class DesignDiffers(Contradiction):
+    """A level that so many runs are printed with, and how many cells of the analysis each of the two brings out."""
+
+    factor: str
+    runs: int
+    printed: float
+    used: float
+    with_printed: Agreement
+    with_used: Agreement
+
+
 def cells_differ(_study: Study, stages: Calibrated) -> Iterator[Found]:
     """Printed cells that their own data contradict."""
     for audited in stages.published():
         for different in audited.differences:
-            cell = different.cell
-            computed = "none" if cell.value is None else f"{cell.value:.6g}"
-            consequence: Consequence = "result" if different.table == "coefficients" else "conclusion"
-            place, term = f"{different.table}: {cell.label}", cell.label.split(" ")[0]
-            cause = f"{different.table} {term}"
-            yield Found(place, cell.kind, cell.printed, computed, cell.sentence, consequence, cause)
+            yield cell_found(different)
+
+
+def cell_found(different: Difference) -> Found:
+    """Return a printed cell that differs: one of the equation changes the result."""
+    consequence: Consequence = "result" if different.table == "coefficients" else "conclusion"
+    return Found(different, consequence, f"{different.table}:{different.cell.term}")
 
 
 def claims_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
     """Printed claims, such as a largest error, that do not hold."""
     claims = study.published.claims if study.published else {}
-    told: list[object] = [stages.surface]
+    results: list[object] = [stages.surface]
     if study.published and study.published.validation:
-        told.insert(0, printed_validation(study, study.published.validation)[0])
-    cells = [(name.replace("_", " "), text, _claimed(name, told)) for name, text in claims.items()]
-    for cell in (different.cell for different in audit_cells({"claims": cells}).differences):
-        shown = "none" if cell.value is None else f"{cell.value:.6g}"
-        yield Found(f"claim: {cell.label}", "claim", cell.printed, shown, cell.sentence, "conclusion")
+        results.insert(0, printed_validation(study, study.published.validation)[0])
+    cells = [(name, "", text, _claimed(name, results)) for name, text in claims.items()]
+    for different in audit_cells({"claims": cells}).differences:
+        yield Found(different, "conclusion")
 
 
-def _claimed(name: str, told: Sequence[object]) -> float | None:
+def _claimed(name: str, results: Sequence[object]) -> float | None:
     """Return what the results say of a claim, the first that knows it."""
-    known = (getattr(result, name) for result in told if hasattr(result, name))
+    known = (getattr(result, name) for result in results if hasattr(result, name))
     value = next(known, None)
     return value if isinstance(value, int | float) else None
 
@@ -69,32 +106,13 @@ def levels_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
 
 def _level(name: str, coded: float, text: str, level: float, coded_as_printed: float) -> Found:
     rounded = agrees(text, level)
-    end = "a matter of rounding" if rounded else "which no rounding explains"
-    far = rounded and abs(coded_as_printed - coded) > _FAR
-    if far:
-        end = "a rounding that moves the level far from where the design has it"
-    cause = f"level {name} {printed_number(text)}"
-    if abs(coded) > 1.0 + 1e-6:
-        cause = f"star levels {name}"
+    moved = abs(coded_as_printed - coded)
+    far = rounded and moved > _FAR
     return Found(
-        f"levels: {name} at coded {coded:g}",
-        "rounding" if rounded else "value",
-        text,
-        f"{level:.7g}",
-        f"levels: {name} at coded {coded:g} is printed {text}, the runs have {level:.7g}; as printed it would be "
-        f"coded {coded_as_printed:.3f}, {end}",
-        "method" if far or abs(coded_as_printed - coded) > _SEEN else "print",
-        cause,
+        LevelDiffers(name, coded, text, level, coded_as_printed, rounded, far),
+        "method" if far or moved > _SEEN else "print",
+        f"star:{name}" if abs(coded) > 1.0 + 1e-6 else f"level:{name}:{float(text):g}",
     )
-
-
-def printed_number(text: str) -> str:
-    """Return a printed level without the zeros of its print.
-
-    >>> printed_number("17.980"), printed_number("15.00")
-    ('17.98', '15')
-    """
-    return f"{float(text):g}"
 
 
 def design_differs(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -110,22 +128,15 @@ def design_differs(study: Study, stages: Calibrated) -> Iterator[Found]:
             taken = _cells_with(study, surface, header, rows)
             count = sum(pair == (printed, used) for pair in pairs)
             kept = surface.published.tables.get("anova", _NONE) if surface.published else _NONE
-            yield Found(
-                f"design: {name} in {count} runs",
-                "value",
-                f"{printed:g}",
-                f"{used:g}",
-                f"design: {name} is printed {printed:g} in {count} runs; with that {taken.agree} of {taken.of} cells "
-                f"of the printed analysis of variance come out, with {used:g} {kept.agree} of {kept.of}",
-                "result",
-                f"level {name} {printed:g}",
-            )
+            differs = DesignDiffers(name, count, printed, used, taken, kept)
+            yield Found(differs, "result", f"level:{name}:{printed:g}")
 
 
 def _cells_with(study: Study, surface: SurfaceResult, header: list[str], rows: list[list[str]]) -> Agreement:
     """Count the printed ANOVA cells that agree when the design is taken as printed."""
     columns = [header.index(name) for name in surface.names]
     natural = [[float(cells[column]) for column in columns] for cells in rows]
-    refit = fit_surface(surface.scales.to_coded(natural), [float(cells[-1]) for cells in rows], surface.names)
+    coded, responses = surface.scales.to_coded(natural), [float(cells[-1]) for cells in rows]
+    refit = fit_surface(coded, responses, surface.names, each_once=False)
     audited = audit_surface(study, refit.anova, refit.coefficients)
     return audited.tables.get("anova", _NONE) if audited else _NONE

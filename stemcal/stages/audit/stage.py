@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import inline, key
+from stemcal.files.rows import Column, Rows, Table
+from stemcal.files.typed import inline, key, to_json
+from stemcal.notes import Note
 from stemcal.stages.audit.consistency import CONSISTENCY, explained
 from stemcal.stages.audit.found import Calibrated, Check, Found, ranked
 from stemcal.stages.audit.paper import cells_differ, claims_differ, design_differs, levels_differ
@@ -15,16 +16,20 @@ from stemcal.stages.audit.suspicions import SUSPICIONS, solution_is_one_of_many
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.fresh import make
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.printed_tables import Agreement
+from stemcal.stages.printed_tables import Agreement, Contradiction
 from stemcal.stages.result import Head, StageResult, read_result
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
-from stemcal.words import counted
 
 CHECKS: tuple[Check, ...] = (cells_differ, claims_differ, levels_differ, design_differs, *SUSPICIONS, *CONSISTENCY)
+
+
+@dataclass(frozen=True)
+class NoValidationTable(Note):
+    """No validation table is given: its responses are not looked at."""
 
 
 @dataclass(frozen=True)
@@ -40,25 +45,23 @@ class AuditResult(StageResult):
     """What does not agree in a paper, and how many of its printed cells do."""
 
     name: ClassVar[str] = "audit"
+    shown = ("agree", "of")
 
     head: Head = inline()
     agree: int
     of: int
     tables_agree: dict[str, Agreement] = key("tables")
     findings: Rows[Finding]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def _tables(self) -> dict[str, Table]:
-        """Return the findings."""
-        return {
-            "audit": Table.of(
-                ("number", "place", "consequence", "kind", "printed", "computed", "sentence"), self.findings
-            )
-        }
+        """Return the findings, the values of each in one cell."""
+        values = Column("values", of=lambda finding: _values(finding.found.fact))
+        return {"audit": Table.of(("number", "consequence", "kind", values, "cause"), self.findings)}
 
-    def summary(self) -> str:
-        """Count what agrees and what does not."""
-        return f"{self.agree} of {self.of} printed cells agree, {len(self.findings)} findings"
+
+def _values(fact: Contradiction) -> str:
+    return "; ".join(f"{name} {value}" for name, value in to_json(fact).items() if name != "kind")
 
 
 @a_stage
@@ -100,9 +103,7 @@ def audit_all(study: Study, head: Head, stages: Calibrated) -> AuditResult:
         tables_agree=tables,
         findings=Rows(Finding(number, finding) for number, finding in enumerate(found, 1)),
         notes=(
-            f"{agree} of {of} printed cells agree with what their data give; {counted(len(found), 'thing')} "
-            f"{'does' if len(found) == 1 else 'do'} not.",
-            *([] if stages.validation is not None else ["No validation table is given: its forces are not looked at."]),
+            *([] if stages.validation is not None else [NoValidationTable()]),
             *solution_is_one_of_many(study, stages),
         ),
     )

@@ -3,21 +3,101 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.terms import term_columns, term_names
+from stemcal.files.typed import absent
+from stemcal.notes import Note
 from stemcal.stages.audit.found import Calibrated, Check, Found
 from stemcal.stages.invert.single import assess_published
-from stemcal.stages.printed_tables import printed_terms, term_of
+from stemcal.stages.printed_tables import Contradiction, printed_terms, term_of
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.runs import UnequalRepeats, pure_error_of
 from stemcal.study.model import Study
 
-_STRAIN_RATE, EQUATION = "strain_rate_c", "equation: at the printed solution"
+_STRAIN_RATE = "strain_rate_c"
+
+
+@dataclass(frozen=True)
+class RepeatsDiffer(Contradiction):
+    """Runs of a stage at the same levels gave different responses, though a solver computed them."""
+
+    stage: str
+    runs: int
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class BoxLeavesDesign(Contradiction):
+    """A factor may be searched from `low` to `high`, beyond what the runs reach, in coded units too."""
+
+    factor: str
+    low: float
+    high: float
+    coded_low: float
+    coded_high: float
+    reach: float
+
+
+@dataclass(frozen=True)
+class SignDefiesLaw(Contradiction):
+    """A significant effect in a stage has the sign that the law excludes.
+
+    `falls_over` is the range of C where both forms of the strain-rate law fall all along it.
+    """
+
+    stage: str
+    factor: str
+    effect: float
+    expected: str
+    falls_over: tuple[float, float] | None = absent()
+
+
+@dataclass(frozen=True)
+class InteractionsDisagree(Contradiction):
+    """Surface and screening see an interaction with opposite signs."""
+
+    term: str
+    surface: float
+    screening: float
+
+    @property
+    def of_sign(self) -> bool:
+        """It is about the sign."""
+        return True
+
+
+@dataclass(frozen=True)
+class EquationMissesTarget(Contradiction):
+    """What the printed coefficients, and those of the data, give at the printed solution."""
+
+    by_equation: float
+    by_data: float
+    target: float
+
+
+@dataclass(frozen=True)
+class BladeStopsShort(Contradiction):
+    """The blade (speed in mm/s, duration in s) travels less than the stem is thick, mm."""
+
+    speed: float
+    duration: float
+    travel: float
+    condition: float
+
+
+@dataclass(frozen=True)
+class OneOfMany(Note):
+    """The printed solution is one point of a set with the same response, which inside the design has these ranges."""
+
+    solution: dict[str, float]
+    ranges: dict[str, tuple[float, float]]
 
 
 def replicates_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -25,15 +105,9 @@ def replicates_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
     if study.published is None or study.published.runs != "computed":
         return
     for result in (stages.screen, stages.surface):
-        name, found = result.name, pure_error_of(result.design)
+        found = pure_error_of(result.design)
         if isinstance(found, UnequalRepeats):
-            sentence = (
-                f"{found.runs} runs at the same levels gave {found.low:g} to {found.high:g} N. A deterministic solver "
-                "gives one force for one set of levels, so these runs differed in something not recorded."
-            )
-            yield Found(
-                f"runs: repeated runs of {name}", "design", "repeated runs differ", "one force", sentence, "method"
-            )
+            yield Found(RepeatsDiffer(result.name, found.runs, found.low, found.high), "method")
 
 
 def box_leaves_design(study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -41,62 +115,42 @@ def box_leaves_design(study: Study, stages: Calibrated) -> Iterator[Found]:
     for entry in stages.surface.factors:
         factor = study.factor(entry.factor)
         reach = max(abs(run.coded[factor.name]) for run in stages.surface.design.runs)
-        ends = [(end - entry.center) / entry.half_step for end in (factor.low, factor.high)]
-        if max(map(abs, ends)) > reach + 0.02:
-            yield Found(
-                f"search box: {factor.name}",
-                "extrapolation",
-                f"{factor.low:g} to {factor.high:g}",
-                f"coded {ends[0]:+.2f} to {ends[1]:+.2f}",
-                f"search box: {factor.name} from {factor.low:g} to {factor.high:g} is coded {ends[0]:+.2f} to "
-                f"{ends[1]:+.2f}, the runs reach ±{reach:.3f}: beyond them the surface extrapolates",
-                "method",
-                f"star levels {factor.name}",
-            )
+        low, high = ((end - entry.center) / entry.half_step for end in (factor.low, factor.high))
+        if max(abs(low), abs(high)) > reach + 0.02:
+            box = BoxLeavesDesign(factor.name, factor.low, factor.high, low, high, reach)
+            yield Found(box, "method", f"star:{factor.name}")
 
 
 def signs_defy_law(study: Study, stages: Calibrated) -> Iterator[Found]:
     """Effects whose sign the law of the material excludes."""
     for factor in study.factors:
-        for where, value in _effects(factor.name, stages):
+        for stage, value in _effects(factor.name, stages):
             if factor.expected_sign is not None and value * (1 if factor.expected_sign == "+" else -1) < 0.0:
-                yield Found(
-                    f"{where}: {factor.name}",
-                    "law",
-                    f"{value:+.4g} N",
-                    f"sign {factor.expected_sign}",
-                    f"{where}: {factor.name} acts with {value:+.4g} N, the law asks for the sign "
-                    f"{factor.expected_sign}{_law(study, factor.name)}",
-                    "conclusion",
-                    f"sign of {factor.name}",
-                )
+                falls = _falls_over(study, factor.name)
+                sign = SignDefiesLaw(stage, factor.name, value, factor.expected_sign, falls)
+                yield Found(sign, "conclusion", f"sign:{factor.name}")
 
 
 def _effects(name: str, stages: Calibrated) -> Iterator[tuple[str, float]]:
     """Yield the effect of a factor where it is significant, by stage."""
     if name in stages.screen.significant:
-        yield "screening", stages.screen.effect(name).effect
+        yield stages.screen.name, stages.screen.effect(name).effect
     test, coefficient = stages.surface.anova_row(name), stages.surface.coefficient(name)
     if test is not None and coefficient is not None and test.p is not None and test.p < 0.05:
-        yield "surface", coefficient.value
+        yield stages.surface.name, coefficient.value
 
 
-def _law(study: Study, name: str) -> str:
-    """Say what both forms of the strain-rate law give for C, computed over strain rates from 10⁻³ to 10⁴ 1/s."""
+def _falls_over(study: Study, name: str) -> tuple[float, float] | None:
+    """Return C's range if both forms of the law fall along it at every strain rate from 10⁻³ to 10⁴ 1/s."""
     if name != _STRAIN_RATE or "strain_rate_p" not in study.names:
-        return ""
+        return None
     c, p = study.factor(name), study.factor("strain_rate_p")
     rises = [
         (rate / c.high) ** exponent - (rate / c.low) ** exponent
         for rate in (10.0**power for power in range(-3, 5))
         for exponent in (p.low, p.high, 1.0 / p.low, 1.0 / p.high)
     ]
-    if max(rises) >= 0.0:
-        return ""
-    return (
-        f": from C = {c.low:g} to {c.high:g} both 1 + (rate/C)^P and 1 + (rate/C)^(1/P) fall at every strain rate "
-        "from 0.001 to 10000 1/s"
-    )
+    return (c.low, c.high) if max(rises) < 0.0 else None
 
 
 def interactions_disagree(_study: Study, stages: Calibrated) -> Iterator[Found]:
@@ -108,15 +162,7 @@ def interactions_disagree(_study: Study, stages: Calibrated) -> Iterator[Found]:
         seen = _screened_interaction(stages.screen, a, b)
         significant = test is not None and (test.p or 1.0) < 0.05
         if significant and beta is not None and seen is not None and seen * beta.value < 0.0:
-            yield Found(
-                f"interaction: {term}",
-                "sign",
-                f"{beta.value:+.3g} N",
-                f"{seen:+.3g} N",
-                f"interaction: {term} is {beta.value:+.3g} N in the surface and {seen:+.3g} N in the screening runs "
-                "(fitted beside all main effects): one of the designs sees something else",
-                "method",
-            )
+            yield Found(InteractionsDisagree(term, beta.value, seen), "method")
 
 
 def _screened_interaction(screen: ScreenResult, a: str, b: str) -> float | None:
@@ -145,16 +191,7 @@ def equation_misses_target(study: Study, stages: Calibrated) -> Iterator[Found]:
     point, _ = assess_published(study, stages.surface)
     if by_equation is None or point is None or abs(by_equation - target) <= 0.005 * target:
         return
-    yield Found(
-        EQUATION,
-        "value",
-        f"{target:g} N",
-        f"{by_equation:.2f} N",
-        f"equation: at the printed solution the printed coefficients give {by_equation:.2f} N, those of the data "
-        f"{point.point.predicted:.2f} N; the target is {target:g} N",
-        "result",
-        "equation",
-    )
+    yield Found(EquationMissesTarget(by_equation, point.point.predicted, target), "result", "equation")
 
 
 def _printed_prediction(study: Study, surface: SurfaceResult) -> float | None:
@@ -170,32 +207,19 @@ def _printed_prediction(study: Study, surface: SurfaceResult) -> float | None:
     return float(sum(b * column for b, column in zip(beta, term_columns(point)[0], strict=True) if b is not None))
 
 
-def solution_is_one_of_many(study: Study, stages: Calibrated) -> list[str]:
-    """Remark that one target force cannot fix several parameters."""
+def solution_is_one_of_many(study: Study, stages: Calibrated) -> list[Note]:
+    """Note that one target cannot fix several parameters."""
     if study.published is None or len(study.published.solution) < 2:
         return []
-    ranges = [f"{name} {lo:.4g} to {hi:.4g}" for name, (lo, hi) in stages.inversion.ranges.items()]
-    printed = ", ".join(f"{name} {value:g}" for name, value in study.published.solution.items())
-    return [
-        f"The solution {printed} is one point of a whole set with the same force; inside the design it reaches over "
-        f"{'; '.join(ranges)}."
-    ]
+    return [OneOfMany(dict(study.published.solution), dict(stages.inversion.ranges))]
 
 
 def stroke_too_short(study: Study, _stages: Calibrated) -> Iterator[Found]:
     """The way of the blade against the stem it is to cut."""
-    way, condition = study.loading.speed * study.loading.duration, study.calibration_target.condition
-    if way < condition:
-        yield Found(
-            "loading",
-            "setup",
-            f"{study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s",
-            f"{way:.2f} mm",
-            f"loading: {study.loading.speed * 60:g} mm/min for {study.loading.duration:g} s is {way:.2f} mm of travel, "
-            f"{100 * way / condition:.0f} % of an {condition:g} mm stem: no cut is completed, and a maximum that comes "
-            "later is not seen",
-            "method",
-        )
+    loading, condition = study.loading, study.calibration_target.condition
+    travel = loading.speed * loading.duration
+    if travel < condition:
+        yield Found(BladeStopsShort(loading.speed, loading.duration, travel, condition), "method")
 
 
 SUSPICIONS: tuple[Check, ...] = (

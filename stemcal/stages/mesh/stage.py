@@ -30,7 +30,7 @@ _AT_PLACES = {"travel": "phase_travels", "work": "phase_works"}
 
 
 @dataclass(frozen=True)
-class ScatterUntold(Note):
+class ScatterUnknown(Note):
     """A measured response whose values at each place of the mesh the runs do not tell."""
 
     response: str
@@ -85,7 +85,7 @@ def mesh(work: Work) -> MeshResult:
         coded_ranges=carried.coded_ranges,
         certainty=carried.certainty,
         certainty_alone=carried.certainty_alone,
-        notes=tuple(ScatterUntold(name) for name in _wanted_further(study) if name not in further),
+        notes=tuple(ScatterUnknown(name) for name in _wanted_further(study) if name not in further),
     )
 
 
@@ -100,7 +100,7 @@ def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], options
     ]
     requests, names = [*own, *placed, *sized], ("own", "phases", *map(str, options.sizes))
     answers = work.answers(requests)
-    told = zip(requests, answers, work.outcomes(requests, answers), strict=True)
+    answered = zip(requests, answers, work.outcomes(requests, answers), strict=True)
     wanted = _wanted_further(work.study)
     return [
         MeshRun(
@@ -109,7 +109,7 @@ def _simulate(work: Work, levels: dict[str, float], at: Sequence[float], options
             further={name: _at_places(answer, name) for name in wanted if request.phases is not None} or None,
             outcome=outcome,
         )
-        for request, answer, outcome in told
+        for request, answer, outcome in answered
     ]
 
 

@@ -11,7 +11,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.result import Head, Interval, StageResult, listed
+from stemcal.stages.result import Head, Interval, StageResult
 
 Stopped = Literal["tolerance", "budget", "settled"]
 
@@ -117,6 +117,7 @@ class RefineResult(StageResult):
     """The refined parameters; `at_conditions`, `stopped`, `iterations` and `surfaces` are of a joint fit."""
 
     name: ClassVar[str] = "refine"
+    shown = ("solution",)
 
     head: Head = inline()
     target: float
@@ -161,7 +162,3 @@ class RefineResult(StageResult):
         """Yield label and outcome of every run."""
         for number, row in enumerate(self.rows, 1):
             yield f"refine {number}", row.outcome
-
-    def summary(self) -> str:
-        """Return the solution."""
-        return listed(self.solution)

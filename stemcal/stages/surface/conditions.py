@@ -27,10 +27,10 @@ def _at_condition(work: Work, condition: float, result: SurfaceResult, design: D
     told_of = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
     runs, fine = weighed(work.study, told_of), fine_runs(work, design, condition)
     with reasons_given(requests, answers):
-        told = {name: _summary(work.study, result, runs, name, condition, fine) for name in work.study.invert.responses}
-    further: dict[str, FitSummary] = {name: fit for name, fit in told.items() if name != FIRST}
+        fits = {name: _summary(work.study, result, runs, name, condition, fine) for name in work.study.invert.responses}
+    further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
     return AtCondition(
-        condition=condition, runs=Rows(runs), fine_runs=Rows(fine), fit=told[FIRST], responses=further or None
+        condition=condition, runs=Rows(runs), fine_runs=Rows(fine), fit=fits[FIRST], responses=further or None
     )
 
 

@@ -130,10 +130,12 @@ class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
     Where the design was run with coarse elements, `coarse` tells how coefficients and intervals were corrected; the
-    analysis of variance is that of the coarse runs.
+    analysis of variance is that of the coarse runs. `anova_of_copies` counts every copy of a deterministic run, as
+    the tables of a paper that is analysed again do; it is there where that is another table.
     """
 
     name: ClassVar[str] = "rsm"
+    shown = ("names", "r2")
 
     head: Head = inline()
     names: tuple[str, ...]
@@ -168,6 +170,7 @@ class SurfaceResult(StageResult):
     conditions: Rows[AtCondition] = absent(Rows())
     coarse: Corrected | None = absent()
     pure_error: Note | None = None
+    anova_of_copies: Rows[AnovaRow] = absent(Rows())
     published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
@@ -216,13 +219,13 @@ class SurfaceResult(StageResult):
         rows = [run.run - 1 for run in fine]
         points = [[runs[i].coded[name] for name in self.names] for i in rows]
         coarse = [answered[i].outcome.number(response) for i in rows]
-        told = [run.outcome.number(response) for run in fine] + [value for _, value in further]
+        values = [run.outcome.number(response) for run in fine] + [value for _, value in further]
         new = np.array([x for x, _ in further], dtype=float).reshape(len(further), len(self.names))
         return correction_of(
             surface,
             np.vstack([np.array(points), new]),
             np.array([*coarse, *surface.predict(new)]),
-            np.array(told),
+            np.array(values),
         )
 
     def _fitted_to(self, answered: Sequence[Answered], further: Further, response: str) -> Surface:
@@ -260,14 +263,14 @@ class SurfaceResult(StageResult):
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
         part = next(part for part in self.conditions if part.condition == condition)
         runs, fit = part.runs, self.refitted(part.runs, response=response, fine=part.fine_runs)
-        told = [
+        design_runs = [
             replace(run, outcome=replace(other.outcome, response=other.outcome.of(response), responses=None))
             for run, other in zip(self.design.runs, runs, strict=True)
         ]
         return replace(
             self,
-            head=replace(self.head, naming=self.naming.led_by(response)),
-            design=replace(self.design, runs=Rows(told)),
+            head=replace(self.head, naming=self.naming.with_primary(response)),
+            design=replace(self.design, runs=Rows(design_runs)),
             anova=Rows(fit.anova),
             **told_by(fit),
             coarse=None,
@@ -278,6 +281,7 @@ class SurfaceResult(StageResult):
             second_opinion=None,
             sobol=Rows(),
             conditions=Rows(),
+            anova_of_copies=Rows(),
             published=None,
             notes=fit.notes,
         )
@@ -291,6 +295,11 @@ class SurfaceResult(StageResult):
     def anova_row(self, source: str) -> AnovaRow | None:
         """Return a line of the analysis of variance."""
         return next((row for row in self.anova if row.source == source), None)
+
+    @property
+    def as_published(self) -> Rows[AnovaRow]:
+        """The analysis of variance as a paper prints it, with every copy of a deterministic run."""
+        return self.anova_of_copies or self.anova
 
     def factor(self, name: str) -> FactorCoding:
         """Return how a factor is coded."""

@@ -34,8 +34,8 @@ def weighed(study: Study, runs: Sequence[A]) -> list[A]:
     """Add to the runs the weight that their scatter over mesh phases gives them, if the spec asks for it."""
     if study.rsm.weights != "phases":
         return list(runs)
-    told = [(run.outcome.sd, run.outcome.phases) for run in runs]
-    weights = moderated_weights([np.nan if sd is None else sd for sd, _ in told], [m or 0 for _, m in told])
+    scatter = [(run.outcome.sd, run.outcome.phases) for run in runs]
+    weights = moderated_weights([np.nan if sd is None else sd for sd, _ in scatter], [m or 0 for _, m in scatter])
     return [replace(run, weight=float(weight)) for run, weight in zip(runs, weights, strict=True)]
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from stemcal.doe.calibration.levelset import extremes
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
+from stemcal.stages.invert.result import Certainty
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.result import Remedy
@@ -55,8 +56,11 @@ class VaryAnother(Remedy):
     factor: str
 
 
+@dataclass(frozen=True)
 class FitFewer(Remedy):
-    """Vary a further factor, or fit less together."""
+    """Vary a further factor, or fit fewer responses, or conditions, together."""
+
+    over: Literal["responses", "conditions"] = "conditions"
 
 
 class AddRefinement(Remedy):
@@ -126,6 +130,28 @@ class LengthenStroke(Remedy):
     """Take this duration (s), twice today's."""
 
     duration: float
+
+
+@dataclass(frozen=True)
+class Identify(Remedy):
+    """Fit what else was measured, or measure what moves along the free direction, or hold this factor at a value.
+
+    `unfitted` tells what was measured already and is left out of the fit.
+    """
+
+    factor: str
+    unfitted: Literal["responses", "conditions"] | None
+
+
+@dataclass(frozen=True)
+class CheckModel(Remedy):
+    """Check the law, the units and the expected sign of these factors."""
+
+    factors: tuple[str, ...]
+
+
+class SmoothResponse(Remedy):
+    """Make the response smoother, or average its roughness over more runs."""
 
 
 def region_of(surface: SurfaceResult) -> Region:
@@ -223,6 +249,16 @@ def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) 
         if up or _above_zero(factor) >= 0.5:
             return _widened(factor, up, 0.5)
     return VaryAnother(surface.names[order[0]])
+
+
+def to_identify(study: Study, known: Certainty) -> Remedy:
+    """Return what would fix factors that the fit leaves free: the one to hold is that of the widest interval."""
+    widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
+    left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.invert.responses]
+    if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
+        return Identify(widest, "responses")
+    more = len(study.targets.means) > max(len(study.joint_targets), 1)
+    return Identify(widest, "conditions" if more else None)
 
 
 def for_physics(study: Study, doubt: Doubt) -> Remedy:

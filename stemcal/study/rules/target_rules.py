@@ -125,8 +125,8 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
 
 def _listing(values: Sequence[float], draft: Draft) -> str:
     """List conditions with their unit."""
-    beside = "" if draft.naming.condition is None else draft.naming.condition.beside
-    return ", ".join(f"{value:g}" for value in values[:20]) + beside
+    unit = "" if draft.naming.condition is None else draft.naming.condition.unit_suffix
+    return ", ".join(f"{value:g}" for value in values[:20]) + unit
 
 
 def process_fits_one_response(draft: Draft) -> Iterator[Finding]:

@@ -68,8 +68,8 @@ def test_aliases_of_the_half_fraction_of_four_factors():
     assert found.words() == ("ABCD",)
     aliases = found.aliases()
     assert aliases["A"] == () and aliases["AB"] == ("CD",) and aliases["AD"] == ("BC",)
-    assert "resolution IV" in found.describe() and "D = ABC" in found.describe()
-    assert fraction(3).describe().startswith("Full factorial of 3 factors in 8 runs")
+    assert found.resolution == 4 and found.generators == ("ABC",)
+    assert fraction(3).resolution is None and fraction(3).runs == 8
 
 
 def test_resolution_three_aliases_main_effects():

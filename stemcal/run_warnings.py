@@ -1,0 +1,92 @@
+"""What a careful engineer would want to know about a run before using its force: facts, a class for each kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stemcal.files.typed import Tagged
+
+__all__ = [
+    "EnergyDrifts",
+    "ForceAfterBreak",
+    "HourglassEnergy",
+    "InertiaInForce",
+    "Message",
+    "NothingDeleted",
+    "RunWarning",
+    "StrokeTooShort",
+]
+
+
+@dataclass(frozen=True)
+class RunWarning(Tagged):
+    """A doubt about a run's force, with the values it speaks of; in records ``{"kind": …, ...values}``."""
+
+    @property
+    def group(self) -> str:
+        """What the warnings that are counted as one have in common."""
+        return self.kind
+
+
+@dataclass(frozen=True)
+class StrokeTooShort(RunWarning):
+    """The maximum is not known to be passed when the stroke ends.
+
+    The curve is ``rising``, ``regained`` or ``falling`` (`cutting.stroke`). Forces in N at the peak, at the lowest
+    point after it and at the end, travel in mm.
+    """
+
+    ending: str
+    peak: float
+    peak_travel: float
+    valley: float
+    end: float
+    stroke: float
+
+
+@dataclass(frozen=True)
+class EnergyDrifts(RunWarning):
+    """The energy balance is off by that share of the work."""
+
+    percent: float
+
+
+@dataclass(frozen=True)
+class InertiaInForce(RunWarning):
+    """Blade and supports differ at the peak, of the force on the blade; kinetic energy is of internal energy."""
+
+    percent: float
+    kinetic_percent: float
+
+
+@dataclass(frozen=True)
+class HourglassEnergy(RunWarning):
+    """Hourglass energy, of internal energy."""
+
+    percent: float
+
+
+@dataclass(frozen=True)
+class ForceAfterBreak(RunWarning):
+    """After the break at a travel (mm) the force exceeds the peak before it (N)."""
+
+    travel: float
+    force: float
+    peak: float
+
+
+@dataclass(frozen=True)
+class NothingDeleted(RunWarning):
+    """The material has no failure criterion: at the failure strain elements lose their shear stress and stay."""
+
+
+@dataclass(frozen=True)
+class Message(RunWarning):
+    """The words of a program, as it wrote them."""
+
+    text: str
+
+    @property
+    def group(self) -> str:
+        """The words themselves."""
+        return self.text
