@@ -46,7 +46,7 @@ def study_of(folder: Path, more: str, names: str = "abcde", says: str = "determi
 class Screened:
     """A screening of the factors a, b, c, d and e, the strongest first."""
 
-    matter: tuple[str, ...]
+    active_factors: tuple[str, ...]
 
     @property
     def shares(self) -> dict[str, float]:
