@@ -154,7 +154,7 @@ def _number(setting: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise UsageError(f"--set {setting}: {text!r} is no number; give the value in the spec's unit, without it")
+        raise UsageError(f"--set {setting}: {text!r} is not a number; give the value in the spec's unit, without it")
     return value
 
 

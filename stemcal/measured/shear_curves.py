@@ -78,7 +78,7 @@ def speed_of(text: str) -> float:
     Raises
     ------
     UsageError
-        If it is no number with a unit, or none above zero.
+        If it is not a number with a unit, or none above zero.
     """
     match = re.fullmatch(r"\s*([0-9.eE+-]{1,24})\s*([a-zµμ]{1,4})\s*/\s*([a-z]{1,3})\s*", text)
     value = as_number(match[1]) if match else None

@@ -60,7 +60,7 @@ class Run:
 
 
 def sound(answer: Answer, naming: Naming = CUTTING) -> Answer:
-    """Return the answer, or a failed one in its place if its force, or any further response, is no number.
+    """Return the answer, or a failed one in its place if its force, or any further response, is not a number.
 
     >>> sound(Answer("ok", response=float("nan"))).reason
     'nan'

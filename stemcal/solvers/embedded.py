@@ -147,7 +147,7 @@ class Embedded(OfSpecAlone):
         return _options(self.study).phases
 
     def belongings(self, diameter: float) -> dict[str, str]:
-        """Return the lengths that decide when elements fail, and a failure strain that is no factor."""
+        """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
         study, strain = self.study, self.study.material.failure_strain
         if study.failure.kind == "toughness":
             return {"element_size": _told(_options(study).element_size, diameter)}

@@ -111,8 +111,8 @@ def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Remark]:
     if not stage.fitted:
         return
-    nowhere = "The parameters were fitted to this response: its error is no independent check."
-    somewhere = "The parameters were fitted at {fitted:conditions}: an error there is no independent check."
+    nowhere = "The parameters were fitted to this response: its error is not an independent check."
+    somewhere = "The parameters were fitted at {fitted:conditions}: an error there is not an independent check."
     said = names.say(somewhere if names.placed else nowhere, fitted=stage.fitted)
     yield Remark(said, Weight.ASIDE, "fitted")
 

@@ -47,7 +47,7 @@ def test_what_a_sentence_is() -> None:
 
 
 def texts(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Yield the strings of a module but for docstrings, templates, and what errors and the log say; f-strings as one."""
+    """Yield the strings of a module but for docstrings, templates, errors and the log; f-strings as one."""
     spared: set[int] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
