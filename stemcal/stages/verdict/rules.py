@@ -109,7 +109,7 @@ class Evidence:
     physics: Physics
 
     @property
-    def within(self) -> float:
+    def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
         return float(self.study.targets.equivalent_within_percent)
 
@@ -151,10 +151,10 @@ def _use(evidence: Evidence) -> Use | None:
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > MAJORITY:
         return None
-    off = [row for row in rows if row.size > evidence.within]
+    off = [row for row in rows if row.size > evidence.equivalent_percent]
     apart = {row.condition for row in off}
     good = tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart))
-    return Use(evidence.within, good, max(off, key=lambda row: row.size, default=None))
+    return Use(evidence.equivalent_percent, good, max(off, key=lambda row: row.size, default=None))
 
 
 # ---- the rules
@@ -173,7 +173,11 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
     if surface is None:
         return
     if study.joint_targets:
-        if found is not None and found.joint is not None and found.joint.best_worst_error_percent > evidence.within:
+        if (
+            found is not None
+            and found.joint is not None
+            and found.joint.best_worst_error_percent > evidence.equivalent_percent
+        ):
             yield _conflict(evidence)
         return
     target = study.calibration_target.response
@@ -199,9 +203,9 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
     worst = max(fitted, key=lambda row: row.size)
     refine = evidence.study.refine
     tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
-    if worst.size <= (evidence.within if evidence.study.joint_targets else tolerance):
+    if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
-    far = [row for row in fitted if row.size > evidence.within]
+    far = [row for row in fitted if row.size > evidence.equivalent_percent]
     weight: Severity = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
     remedy = advice.AddRefinement() if refine is None else advice.RaiseBudget(2 * refine.budget)
     yield TargetMissed(weight=weight, remedy=remedy, worst=worst)
@@ -259,7 +263,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
     if failed:
         remedy = advice.RetryValidation()
         yield ValidationFailed(weight="with_reservations", remedy=remedy, conditions=failed)
-    off = [row for row in independent if row.size > evidence.within]
+    off = [row for row in independent if row.size > evidence.equivalent_percent]
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.invert.responses)
@@ -275,7 +279,7 @@ def _left_out(evidence: Evidence) -> bool:
         return False
     found = evidence.results.inversion
     error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
-    return error is not None and error <= evidence.within
+    return error is not None and error <= evidence.equivalent_percent
 
 
 RULES: tuple[Rule, ...] = (_reach, _target, _edge, _misfit, _validation, _physics, _unfinished)
