@@ -77,13 +77,6 @@ class Embedded(OfSpecAlone):
         """Load the kernels into this process, or compile them where no cache has them."""
         warm(_precision(self.study))
 
-    def wait_before(self) -> str:
-        """Say that the kernels are to be compiled, where no cache has them, and how long that took the last time."""
-        if is_compiled(_precision(self.study)):
-            return ""
-        last = seconds_to_compile()
-        return "compiling kernels, once" if last is None else f"compiling kernels, once ({last:.0f} s the last time)"
-
     def preparing(self) -> float | None:
         """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
         return 0.0 if is_compiled(_precision(self.study)) else seconds_to_compile()

@@ -109,6 +109,13 @@ def warned_of(warnings: Mapping[str, RunWarning], count: int) -> str:
     )
 
 
+def compiling(seconds: float | None) -> str:
+    """Say that kernels are compiled, and how many seconds that took the last time."""
+    if seconds is None:
+        return say("compiling kernels, once")
+    return say("compiling kernels, once ({seconds:.0f} s the last time)", seconds=seconds)
+
+
 # ---- runs that failed
 
 

@@ -46,9 +46,9 @@ def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
     for watch in (bar(out), Lines(Console(file=lines, width=200))):
         with watch:
             watch(progress(0))
-            watch(progress(0, waiting_for="compiling kernels, about 30 s, once"))
-    assert "0/12 compiling kernels, about 30 s, once" in shown(out)
-    assert lines.getvalue().splitlines()[-1] == "Screening: compiling kernels, about 30 s, once"
+            watch(progress(0, preparing=31.4))
+    assert "0/12 compiling kernels, once (31 s the last time)" in shown(out)
+    assert lines.getvalue().splitlines()[-1] == "Screening: compiling kernels, once (31 s the last time)"
 
 
 def test_bar_shows_count_failures_and_force() -> None:
