@@ -12,9 +12,10 @@ python benchmarks/objectivity.py lengths       the force over edge spread and in
 python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
 python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
 python benchmarks/objectivity.py hourglass     hourglass forms against the fully integrated element, 17 cases (slow)
+python benchmarks/objectivity.py crops         crops of `stemcal init --crop`: phases, d/24, hourglass forms (slow)
 python benchmarks/objectivity.py even          graded meshes against an even one, the 15 points of the design (slow)
 
-Without a name all but the last two are run.
+Without a name all but the last three are run.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from dataclasses import replace
 
 import numpy as np
 from cases import Case, agreement, paper_cases, simulate_all, tests_of
+from contact_energy import crops as tests_of_crops
 
 from stemcal.cutting import CuttingResult, ShearTest, build, in_phases, perturbed
 from stemcal.fem.material import Hourglass
@@ -219,6 +221,25 @@ def even() -> None:
         print(f"coarsening {along:g} and {around:g} ({results[0].elements} elements): {said}", flush=True)
 
 
+def crops() -> None:
+    """Print for the middle of each crop's ranges how phases, finer elements and forms of hourglass control move it."""
+    for name, test in tests_of_crops().items():
+        if "middle" not in name:
+            continue
+        variants = [
+            test,
+            of_size(test, 24.0),
+            mesh(test, hourglass=Hourglass("stiffness", 0.02)),
+            mesh(test, element="full"),
+        ]
+        here, finer, other, full = (result.peak_force for result in simulate_all(variants))
+        print(
+            f"{name}: {here:.1f} N, d/24 {finer / here:.3f}, coefficient 0.02 {other / here:.3f}, fully integrated "
+            f"{full / here:.3f}; five phases: {scatter(simulate_all(list(in_phases(test, 5))))}",
+            flush=True,
+        )
+
+
 def hourglass() -> None:
     """Print how the hourglass forms follow the fully integrated element over Tables 6 and 13."""
     tests = tests_of(paper_cases(["screen", "validate"]))
@@ -234,9 +255,9 @@ def hourglass() -> None:
 ROWS = {
     "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
     "choices": choices, "blades": blades, "lengths": lengths, "cut": cut, "precision": precision,
-    "hourglass": hourglass, "even": even,
+    "hourglass": hourglass, "crops": crops, "even": even,
 }  # fmt: skip
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or [row for row in ROWS if row not in ("hourglass", "even")]:
+    for name in sys.argv[1:] or [row for row in ROWS if row not in ("hourglass", "crops", "even")]:
         ROWS[name]()

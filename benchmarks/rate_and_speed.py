@@ -1,10 +1,11 @@
 """The force over added mass and over the speed of the blade, with and without a rate law.
 
-python benchmarks/rate_and_speed.py mass       mass scaling 1e4, 1e3, 1e2, and the true mass (a quarter of an hour)
-python benchmarks/rate_and_speed.py field      0.5, 1, 5 m/s at the true mass, three element sizes
-python benchmarks/rate_and_speed.py machine    50 to 200 mm/min
+python benchmarks/rate_and_speed.py mass       mass scaling 1e4, 1e3, 1e2, 10, and the true mass (a quarter of an hour)
+python benchmarks/rate_and_speed.py field      0.5, 1, 5 m/s at the true mass, four element sizes
+python benchmarks/rate_and_speed.py machine    50 to 200 mm/min, and what of it is the law's own effect
+python benchmarks/rate_and_speed.py filter     a third of, and three times, the travel over which the rate is smoothed
 
-The centre of the design, 8 mm, 1.17 mm of travel; without a name the last two are run.
+The centre of the design, 8 mm, 1.17 mm of travel; without a name the last three are run.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def told(name: str, test: ShearTest) -> None:
 def mass() -> None:
     """Print the force with less and less mass added."""
     for law in LAWS[1:]:
-        for scaling in (1.0e4, 1.0e3, 1.0e2, 1.0):
+        for scaling in (1.0e4, 1.0e3, 1.0e2, 10.0, 1.0):
             test = at(100.0 / 60.0, law)
             how = test.discretisation.integration
             step = 40.0e-6 * (scaling / 1.0e4) ** 0.5
@@ -67,20 +68,36 @@ def field() -> None:
     """Print the force at speeds of the field."""
     for law in ("none", "cowper_symonds"):
         for speed in (500.0, 1000.0, 5000.0):
-            for divisor in (12, 16, 20):
+            for divisor in (12, 16, 20, 24):
                 told(f"{law}, {speed / 1000.0:g} m/s, d/{divisor}", at(speed, law, divisor))
 
 
 def machine() -> None:
-    """Print the force at speeds of a testing machine."""
+    """Print the force at speeds of a testing machine, and at 100 mm/min with a C that makes the law's effect the same.
+
+    A law of ε̇/C knows no speed but by the rate, which goes with it: k times the speed is C/k but for inertia.
+    """
     for law in LAWS:
         for speed in (50.0, 100.0, 200.0):
             told(f"{law}, {speed:g} mm/min", at(speed / 60.0, law))
+            if law == "cowper_symonds" and speed != 100.0:
+                same = at(100.0 / 60.0, law)
+                c = same.material.strain_rate_c * 100.0 / speed
+                told("  100 mm/min, C for it", replace(same, material=replace(same.material, strain_rate_c=c)))
 
 
-ROWS = {"mass": mass, "field": field, "machine": machine}
+def smoothing() -> None:
+    """Print the force with the rate smoothed over a third of the travel as shipped, as shipped, and three times it."""
+    for speed in (50.0 / 60.0, 100.0 / 60.0, 200.0 / 60.0, 1000.0):
+        for share in (0.3, 1.0, 3.0):
+            test = at(speed, "cowper_symonds")
+            time = share * test.material.rate_filter
+            told(f"{speed:.3g} mm/s, {share:g} times", replace(test, material=replace(test.material, rate_filter=time)))
+
+
+ROWS = {"mass": mass, "field": field, "machine": machine, "filter": smoothing}
 
 if __name__ == "__main__":
     warm(precision="mixed")
-    for row in sys.argv[1:] or ["field", "machine"]:
+    for row in sys.argv[1:] or ["field", "machine", "filter"]:
         ROWS[row]()

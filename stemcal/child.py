@@ -131,14 +131,15 @@ class Child:
 def _ending(code: int | None) -> str:
     """Say how a process ended.
 
-    >>> _ending(3)
-    'exit code 3'
+    >>> _ending(3), _ending(-9)
+    ('exit code 3', 'signal SIGKILL, as where memory runs out')
     """
     if code is None:
         return "no exit code"
     if code < 0:
         with suppress(ValueError):
-            return f"signal {signal.Signals(-code).name}"
+            name = signal.Signals(-code).name
+            return f"signal {name}, as where memory runs out" if name == "SIGKILL" else f"signal {name}"
     return f"exit code {code}"
 
 

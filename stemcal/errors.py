@@ -6,6 +6,7 @@
     ├── RunsFailed              3   too many simulations failed for the analysis to mean anything
     ├── TargetUnreachable       4   no point of the design region gives the measured value
     ├── FolderLocked            5   another process works in the study folder
+    ├── Waiting                 6   runs are done by hand, and their results are not entered yet: no failure
     └── SimulationFailed        1   one simulation cannot be trusted (NaN, inverted element, no contact)
 
 They are caught once, in `stemcal.cli.app`.
@@ -13,7 +14,9 @@ They are caught once, in `stemcal.cli.app`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 
 class StemcalError(Exception):
@@ -80,6 +83,27 @@ class FolderLocked(StemcalError):
     """Another process holds the study folder."""
 
     exit_code = 5
+
+
+class Waiting(StemcalError):
+    """A stage cannot go on without results that somebody has to bring.
+
+    Parameters
+    ----------
+    stage : str
+    requests : sequence of solvers.protocol.Request
+        The runs whose results the stage waits for, as far as it knows them now.
+    """
+
+    exit_code = 6
+
+    def __init__(self, stage: str, requests: Sequence[Any]) -> None:
+        self.stage, self.requests = stage, tuple(requests)
+        count = f"{len(requests)} result" + "s" * (len(requests) != 1)
+        super().__init__(f"waiting for {count} of {stage}; `stemcal ask SPEC` tells which, `stemcal enter` takes them")
+
+    def __reduce__(self) -> tuple[type, tuple[str, Sequence[Any]]]:
+        return type(self), (self.stage, self.requests)
 
 
 class SimulationFailed(StemcalError):

@@ -158,12 +158,14 @@ def one_point_forces(element: OnePoint, x: Array, v: Array, dt: float, m: Any) -
         if m.hourglass_memory:
             turned = R @ element.hourglass[mode]
             force = turned + stiffness * dt * rate
-            element.hourglass_energy += 0.5 * dt * float((turned + force) @ rate)
+            damping = 0.25 * stiffness * dt * rate  # a quarter of a step ahead
+            felt = force + damping
+            element.hourglass_energy += dt * float((0.5 * (turned + force) + damping) @ rate)
         else:
-            force = stiffness * rate
+            felt = force = stiffness * rate
             element.hourglass_energy += dt * float(force @ rate)
         element.hourglass[mode] = force
-        forces += np.outer(gamma, force) / 8.0
+        forces += np.outer(gamma, felt) / 8.0
     return forces
 
 

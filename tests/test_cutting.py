@@ -218,6 +218,20 @@ def test_elements_through_the_wall(diameter: float, size: float, through: int | 
     assert len(radii) == wanted + 1
 
 
+@pytest.mark.parametrize("shift", [0.0, 0.3])
+@pytest.mark.parametrize(("clearance", "coarsening"), [(2.5, 1.0), (20.0, 6.0), (40.0, 6.0)])
+def test_the_stem_rests_on_nodes_where_the_supports_begin(clearance: float, coarsening: float, shift: float) -> None:
+    """The span is that of the supports: clearance and both fillets; the elements under the edge keep their size."""
+    how = Discretisation(0.5, symmetry="half", edge_over="nodes", coarsening=coarsening, shift=shift)
+    test = ShearTest(MATERIAL, Stem(8.0, 0.41, 60.0), supports=Supports(clearance, 1.0), discretisation=how)
+    x, free = (np.unique(mesh.nodes[:, 0].round(9)) for mesh in (build(test).mesh, stem_mesh(test.stem, how)))
+    near = 0.5 * clearance + 1.0
+    assert np.abs(x - near).min() < 1e-9 and np.abs(x + near).min() < 1e-9
+    assert len(x) == len(free) and np.diff(x).min() > 0.0
+    under = np.abs(free) < 0.5 * near
+    np.testing.assert_allclose(x[under], free[under])
+
+
 @pytest.mark.parametrize("bevel", ["both", "one"])
 def test_outline_of_the_blade(bevel: str) -> None:
     """Swollen by the edge radius it touches z = 0 at x = 0, is 2.3 mm thick and opens by the edge angle."""

@@ -35,6 +35,7 @@ FLOORS = {
     "stemcal.runs": 7,
     "stemcal.stages": 8,
     "stemcal.overview": 9,
+    "stemcal.by_hand": 10,
     "stemcal.workflow": 10,
     "stemcal.text": 11,
     "stemcal.report": 12,
@@ -56,9 +57,9 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
-    "psutil": ("stemcal.child", "stemcal.solvers.processes"),
+    "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.processes"),
     "emcee": ("stemcal.doe",),
-    "openpyxl": ("stemcal.measured",),
+    "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
 INSIDE_FUNCTIONS = ("arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee")
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")

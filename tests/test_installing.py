@@ -20,6 +20,8 @@ import pytest
 import yaml
 from packaging.requirements import Requirement
 
+from stemcal.version import __version__
+
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = ("bayes", "dask", "docx", "excel")
@@ -118,6 +120,8 @@ def test_citation_agrees_with_the_project() -> None:
     assert (cited["title"], cited["license"]) == (PROJECT["name"], PROJECT["license"])
     assert [author["name"] for author in cited["authors"]] == [author["name"] for author in PROJECT["authors"]]
     assert cited["keywords"] == PROJECT["keywords"]
+    assert cited["version"] == __version__
+    assert f"## [{__version__}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

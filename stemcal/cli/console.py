@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
+import time
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
@@ -76,6 +77,11 @@ def fail(message: str) -> None:
     _labelled("error", "red", message, whole=True)
 
 
+def await_(message: str) -> None:
+    """Print on stderr what a study waits for, whole, so that the command in it can be copied."""
+    stderr().print(message, style="cyan", soft_wrap=True, highlight=False, markup=False)
+
+
 def note(sentence: str) -> None:
     """Print a remark on stderr."""
     console = stderr()
@@ -98,9 +104,21 @@ def route_log() -> None:
 
 
 def waiting(what: str, quiet: bool) -> AbstractContextManager[object]:
-    """Show on a terminal that something is being computed."""
+    """Show on a terminal that something is being computed, and for how long."""
     console = stderr()
-    return nullcontext() if quiet or not console.is_terminal else console.status(what)
+    return nullcontext() if quiet or not console.is_terminal else console.status(_Waiting(what))
+
+
+class _Waiting:
+    """What is waited for and how long that has been, as often as it is drawn."""
+
+    def __init__(self, what: str) -> None:
+        self._what, self._began = what, time.monotonic()
+
+    def __rich__(self) -> str:
+        from stemcal.text.numbers import duration
+
+        return f"{self._what}, {duration(time.monotonic() - self._began)}"
 
 
 def _labelled(label: str, colour: str, text: str, whole: bool) -> None:

@@ -9,7 +9,7 @@ import typer
 
 from stemcal.cli.options import OpenPage, Quiet, Workers
 
-Folder = Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Where spec and results go.")]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Where spec and results go.")]
 
 
 def demo(

@@ -20,7 +20,7 @@ def _beginning(typed: str) -> list[str]:
 Term = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[TERM]...", help="A word of the tables or the report, or a key of a spec.", autocompletion=_beginning
+        metavar="TERM", help="A word of the tables or the report, or a key of a spec.", autocompletion=_beginning
     ),
 ]
 

@@ -41,13 +41,14 @@ def export(
     from stemcal.report.export.formats import export_tables
     from stemcal.report.export.paper import numbered, paper_tables, stars_apart
     from stemcal.stages.results import fresh_results
+    from stemcal.stages.verdict.rules import verdict_of
 
     study = read_study(spec)
     folder = existing_folder(study, out)
     results = fresh_results(study, folder)
     for sentence in results.stale:
         warn(sentence)
-    tables = numbered(paper_tables(study, results), first)
+    tables = numbered(paper_tables(study, results, verdict_of(study, folder, results).holds), first)
     tables = [stars_apart(table) for table in tables] if apart else tables
     paths = [str(path) for path in export_tables(tables, kind, folder.path / "tables")]
     if as_json:

@@ -1,7 +1,7 @@
 """Errors become exit codes here, and nowhere else.
 
 0 ok, 1 internal, 2 usage or spec, 3 some runs failed, 4 target unreachable, 5 folder locked,
-130 Ctrl-C, 143 SIGTERM. `cli.streams` deals with output that cannot be written.
+6 waiting for results, 130 Ctrl-C, 143 SIGTERM.
 """
 
 from __future__ import annotations
@@ -70,6 +70,8 @@ def _is_typers_own(error: Exception) -> bool:
 
 def _unexpected(error: Exception) -> str:
     """Return one line on an unforeseen error; its traceback goes to a file, for developers to stderr."""
+    if isinstance(error, MemoryError):
+        return f"memory has run out; take fewer workers (--workers) or coarser elements; {GO_ON}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
         return f"{place}{error.strerror}; {GO_ON}"

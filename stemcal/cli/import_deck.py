@@ -12,7 +12,7 @@ from stemcal.cli.options import AsJson, Quiet
 
 DeckFile = Annotated[Path, typer.Argument(metavar="RUN.k", help="The deck to read.", show_default=False)]
 SpecFile = Annotated[
-    Path | None, typer.Argument(metavar="[SPEC.yaml]", help="The spec to write.", show_default="RUN.yaml")
+    Path | None, typer.Argument(metavar="SPEC.yaml", help="The spec to write.", show_default="RUN.yaml")
 ]
 Units = Annotated[
     Literal["mm-t-s", "mm-kg-ms", "m-kg-s"], typer.Option(help="The deck's units of length, mass and time.")

@@ -7,12 +7,17 @@ from typing import Annotated
 
 import typer
 
+KITS = ("by-hand",)
+
 
 def init(
-    name: Annotated[str, typer.Argument(metavar="[NAME]", help="Name of the study and of the file.")] = "my-study",
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of the file.")] = "my-study",
     crop: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="With published ranges: wheat, rice, rape, sugarcane, chickpea, maize."),
+    ] = None,
+    kit: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Another study to start from: by-hand, whose runs people do.")
     ] = None,
 ) -> None:
     """Write NAME.yaml, a commented spec to start from. An existing file is left alone.
@@ -24,10 +29,29 @@ def init(
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    write_new(path, template(stem, crop))
+    write_new(path, template(stem, crop) if kit is None else _kit(kit, stem, crop))
     say_whole(str(path))
     given = f'"{path}"' if " " in str(path) else path
     note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")
+
+
+def _kit(kit: str, name: str, crop: str | None) -> str:
+    """Return the spec of a kit, for a study of that name."""
+    import json
+    from importlib.resources import files
+
+    from stemcal.errors import UsageError
+    from stemcal.study.reading.template import study_name
+    from stemcal.words import did_you_mean
+
+    if kit not in KITS:
+        raise UsageError(f"--kit {kit[:60]!r}: there is none; {did_you_mean(kit, KITS)}")
+    if crop is not None:
+        raise UsageError("--crop is for a study of stems; leave out --kit")
+    text = files("stemcal.cli").joinpath(f"{kit}.yaml").read_text(encoding="utf-8")
+    return text.replace("runs/@NAME@", f"runs/{name}").replace(
+        "@NAME@", json.dumps(study_name(name), ensure_ascii=False)
+    )
 
 
 def write_new(path: Path, text: str) -> None:

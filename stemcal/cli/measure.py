@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stemcal.measured.shear import ShearTests
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.text_tables import Form
+    from stemcal.study.model import Study
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -27,7 +28,7 @@ app = typer.Typer(
 Folder = Annotated[
     Path | None, typer.Option("--out", "-o", metavar="DIR", help="Write tables and figures here (csv, json, svg, png).")
 ]
-Encoding = Annotated[str | None, typer.Option(help="utf-8, utf-16, gbk ...", show_default="found out")]
+Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="utf-8, utf-16, gbk ...", show_default="found out")]
 Separator = Annotated[
     str | None, typer.Option(metavar="tab|semicolon|comma|space", help="Between columns.", show_default="found out")
 ]
@@ -84,7 +85,9 @@ def shear(
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="SPECIMEN", help="Leave a specimen out; repeatable.")
     ] = None,
-    alpha: Annotated[float, typer.Option(min=0.0001, max=0.5, help="Level of Grubbs' test for outliers.")] = 0.05,
+    alpha: Annotated[
+        float, typer.Option(metavar="P", min=0.0001, max=0.5, help="Level of Grubbs' test for outliers.")
+    ] = 0.05,
     calibrate_at: Annotated[
         float | None, typer.Option(metavar="MM", help="Grade to calibrate at.", show_default="the middle one")
     ] = None,
@@ -96,7 +99,8 @@ def shear(
     displacement_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
     time_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
     speed: Annotated[
-        str | None, typer.Option(metavar="20mm/min", help="Of the blade, where files hold time and force alone.")
+        str | None,
+        typer.Option(metavar="SPEED", help="Of the blade, as 20mm/min, where files hold time and force alone."),
     ] = None,
     force_unit: Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")] = None,
     displacement_unit: Annotated[
@@ -169,8 +173,7 @@ def _finish_shear(
             "targets": section,
         },
     )
-    if spec:
-        replace_targets(spec, section)
+    study = replace_targets(spec, section) if spec else None
     if out:
         drawn = {
             "shear-curves": figures.shear_curves(tests),
@@ -188,12 +191,26 @@ def _finish_shear(
         quiet,
         section,
     )
-    if spec and not quiet:
+    if study is not None and not quiet:
+        if further := _beyond_stroke(tests, study.loading.stroke):
+            note(further)
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
 
-def replace_targets(spec: Path, section: str) -> None:
-    """Put a targets section into a spec; one that would then be wrong is left as it was."""
+def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
+    """Say that curves are longer than what the simulated blade travels, mm; nothing if they are not."""
+    longest = max(grade.travel.mean for grade in tests.grades)
+    if longest <= stroke:
+        return ""
+    return (
+        f"note: the measured force has its maximum at up to {longest:.3g} mm of the machine's travel, which has the "
+        f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. Forces are compared, "
+        "not travel, unless --travel-and-work writes it too"
+    )
+
+
+def replace_targets(spec: Path, section: str) -> Study:
+    """Put a targets section into a spec, one that would then be wrong is left as it was; returns the study."""
     from stemcal.errors import UsageError
     from stemcal.files.decoding import decode
     from stemcal.files.durable import write_durably
@@ -209,8 +226,9 @@ def replace_targets(spec: Path, section: str) -> None:
     if before is None:
         raise UsageError(f"{spec} is not text; save it in UTF-8")
     text = with_targets(before, section)
-    read_study(text.encode("utf-8"), spec)
+    study = read_study(text.encode("utf-8"), spec)
     write_durably(spec, text)
+    return study
 
 
 def _form(encoding: str | None, separator: str | None, decimal: str | None, sheet: str | None) -> Form:

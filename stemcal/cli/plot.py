@@ -21,7 +21,7 @@ Format = Annotated[
     Kind | None,
     typer.Option("--format", help="Of figures; gif or mp4 (needs ffmpeg) of an animation.", show_default="svg and png"),
 ]
-Dpi = Annotated[float, typer.Option("--dpi", min=50, max=1200, help="Dots per inch of PNG and TIFF.")]
+Dpi = Annotated[float, typer.Option("--dpi", metavar="N", min=50, max=1200, help="Dots per inch of PNG and TIFF.")]
 Width = Annotated[
     str | None,
     typer.Option(
@@ -53,7 +53,9 @@ def plot(
     from stemcal.cli.console import say, say_json
     from stemcal.cli.requested import CAPTIONS, is_requested, requestable, write_requested
     from stemcal.cli.session import existing_folder, read_study
+    from stemcal.files.rows import Column, Table
     from stemcal.report.figures.gallery import write_as
+    from stemcal.report.tables.terminal import drawn
 
     millimetres = _width(width)
     study = read_study(spec)
@@ -61,8 +63,12 @@ def plot(
     if is_requested(name):
         lines = [str(write_requested(study, folder, name, "mp4" if kind == "mp4" else "gif"))]
     elif name == "list":
-        lines = [f"{drawing.name}: {drawing.caption}" for drawing in plots_of(study, folder)]
-        lines += [f"{title}: {CAPTIONS[title.partition('-')[0]]}" for title in requestable(study, folder)]
+        named = {drawing.name: drawing.caption for drawing in plots_of(study, folder)}
+        named |= {title: CAPTIONS[title.partition("-")[0]] for title in requestable(study, folder)}
+        if not as_json:
+            say(*drawn(Table((Column("name", "Figure"), Column("caption", "What it shows")), tuple(named.items()))))
+            return
+        lines = [f"{title}: {caption}" for title, caption in named.items()]
     else:
         kinds = _kinds(kind)
         found = chosen(plots_of(study, folder), name)

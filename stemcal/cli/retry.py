@@ -11,7 +11,7 @@ from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 SOME_RUNS_FAILED = 3
 
 Keys = Annotated[
-    list[str] | None, typer.Argument(metavar="[KEY]...", help="Keys of runs or how they begin.", show_default="all")
+    list[str] | None, typer.Argument(metavar="KEY", help="Keys of runs or how they begin.", show_default="all")
 ]
 
 

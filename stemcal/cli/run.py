@@ -29,33 +29,42 @@ def run(
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
-    from stemcal.cli.console import open_page
     from stemcal.cli.session import opened
-    from stemcal.cli.show import show_run
 
-    unreachable: TargetUnreachable | None = None
     with opened(spec, out, workers, executor, quiet) as work:
         work.foresee(yes)
+        show = go_through(work, not as_json)
+    show(as_json, quiet, open_it)
 
-        from stemcal import workflow
-        from stemcal.report.drawing import draw
-        from stemcal.stages.results import fresh_results
-        from stemcal.stages.verdict.rules import verdict_of
 
-        try:
-            workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=_showing(work, not as_json))
-        except TargetUnreachable as error:
-            unreachable = error
-        work.folder.remember_spec(work.study.source)
-        work.watch.busy("drawing the report")
-        results = fresh_results(work.study, work.folder)
-        verdict = verdict_of(work.study, work.folder, results)
-        page = draw(work.study, work.folder, results, verdict)
-    if open_it:
-        open_page(page)
-    show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
-    if unreachable is not None:
-        raise unreachable
+def go_through(work: Session, tell: bool) -> Callable[..., None]:
+    """Take an open study through all stages and draw its page; return what shows it once the study is closed."""
+    from stemcal import workflow
+    from stemcal.cli.console import open_page
+    from stemcal.cli.show import show_run
+    from stemcal.report.drawing import draw
+    from stemcal.stages.results import fresh_results
+    from stemcal.stages.verdict.rules import verdict_of
+
+    unreachable: TargetUnreachable | None = None
+    try:
+        workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
+    except TargetUnreachable as error:
+        unreachable = error
+    work.folder.remember_spec(work.study.source)
+    work.watch.busy("drawing the report")
+    results = fresh_results(work.study, work.folder)
+    verdict = verdict_of(work.study, work.folder, results)
+    page = draw(work.study, work.folder, results, verdict)
+
+    def show(as_json: bool, quiet: bool, open_it: bool = False) -> None:
+        if open_it:
+            open_page(page)
+        show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
+        if unreachable is not None:
+            raise unreachable
+
+    return show
 
 
 def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:

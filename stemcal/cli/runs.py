@@ -23,7 +23,7 @@ def _simulating(name: str) -> str:
 StageName = Annotated[
     str | None,
     typer.Option(
-        metavar=f"[{'|'.join(SIMULATING)}]",
+        metavar="|".join(SIMULATING),
         help="Only runs of this stage.",
         parser=_simulating,
         autocompletion=lambda: list(SIMULATING),

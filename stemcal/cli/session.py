@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal.cli.console import route_log, stderr, warn
-from stemcal.errors import UsageError
+import typer
+
+from stemcal.cli.console import await_, route_log, stderr, warn
+from stemcal.errors import UsageError, Waiting
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -93,7 +95,10 @@ def make_executor(name: str, workers: int | None, time_limit: float | None) -> R
 @contextmanager
 def opened(spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool) -> Iterator[Session]:
     """Open a study for work: read it, lock its folder, make workers ready; close all on the way out."""
+    from stemcal.executors.machine import require_address_space
+
     check_executor(executor, workers)
+    require_address_space()
     study = read_study(spec)
 
     from stemcal.folder.store import StudyFolder
@@ -103,14 +108,36 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
         pool = stack.enter_context(make_executor(executor, workers, study.runs.time_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
-        yield Session(study, folder, pool, watch)
+        work = Session(study, folder, pool, watch)
+        try:
+            yield work
+            return
+        except Waiting as waiting:
+            said, code = _handed_out(work, waiting, spec), waiting.exit_code
+    await_(said)
+    raise typer.Exit(code)
+
+
+def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
+    """Write the sheet of what a stage waits for; return what is said of it."""
+    from stemcal.by_hand.awaited import sheet_rows
+    from stemcal.by_hand.handing_out import hand_out
+    from stemcal.text.by_hand import waiting_for
+
+    rows = sheet_rows(work.study, work.folder, waiting)
+    sheet = hand_out(work.study, work.folder, rows)
+    work.folder.remember_spec(work.study.source)
+    return waiting_for(sum(len(row.requests) for row in rows), waiting.stage, str(sheet), str(spec))
 
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:
     """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
-    from stemcal.executors.machine import machine_memory
-    from stemcal.overview.foresight import excess
+    from stemcal.executors.machine import free_memory, machine_memory
+    from stemcal.overview.foresight import excess, scarce
     from stemcal.text.plan import sentences
+
+    for said in sentences(scarce(demand, workers, free_memory()) if here else ()):
+        warn(said)
 
     for said in sentences(excess(demand, workers, machine_memory() if here else None)):
         if not yes:

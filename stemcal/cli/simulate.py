@@ -58,7 +58,9 @@ def simulate(
     """
     from stemcal.cli.console import note, say_json, waiting, warn
     from stemcal.cli.session import read_study, require_sense
+    from stemcal.executors.machine import require_address_space
 
+    require_address_space()
     study = read_study(spec)
     levels = study.midlevels()
     if from_run is not None:
@@ -71,11 +73,14 @@ def simulate(
     _check_outputs(study, csv_file, figure)
 
     from stemcal.overview.foresight import demand_of_one
+    from stemcal.solvers.embedded import seconds_to_prepare
     from stemcal.solvers.embedded import simulate as shear_test
-    from stemcal.text.runs import warning_text
+    from stemcal.text.runs import compiling, warning_text
 
     at = study.specimen.outer_diameter if diameter is None else diameter
     require_sense(demand_of_one(study, [at], symmetry), 1, yes)
+    if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
+        note(compiling(seconds))
     with waiting("one virtual shear test", quiet) as status:
         result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:

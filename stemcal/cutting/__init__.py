@@ -15,7 +15,17 @@ from numpy.typing import NDArray
 from stemcal.cutting.blade import Blade
 from stemcal.cutting.build import build, stem_mesh
 from stemcal.cutting.end_state import Shape, shape_of
-from stemcal.cutting.parts import SHARES, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry, Toughness
+from stemcal.cutting.parts import (
+    SHARES,
+    Discretisation,
+    Loading,
+    ShearTest,
+    Stem,
+    Supports,
+    Symmetry,
+    Toughness,
+    rate_filter,
+)
 from stemcal.cutting.phases import in_phases, mean_over_phases, perturbed
 from stemcal.cutting.result import (
     THROUGH,
@@ -53,12 +63,13 @@ __all__ = [
     "mean_over_phases",
     "mesh_size",
     "perturbed",
+    "rate_filter",
     "shear",
     "stem_mesh",
 ]
 
 # Raised whenever a change makes the same test give another force, so that stored runs are not taken for new ones.
-REVISION = 6
+REVISION = 7
 
 
 def shear(

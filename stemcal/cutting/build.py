@@ -12,13 +12,15 @@ from stemcal.cutting.parts import Discretisation, ShearTest, Stem, Symmetry
 from stemcal.fem.cohesive import Cohesion
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
-from stemcal.fem.mesh import Mesh, hollow_cylinder
+from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder
 from stemcal.fem.model import Model
 
 Array = NDArray[np.float64]
 
 # Elements keep the length of those under the edge over this share of their number on either side of it.
 EVEN_SHARE = 0.3
+# Around half a section: fewer do not leave room for the middle of a solid one.
+_FEWEST_AROUND = 4
 # How far the supports reach outwards and down, mm: past anything the stem can do.
 _FAR = 200.0
 
@@ -26,7 +28,7 @@ _FAR = 200.0
 def build(test: ShearTest) -> Model:
     """Return the finite element model of a shear test."""
     how = test.discretisation
-    mesh = stem_mesh(test.stem, how)
+    mesh = stem_mesh(test.stem, how, rests_at=0.5 * test.supports.clearance + test.supports.fillet_radius)
     cohesion = _cohesion(test)
     return Model(
         mesh=mesh,
@@ -43,9 +45,11 @@ def build(test: ShearTest) -> Model:
     )
 
 
-def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
+def stem_mesh(stem: Stem, how: Discretisation, rests_at: float | None = None) -> Mesh:
     """Return the mesh of the stem, or of the part of it that the symmetry leaves.
 
+    With `rests_at` a layer of nodes lies at that distance from the blade (mm) on either side: what rests on a support
+    is nodes, and the span is else that between the next ones.
     Nodes lie on the mirror plane y = 0. Across, the quarter model keeps the row of elements that x = 0 cuts in two
     whole where the edge comes down over elements; its far nodes are ghosts.
     """
@@ -53,22 +57,33 @@ def stem_mesh(stem: Stem, how: Discretisation) -> Mesh:
     widths = _widths(outer, how)
     through = through_wall(stem, how)
     layers = _layers(stem.length, how)
-    if how.symmetry == "none":
-        whole = np.concatenate([widths, widths[::-1]])
-        first = -0.5 * pi + how.turn * 2 * pi * widths[-1] / np.sum(whole)
-        return hollow_cylinder(inner, outer, layers, (len(whole), through), (first, first + 2 * pi), whole)
-    return hollow_cylinder(inner, outer, layers, (len(widths), through), (-0.5 * pi, 0.5 * pi), widths)
+    if rests_at is not None:
+        layers = _resting(layers, rests_at)
+    whole = how.symmetry == "none"
+    turn = how.turn * pi * widths[-1] / np.sum(widths) if whole else 0.0
+    if stem.diameter_ratio == 0.0:
+        return solid_cylinder(outer, layers, through, widths, whole, turn)
+    if whole:
+        widths = np.concatenate([widths, widths[::-1]])
+    first, angle = turn - 0.5 * pi, 2.0 * pi if whole else pi
+    return hollow_cylinder(inner, outer, layers, (len(widths), through), (first, first + angle), widths)
 
 
 def through_wall(stem: Stem, how: Discretisation) -> int:
-    """Return how many elements there are through the wall."""
+    """Return how many elements there are through the wall; of a solid stem, how many rings around its middle.
+
+    So many through the wall of a solid stem means its radius: half of it is the middle's.
+    """
+    if stem.diameter_ratio == 0.0:
+        rings = how.through_wall and round((1.0 - SQUARE) * how.through_wall)
+        return rings or max(1, ceil(0.5 * (1.0 - SQUARE) * stem.outer_diameter / how.element_size - 1e-9))
     wall = 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
     return how.through_wall or max(1, ceil(wall / how.element_size - 1e-9))
 
 
 def around_half(radius: float, how: Discretisation) -> int:
     """Return how many elements there are around half the stem."""
-    return max(2, round(pi * radius / (0.5 * (1.0 + how.coarsening_around) * how.element_size)))
+    return max(_FEWEST_AROUND, round(pi * radius / (0.5 * (1.0 + how.coarsening_around) * how.element_size)))
 
 
 def pairs_along(length: float, how: Discretisation) -> int:
@@ -109,6 +124,23 @@ def _layers(length: float, how: Discretisation) -> Array:
     if how.symmetry == "quarter":
         return np.concatenate([-right[:1] if odd else middle, right])
     return np.concatenate([-right[::-1], middle, right]) + how.shift * under
+
+
+def _resting(layers: Array, rests_at: float) -> Array:
+    """Return layers of nodes, on either side of the cut the nearest one moved to where the stem rests.
+
+    Those between half way there and the end of the stem give way in proportion. Where one element goes so far, or the
+    stem ends before, nothing moves.
+    """
+    moved, middle = layers.copy(), 0.5 * rests_at
+    for side in (1.0, -1.0):
+        away = side * layers
+        nearest, end = float(away[np.argmin(np.abs(away - rests_at))]), float(away.max())
+        if middle < nearest < end and rests_at < end:
+            beyond = away > middle
+            to = np.interp(away[beyond], (middle, nearest, end), (middle, rests_at, end))
+            moved[beyond] = side * to
+    return moved
 
 
 def _mirrors(mesh: Mesh, symmetry: Symmetry, cohesive: bool) -> NDArray[np.bool_]:

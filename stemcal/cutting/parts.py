@@ -15,6 +15,14 @@ Symmetry = Literal["none", "half", "quarter"]
 # The share of the real thing that each model holds: half is cut lengthwise (y ≥ 0), quarter also across (x ≥ 0).
 SHARES: dict[str, float] = {"none": 1.0, "half": 0.5, "quarter": 0.25}
 
+# The strain rate is smoothed while the blade travels this share of the diameter.
+_RATE_TRAVEL = 0.01
+
+
+def rate_filter(diameter: float, speed: float) -> float:
+    """Return the time over which the plastic strain rate is smoothed, s, for a stem (mm) and a blade's speed (mm/s)."""
+    return _RATE_TRAVEL * diameter / speed
+
 
 @dataclass(frozen=True)
 class Stem:

@@ -77,6 +77,8 @@ class CuttingResult:
     inertia_percent : float
         Difference between the force on the blade and that on the supports at the peak, of the former: what inertia,
         true or added, has in the force.
+    added_mass_percent : float
+        What mass scaling and time step have added to the stem's mass. Where they add nothing inertia is the stem's own.
     contact_energy_percent : float
         Smallest share of the blade's work that contact has held back until the stem breaks, after the first tenth of
         the work. Friction and damping only take: a share below 0 is energy that the numbers have created.
@@ -113,6 +115,7 @@ class CuttingResult:
     shape: Shape | None = None
     work_of_cutting: float | None = None
     cut_area_percent: float | None = None
+    added_mass_percent: float = 0.0
 
 
 def travel_at(test: ShearTest, t: float) -> float:
@@ -229,6 +232,8 @@ _BEGINNING = 0.1
 _MOST_INERTIA = 5.0
 _MOST_HOURGLASS = 10.0
 _MOST_DRIFT = 2.0
+# With less added mass than this inertia is the stem's own and no doubt, percent.
+NEGLIGIBLE_MASS = 1.0
 
 
 def evaluate(
@@ -245,6 +250,7 @@ def evaluate(
     if curve.force_filtered[peak] <= 0.0:
         raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
     end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
+    added = 100.0 * history.added_mass
     checks = {
         "energy_drift_percent": history.drift_percent(),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
@@ -268,9 +274,10 @@ def evaluate(
         contact_energy_percent=_least_contact_percent(curve, broken),
         stroke_was_enough=end.was_enough,
         stroke_end=end.kind,
-        warnings=(*_warnings(end, **checks), *_after_break(curve, peak, broken)),
+        warnings=(*_warnings(end, **checks, added_mass_percent=added), *_after_break(curve, peak, broken)),
         history=curve,
         break_travel=None if broken is None else float(curve.travel[broken]),
+        added_mass_percent=added,
     )
 
 
@@ -309,12 +316,13 @@ def _warnings(
     kinetic_ratio_percent: float,
     hourglass_ratio_percent: float,
     inertia_percent: float,
+    added_mass_percent: float,
 ) -> list[RunWarning]:
     """Return the doubts that the end of the stroke and the energies leave."""
     found = end.warnings
     if energy_drift_percent > _MOST_DRIFT:
         found.append(EnergyDrifts(energy_drift_percent))
-    if inertia_percent > _MOST_INERTIA:
+    if inertia_percent > _MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
         found.append(InertiaInForce(inertia_percent, kinetic_ratio_percent))
     if hourglass_ratio_percent > _MOST_HOURGLASS:
         found.append(HourglassEnergy(hourglass_ratio_percent))

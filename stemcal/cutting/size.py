@@ -7,6 +7,7 @@ from math import floor, inf, pi, sin
 
 from stemcal.cutting.build import EVEN_SHARE, around_half, pairs_along, through_wall
 from stemcal.cutting.parts import Discretisation, Stem
+from stemcal.fem.mesh import SQUARE, square_of_solid
 from stemcal.fem.model import ElementKind
 
 # What building and integrating a model takes at its most, bytes per element; `tests/cutting/test_size.py` measures it.
@@ -40,12 +41,17 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
         return MeshSize(inf, 0.0, inf)
     odd = 1 if how.edge_over == "elements" else 0
     along = (pairs + odd) if how.symmetry == "quarter" else 2.0 * pairs + odd
-    elements = along * around * through * (2.0 if how.symmetry == "none" else 1.0)
+    solid = stem.diameter_ratio == 0.0
+    up, across = square_of_solid(around_half(0.5 * stem.outer_diameter, how)) if solid else (0, 0)
+    elements = along * (around * through + up * across) * (2.0 if how.symmetry == "none" else 1.0)
     # the smallest lies under the edge, on the inside: a prism over a trapezium
     length = 0.5 * stem.length / (_sum_of_lengths(pairs + odd, how.coarsening) - 0.5 * odd)
     angle = pi / (0.5 * (1.0 + how.coarsening_around) * around)
     inner = 0.5 * stem.outer_diameter * stem.diameter_ratio
-    outer = inner + 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio) / through
+    ring = 0.5 * stem.outer_diameter * (1.0 - (SQUARE if solid else stem.diameter_ratio)) / through
+    if solid:  # those in the corners of its square are as if so far inside, within a tenth
+        inner = 0.25 * SQUARE * stem.outer_diameter
+    outer = inner + ring
     volume = length * 0.5 * (outer * outer - inner * inner) * sin(angle)
     return MeshSize(elements, max(volume, 0.0) ** (1.0 / 3.0), _BYTES[how.element] * elements)
 

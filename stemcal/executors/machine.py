@@ -8,8 +8,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-__all__ = ["available_cores", "machine_memory"]
+from stemcal.errors import UsageError
 
+__all__ = ["available_cores", "free_memory", "machine_memory", "require_address_space"]
+
+LEAST_SPACE = 3 * 2**29  # bytes: with 1 GiB a study breaks off; most is reserved by LLVM and OpenBLAS, never touched
 _LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
@@ -24,6 +27,31 @@ def machine_memory() -> float | None:
     """Return how many bytes of memory this process may use at most, None where the system does not tell."""
     known = [memory for memory in (_installed(), *map(_limit, _LIMITS)) if memory]
     return min(known, default=None)
+
+
+def free_memory() -> float:
+    """Return how many bytes of memory nothing else uses at present."""
+    import psutil
+
+    return float(psutil.virtual_memory().available)
+
+
+def require_address_space() -> None:
+    """Refuse to begin under a limit of address space (``ulimit -v``) that the libraries cannot live with.
+
+    OpenBLAS asks for memory for ever where it gets none, and hears no signal meanwhile.
+    """
+    if sys.platform == "win32":
+        return
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < LEAST_SPACE:
+        had, needed = (bound / 2**20 for bound in (limit, LEAST_SPACE))
+        raise UsageError(
+            f"this process may use {had:.0f} MiB of address space, and {needed:.0f} MiB are needed: "
+            "raise the limit (ulimit -v unlimited)"
+        )
 
 
 def _installed() -> float | None:

@@ -33,10 +33,16 @@ def exchange(
     elements = len(mesh.hexes)
     if length == 0.0:
         return Exchange(np.zeros((0, 6)), _around(neighbours[:0]), 0, failure_strain, *_means(0, strains[:0]))
-    rate = _conductances(mesh, neighbours, shares) / (shares * mesh.volumes())[:, None]
-    time = 0.25 * length**2
+    between, volumes = _conductances(mesh, neighbours), mesh.volumes()
+    # a face between two elements that are cut in two is itself cut
+    rate = np.where(neighbours < 0, 0.0, between * np.maximum(shares[:, None], shares[neighbours]))
+    rate /= (shares * volumes)[:, None]
+    # images count behind free faces: with other passes, so other means, on a mirror plane than without one the first
+    # element would fail in another step; behind elements that are cut in two the other half counts already
+    imagined = np.where((neighbours < 0) & (shares[:, None] == 1.0), between / volumes[:, None], 0.0)
     # a pass hands over at most half of what an element has: with all of it, neighbours would only change places
-    passes = max(1, ceil(2.0 * time * float(rate.sum(axis=1).max())))
+    time = 0.25 * length**2
+    passes = max(1, ceil(2.0 * time * float((rate + imagined).sum(axis=1).max()) - 1e-9))
     return Exchange(rate * time / passes, _around(neighbours), passes, failure_strain, *_means(elements, strains))
 
 
@@ -46,19 +52,20 @@ def _around(neighbours: NDArray[np.int32]) -> NDArray[np.uint32]:
     return np.where(neighbours < 0, own, neighbours).astype(np.uint32)
 
 
-def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array, NDArray[np.int64]]:
-    """Return mean, scratch and known strain of so many elements, the largest mean, and that none has been looked at."""
-    return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1), np.zeros(1, dtype=np.int64)
+def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array]:
+    """Return mean, scratch and known strain of so many elements, and the largest mean: nothing has strained yet."""
+    return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
 
 
-def _conductances(mesh: Mesh, neighbours: NDArray[np.int32], shares: Array) -> Array:
-    """Return T = A·d/|d|² of each face (E, 6), A its area vector and d the way to the neighbour's centre; mm."""
+def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
+    """Return T = A·d/|d|² of each face (E, 6), A its area vector and d the way to the neighbour's centre; mm.
+
+    Behind a face without a neighbour stands the element's own image.
+    """
     corners = mesh.nodes[mesh.hexes]
     centres = corners.mean(axis=1)
     faces = corners[:, FACES]
     areas = 0.5 * np.cross(faces[:, :, 2] - faces[:, :, 0], faces[:, :, 3] - faces[:, :, 1])
-    inside = neighbours >= 0
-    way = np.where(inside[..., None], centres[neighbours] - centres[:, None], 1.0)
-    whole = np.abs(np.sum(areas * way, axis=2)) / np.sum(way * way, axis=2)
-    # a face between two elements that are cut in two is itself cut
-    return np.asarray(np.where(inside, whole * np.maximum(shares[:, None], shares[neighbours]), 0.0))
+    behind = np.where((neighbours < 0)[..., None], 2.0 * faces.mean(axis=2) - centres[:, None], centres[neighbours])
+    way = behind - centres[:, None]
+    return np.asarray(np.abs(np.sum(areas * way, axis=2)) / np.sum(way * way, axis=2))

@@ -41,6 +41,8 @@ class History:
         State of the elements, as in `kernels.block`.
     standing : array (E,)
         Which elements are left.
+    added_mass : float
+        What scaling and the wanted time step have added to the body's mass, over its true mass.
     """
 
     time: Array
@@ -58,6 +60,7 @@ class History:
     x: Array
     state: Array
     standing: NDArray[np.bool_]
+    added_mass: float
 
     @property
     def contact(self) -> Array:

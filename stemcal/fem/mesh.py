@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import pi
+from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,6 @@ from stemcal.fem.kernels.search import FACES, Topology
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-# Corner offsets along (i, j, k) of a structured grid, in the order of the hexahedron's corners.
-_CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 _PORTION = 4096  # elements
 
 
@@ -84,7 +82,7 @@ def brick(size: tuple[float, float, float], counts: tuple[int, int, int]) -> Mes
     """Return a box from the origin to `size` (mm), cut into `counts` elements along x, y, z."""
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, counts, strict=True)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return Mesh(nodes, _structured(counts, closed=False))
+    return Mesh(nodes, _hexes(_quads(counts[0], counts[1], closed=False), counts[2] + 1))
 
 
 def hollow_cylinder(
@@ -115,9 +113,132 @@ def hollow_cylinder(
     parts = np.linspace(0.0, 1.0, around + 1) if widths is None else _parts(widths)
     turn = (angles[0] + (angles[1] - angles[0]) * parts)[: around if closed else around + 1]
     radius = np.linspace(inner, outer, through + 1)
-    r, a, x = np.meshgrid(radius, turn, along, indexing="ij")
-    nodes = np.stack([x, r * _exact(np.cos(a)), r * _exact(np.sin(a))], axis=-1).reshape(-1, 3)
-    return Mesh(nodes, _structured((through, around, len(along) - 1), closed))
+    points = radius[:, None, None] * _directions(turn)
+    return drawn_out(points.reshape(-1, 2), _quads(through, around, closed), along)
+
+
+def solid_cylinder(radius: float, along: Array, through: int, widths: Array, whole: bool, turn: float = 0.0) -> Mesh:
+    """Return a solid cylinder about the x axis: a rounded square about its axis within rings of elements.
+
+    Sectors that run to the axis would have elements without width there.
+
+    Parameters
+    ----------
+    radius : float
+        mm.
+    along : array
+        x of the layers of nodes, mm, increasing.
+    through : int
+        Rings of elements around the square.
+    widths : array (around,)
+        How wide the elements around the half y ≥ 0 are from the bottom to the top, in proportion; at least six.
+    whole : bool
+        The whole section in place of that half.
+    turn : float
+        How far the section is turned about the axis, rad.
+    """
+    points, quads = _half_disc(radius, through, widths)
+    if whole:
+        points, quads = _with_mirror_image(points, quads)
+    c, s = cos(turn), sin(turn)
+    return drawn_out(_exact(points @ np.array([[c, s], [-s, c]])), quads, along)
+
+
+def square_of_solid(around: int) -> tuple[int, int]:
+    """Return (up, across): elements of the square in half a solid section with so many around that half."""
+    across = around // 4
+    return around - 2 * across, across
+
+
+# Radius of the square's corners over that of the cylinder, and how far its sides bulge: 0 straight, 1 an arc.
+SQUARE, _BULGE = 0.5, 0.4
+
+
+def _half_disc(radius: float, through: int, widths: Array) -> tuple[Array, Ints]:
+    """Return the points (y, z) of half a solid section, y ≥ 0, and its quadrilaterals."""
+    arc = _directions(pi * (_parts(widths) - 0.5))  # from the bottom to the top
+    up, across = square_of_solid(len(widths))
+    corners = arc[[across, across + up]]
+    share = np.arange(across + 1) / across
+    straight = np.concatenate([
+        np.stack([share * corners[0, 0], np.full(across + 1, corners[0, 1])], axis=1),
+        (corners[0] + np.linspace(0.0, 1.0, up + 1)[:, None] * (corners[1] - corners[0]))[1:-1],
+        np.stack([share[::-1] * corners[1, 0], np.full(across + 1, corners[1, 1])], axis=1),
+    ])  # fmt: skip
+    rim = SQUARE * ((1.0 - _BULGE) * straight + _BULGE * arc)
+    rings = rim + np.linspace(0.0, 1.0, through + 1)[1:, None, None] * (arc - rim)
+    inside = _filled(rim, up, across)
+    # the square's nodes row by row from the bottom, those of its rim where the rings begin
+    grid = np.arange((up + 1) * (across + 1), dtype=np.int32).reshape(up + 1, across + 1)
+    begin = np.concatenate([grid[0], grid[1:-1, -1], grid[-1, ::-1]])
+    ring = grid.size + np.arange(through * len(arc), dtype=np.int32).reshape(through, len(arc))
+    lines = np.concatenate([begin[None], ring])
+    quads = [_between(grid.T[:-1], grid.T[1:]), _between(lines[:-1], lines[1:])]
+    points = radius * np.concatenate([inside.reshape(-1, 2), rings.reshape(-1, 2)])
+    return points, np.concatenate(quads)
+
+
+def _filled(rim: Array, up: int, across: int) -> Array:
+    """Return a grid of points (up + 1, across + 1, 2) between the sides that a rim gives and the axis."""
+    bottom, side, top = rim[: across + 1], rim[across : across + up + 1], rim[across + up :][::-1]
+    heights = bottom[0, 1] + (side[:, 1] - side[0, 1]) / (side[-1, 1] - side[0, 1]) * (top[0, 1] - bottom[0, 1])
+    axis = np.stack([np.zeros(up + 1), heights], axis=1)
+    u, v = np.arange(across + 1) / across, np.arange(up + 1) / up
+    u, v = u[None, :, None], v[:, None, None]
+    # transfinite interpolation: the two blends of opposite sides less that of the corners
+    ends = (1 - v) * ((1 - u) * bottom[0] + u * bottom[-1]) + v * ((1 - u) * top[0] + u * top[-1])
+    return np.asarray((1 - v) * bottom + v * top + (1 - u) * axis[:, None] + u * side[:, None] - ends)
+
+
+def _between(first: Ints, second: Ints) -> Ints:
+    """Return the quadrilaterals (Q, 4) between lines of nodes (L, P) and the next lines (L, P)."""
+    corners = (first[:, :-1], second[:, :-1], second[:, 1:], first[:, 1:])
+    return np.stack([corner.ravel() for corner in corners], axis=1)
+
+
+def _with_mirror_image(points: Array, quads: Ints) -> tuple[Array, Ints]:
+    """Return a half section, y ≥ 0, and its image beyond y = 0, where they share their nodes."""
+    off = np.flatnonzero(points[:, 0] > 1e-12)
+    image = np.arange(len(points))
+    image[off] = len(points) + np.arange(len(off))
+    beyond = image[quads][:, [0, 3, 2, 1]]  # turning the same way round
+    return np.concatenate([points, points[off] * [-1.0, 1.0]]), np.concatenate([quads, beyond])
+
+
+def drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
+    """Return a section drawn out along x, its nodes and elements numbered along it first.
+
+    Parameters
+    ----------
+    section : array (M, 2)
+        y and z of its points, mm.
+    quads : array of int (Q, 4)
+        Its quadrilaterals, turning from y towards z.
+    along : array
+        x of the layers of nodes, mm, increasing.
+    """
+    layers = len(along)
+    nodes = np.empty((len(section), layers, 3))
+    nodes[..., 0], nodes[..., 1:] = along, section[:, None]
+    return Mesh(nodes.reshape(-1, 3), _hexes(quads, layers))
+
+
+def _hexes(quads: Ints, layers: int) -> Ints:
+    """Return the hexahedra between so many layers of nodes, each a line behind a corner of a quadrilateral."""
+    first = (quads * layers)[:, None] + np.arange(layers - 1)[None, :, None]
+    return np.concatenate([first, first + 1], axis=2).reshape(-1, 8).astype(np.int32)
+
+
+def _quads(rows: int, columns: int, closed: bool) -> Ints:
+    """Return the quadrilaterals of a grid of points numbered along its columns; `closed` joins the ends of a row."""
+    points = columns if closed else columns + 1
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
+    return np.stack([(i + di) * points + (j + dj) % points for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
+
+
+def _directions(turn: Array) -> Array:
+    """Return the unit vectors (…, 2) in y and z at angles from +y towards +z."""
+    return np.stack([_exact(np.cos(turn)), _exact(np.sin(turn))], axis=-1)
 
 
 def _parts(widths: Array) -> Array:
@@ -128,12 +249,3 @@ def _parts(widths: Array) -> Array:
 def _exact(values: Array) -> Array:
     """Round to 15 digits, so that nodes meant to lie on a mirror plane do."""
     return np.round(values, 15) + 0.0
-
-
-def _structured(counts: tuple[int, int, int], closed: bool) -> Ints:
-    """Return the hexahedra of a grid of nodes numbered k fastest; `closed` joins its ends along j."""
-    ni, nj, nk = counts
-    rows = nj if closed else nj + 1
-    i, j, k = (a.ravel() for a in np.meshgrid(np.arange(ni), np.arange(nj), np.arange(nk), indexing="ij"))
-    corners = [((i + di) * rows + (j + dj) % rows) * (nk + 1) + k + dk for di, dj, dk in _CORNERS]
-    return np.stack(corners, axis=1).astype(np.int32)

@@ -16,7 +16,7 @@ from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
 from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED
 from stemcal.fem.kernels.nodes import KINDS, kinetic_energy
 from stemcal.fem.model import Model
-from stemcal.fem.state import State, start
+from stemcal.fem.state import State, element_shares, start
 from stemcal.fem.threads import March, Marching
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
                 inspect(row["time"], state)
             if watch is not None and watch(row["time"], row["force"], row["deleted"], row["parted"]):
                 break
-    return _history(state, rows)
+    return _history(model, state, rows)
 
 
 def pace(model: Model, seconds: float) -> tuple[float, float]:
@@ -152,7 +152,7 @@ def _kinetic(state: State) -> float:
     return float(state.ledger.kinetic[0])
 
 
-def _history(state: State, rows: list[dict[str, Any]]) -> History:
+def _history(model: Model, state: State, rows: list[dict[str, Any]]) -> History:
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     return History(
         **columns,
@@ -160,4 +160,11 @@ def _history(state: State, rows: list[dict[str, Any]]) -> History:
         x=state.body.x,
         state=state.lanes.gathered(state.body.state),
         standing=state.topology.standing,
+        added_mass=_added_mass(model, state),
     )
+
+
+def _added_mass(model: Model, state: State) -> float:
+    shares = element_shares(model)
+    true = model.material.density * float(shares @ model.mesh.volumes())
+    return float(shares @ state.body.element_mass) / true - 1.0

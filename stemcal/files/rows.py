@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 _SHOWN = 12  # rows of a table that a prompt shows
+_WIDTH = 100  # characters: a frame that is wider goes on below
 
 
 class Rows(tuple[T, ...]):
@@ -41,7 +42,7 @@ class Rows(tuple[T, ...]):
         return _html(self.to_frame())
 
     def __repr__(self) -> str:
-        return str(self.to_frame().to_string(max_rows=_SHOWN, max_cols=8)) if self else "no rows"
+        return str(self.to_frame().to_string(max_rows=_SHOWN, line_width=_WIDTH)) if self else "no rows"
 
 
 @dataclass(frozen=True)

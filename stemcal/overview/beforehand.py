@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stemcal.notes import Note
-from stemcal.study.model import CommandSolver, Study, factors_taken
+from stemcal.study.model import Study, factors_taken
 
 _SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
@@ -39,11 +39,6 @@ class FactorsWanted(Note):
     most: int
 
 
-@dataclass(frozen=True)
-class TakenForDeterministic(Note):
-    """The spec does not say whether the program is deterministic."""
-
-
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the designs and the program; none is a mistake."""
     k, runs = len(study.factors), study.screen.runs
@@ -52,6 +47,3 @@ def beforehand(study: Study) -> Iterator[Note]:
     if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
         yield TooFewFactors(least, most, k) if k < least else FactorsWanted(least, most)
-    solver = study.solver
-    if isinstance(solver, CommandSolver) and not solver.by_chance and solver.deterministic is None:
-        yield TakenForDeterministic()

@@ -16,7 +16,7 @@ from typing import Literal
 
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.key import record_key
-from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Timed
+from stemcal.solvers.protocol import ByHand, Estimating, Immediate, Request, Solver, Timed
 
 _MOST_RECORDS = 50  # that are looked at
 # Of two cores at 2.1 GHz, s: starting and statistics; what workers add; compiling, as long as it was never timed.
@@ -24,8 +24,9 @@ _STARTING, _WORKERS, _COMPILING = 2.5, 1.5, 30.0
 # So too: the page with its figures.
 _PAGE = 5.0
 
-Source = Literal["none", "guess", "tried", "recorded"]
-"""How costs are known: by the solver's guess, by half a second of a run here, by runs recorded here."""
+Source = Literal["none", "by_hand", "guess", "tried", "recorded"]
+"""How costs are known: not for runs that people do, else by the solver's guess, by half a second of a run here, by runs
+recorded here."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class Costs:
 
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs:
     """Return what runs cost here; `like` is the request that may be tried for a moment."""
+    if isinstance(solver, ByHand):
+        return Costs(None, "by_hand")
     guess = solver.cost_estimate if isinstance(solver, Estimating) else _alike
     recorded = [] if folder is None else list(islice(_recorded(solver, folder, guess), _MOST_RECORDS))
     if taken := sum(seconds for seconds, _ in recorded):

@@ -13,6 +13,7 @@ from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Wei
 from stemcal.study.model import EmbeddedSolver, Study
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
+_COMMAND, _WORKER = 0.35e9, 0.25e9  # bytes that the command and each of its workers hold beside their models
 
 
 @dataclass(frozen=True)
@@ -77,11 +78,28 @@ class TooMuchMemory(Note):
 
 
 @dataclass(frozen=True)
+class ScarceMemory(Note):
+    """The runs at a time, with the programs that compute them, need more memory than is free now, bytes."""
+
+    needed: float
+    at_a_time: int
+    free: float
+
+
+@dataclass(frozen=True)
 class TooLong(Note):
     """The runs would take more hours than a command begins unasked."""
 
     hours: float
     most: float
+
+
+def scarce(demand: Demand, workers: int, free: float) -> Iterator[Note]:
+    """Yield a note if the runs will not find the memory that they need, though the machine has it."""
+    at_a_time = max(1, min(workers, demand.runs))
+    needed = _COMMAND + at_a_time * (_WORKER + demand.memory)
+    if demand.runs and needed > free:
+        yield ScarceMemory(needed, at_a_time, free)
 
 
 def excess(demand: Demand, workers: int, memory: float | None) -> Iterator[Note]:

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe.designs.definitive_screening import spare_column_note
 from stemcal.doe.designs.power import RATIOS, DesignQuality, judge_design
 from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
@@ -19,9 +20,11 @@ from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver, Weighing
 from stemcal.stages.base import stage_called
+from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.repeating import second_time
-from stemcal.stages.surface.stage import read_before
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate import calibrated_parameters, requests_at
 from stemcal.study.model import Study
 
@@ -189,12 +192,10 @@ def _decided_later(study: Study) -> Iterator[Note]:
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
     """Return what each stage asks of the solver, as far as it is known now."""
-    screening = screening_design(study, solver)
-    stages = [
-        Asked("screen", screening.requests(study.targets.calibrate_at), settled=True, design=screening),
-        _surface(study, solver, folder),
-        _validate(study, solver, folder),
-    ]
+    stages = [_surface(study, solver, folder), _validate(study, solver, folder)]
+    if stage_called("screen").asked_for(study):
+        design = screening_design(study, solver)
+        stages.insert(0, Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design))
     return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in stages]
 
 
@@ -228,7 +229,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     known = _surface_names(study, solver, folder)
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
-    design = surface_design(study, solver, names)
+    design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [
         request
@@ -247,13 +248,15 @@ def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> 
         return surface_factors(study, solver, None)[0]
     if given is not None:
         return [name for name in given[0] if name in study.names]
-    if folder is None:
-        return None
-    try:
-        screening = read_before(study, solver, folder)
-    except UsageError:
-        return None
-    return surface_factors(study, solver, screening)[0]
+    screening = _before_surface(study, solver, folder)
+    return None if screening is None else surface_factors(study, solver, screening)[0]
+
+
+def _before_surface(study: Study, solver: Solver, folder: StudyFolder | None) -> ScreenResult | ClimbResult | None:
+    """Return the screening, or the climb that centres the surface, if it is there."""
+    with suppress(UsageError):
+        return None if folder is None else read_before(study, solver, folder)
+    return None
 
 
 def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
@@ -292,6 +295,7 @@ def foretell(design: Design) -> Iterator[Note]:
     yield DesignPower(design.stage, design.kind, found.runs, len(found.terms) + 1, found.residual_df, weakest, leverage)
     if design.stage == "screen":
         yield aliases_note(design.coded, design.names)
+        yield from spare_column_note(design.coded)
 
 
 def _quality(design: Design) -> DesignQuality | None:

@@ -282,10 +282,12 @@ class StudyResults:
     # ---- how they show themselves
 
     def __repr__(self) -> str:
-        lines = [f"Study {self.study.name} in {self.folder.path}", *(repr(result) for result in self._results.done())]
-        return "\n  ".join([*lines, *self.stale])
+        done = [f"  {line}" for line in (*map(repr, self._results.done()), *self.stale)]
+        return "\n".join([self.verdict_text, f"Study {self.study.name} in {self.folder.path}", *done])
 
     def _repr_html_(self) -> str:
         rows = "".join(f"<li>{escape(repr(result))}</li>" for result in self._results.done())
         stale = "".join(f"<li>{escape(sentence)}</li>" for sentence in self.stale)
-        return f"<p><b>Study {escape(self.study.name)}</b></p><ul>{rows}{stale}</ul>"
+        first, *further = (escape(line) for line in self.verdict_text.splitlines())
+        verdict = "".join(f"<br>{line}" for line in further)
+        return f"<p><b>{first}</b>{verdict}</p><p>Study {escape(self.study.name)}</p><ul>{rows}{stale}</ul>"

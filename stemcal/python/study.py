@@ -17,6 +17,7 @@ from stemcal.executors.machine import machine_memory
 from stemcal.files.rows import Column, Table
 from stemcal.folder.store import StudyFolder, default_place
 from stemcal.overview.foresight import Demand, demand_of_left, demand_of_one, excess, left_to_run
+from stemcal.python.by_hand import ByHand
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.progress import notebook_watch
@@ -45,7 +46,9 @@ if TYPE_CHECKING:
 
 def load_study(path: str | Path) -> Study:
     """Return the study in a YAML file; raise `SpecError` with everything that is wrong with it."""
-    return read_spec(path)
+    study = read_spec(path)
+    study._hands = ByHand()
+    return study
 
 
 def calibrate(
@@ -73,7 +76,7 @@ def calibrate(
 
     Raises
     ------
-    RunsFailed, TargetUnreachable, FolderLocked, UsageError
+    RunsFailed, TargetUnreachable, FolderLocked, Waiting, UsageError
         As the command line tells them.
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
@@ -93,7 +96,7 @@ def _study(given: Study | str | Path) -> Study:
     if isinstance(given, Study):
         return given
     if isinstance(given, str | Path):
-        return read_spec(given)
+        return load_study(given)
     raise UsageError(f"study: {type(given).__name__} is not a study; give one that `stemcal.load_study` returns")
 
 

@@ -12,6 +12,7 @@ from stemcal.files.plain import read_plain
 from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
+from stemcal.report.records import spec_hash
 
 if TYPE_CHECKING:
     from stemcal.stages.results import Results
@@ -61,5 +62,5 @@ def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verd
     """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
     stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
     records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
-    spec = [study.model_dump_json(), study.source.name, list(study.warnings)]
+    spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]
     return digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 from stemcal.naming import CUTTING, FORCE, Naming
 from stemcal.stages.base import STAGES
+from stemcal.text.language import say
 from stemcal.text.numbers import duration, significant
 from stemcal.text.runs import compiling
 from stemcal.words import counted
@@ -152,9 +153,11 @@ class Bar(Watcher):
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
         self.console, self.clock, self.naming = console, clock, naming
-        self.bars = _bars(console)
+        self.bars = _bars(console, self._waited)
         self.task = self.bars.add_task("", total=None, runs="", tail="")
         self.course, self.stage, self.since = _Course(), "", 0.0
+        self.waiting_since: float | None = None
+        self.reached = 0.0  # of the bar: more runs may be decided on, and it goes back for none of them
 
     def __enter__(self) -> Self:
         self.bars.start()
@@ -173,14 +176,19 @@ class Bar(Watcher):
         course.add(progress)
         if course.began is None or progress.preparing != 0.0 or not sum(course.computed.values()):
             course.began = self.clock()  # neither compiling nor reading records tells how long a run takes
+        if progress.preparing == 0.0:
+            self.waiting_since = None
+        elif self.waiting_since is None:
+            self.waiting_since = self.clock()
         done, total = sum(course.done.values()), sum(course.rows.values())
+        self.reached = max(self.reached, done / total if total else 0.0)
         self.bars.update(
             self.task,
             description=TITLES.get(progress.stage, progress.stage),
-            completed=done,
+            completed=self.reached * total,
             total=None if progress.preparing != 0.0 else total,  # without a total the bar pulses
             runs=f"{done}/{total}",
-            tail=compiling(progress.preparing) if progress.preparing != 0.0 else self._tail(progress),
+            tail=say("compiling, once") if progress.preparing != 0.0 else self._tail(progress),
         )
 
     def expect(self, stages: Mapping[str, tuple[int, int]]) -> None:
@@ -203,6 +211,10 @@ class Bar(Watcher):
         finally:
             self.bars.start()
 
+    def _waited(self) -> str:
+        """Say how long the present wait has lasted, if there is one."""
+        return "" if self.waiting_since is None else f"({duration(self.clock() - self.waiting_since)})"
+
     def _tail(self, progress: Progress) -> str:
         failed = f"{progress.failed} failed" if progress.failed else ""
         last = _response(progress, self.naming) if progress.last_response is not None else ""
@@ -223,14 +235,22 @@ class Bar(Watcher):
         self.stage = ""
 
 
-def _bars(console: Console) -> Bars:
-    from rich.progress import BarColumn, Progress, TextColumn
+def _bars(console: Console, waited: Callable[[], str]) -> Bars:
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+    from rich.text import Text
+
+    class Waited(ProgressColumn):
+        """Tells how long is waited, anew each time that it is drawn."""
+
+        def render(self, task: Task) -> Text:
+            return Text(waited())
 
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=12),
         TextColumn("{task.fields[runs]}", markup=False),
         TextColumn("{task.fields[tail]}", markup=False),
+        Waited(),
         console=console,
         transient=True,
     )

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stemcal.files.typed import from_json
 from stemcal.folder.store import StudyFolder
 from stemcal.naming import DIAMETER
 from stemcal.run_warnings import RunWarning
+from stemcal.solvers.programs.inputs import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.text.numbers import duration
 from stemcal.text.runs import warned_of
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
 
 Numbers = tuple[float, ...]
 
@@ -133,6 +137,11 @@ def run_warnings(records: Records) -> list[str]:
         for warning in record.details.warnings:
             kinds.setdefault(warning.group, {}).setdefault(label, warning)
     return [warned_of(found, len(distinct)) for found in kinds.values()]
+
+
+def spec_hash(study: Study) -> str:
+    """Return the SHA-256 of the spec's file; nothing of a study that was made in Python or whose file is gone."""
+    return file_hash(study.source) if study.source.is_file() else ""
 
 
 def provenance_rows(records: Records) -> list[tuple[str, str]]:

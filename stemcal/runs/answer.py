@@ -13,13 +13,14 @@ from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 
+from stemcal.errors import Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
-from stemcal.solvers.protocol import Answer, Immediate, Placed, Request, Solver, Timed
+from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
@@ -70,6 +71,8 @@ def answer_all(
     ------
     RunsFailed
         If the policy asks for more successes, or not to go on after a failure.
+    Waiting
+        If the runs are done by hand, and results are not entered yet.
     """
     policy = policy or RunsOptions()
     keys = [record_key(solver, request) for request in requests]
@@ -84,6 +87,8 @@ def answer_all(
     folder.sign(stage=stage, workers=executor.workers)
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
+    if missing and isinstance(solver, ByHand):
+        raise Waiting(stage, list(missing.values()))
     if missing:
         _prepare(solver, tally)
     with closing(_recording(missing, solver, folder, executor, policy)) as answers:
@@ -167,13 +172,13 @@ def _recording(
     batch = Batch(missing, solver, executor, policy.tries)
     try:
         for key, computed in batch.arriving():
-            yield key, _record(key, missing[key], computed, solver, folder)
+            yield key, keep(key, missing[key], computed, solver, folder)
     finally:
         for key, computed in batch.rest():
-            _record(key, missing[key], computed, solver, folder)
+            keep(key, missing[key], computed, solver, folder)
 
 
-def _record(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
+def keep(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
     """Save one outcome durably and return its answer."""
     answer = readable(computed.answer)
     folder.save(

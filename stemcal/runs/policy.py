@@ -16,6 +16,8 @@ from stemcal.study.model import RunsOptions
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
 CENSORED = "censored"
+NOT_RUN = "not_run"  # said by whoever does the runs by hand
+WITHDRAWN = "withdrawn"  # a result entered by hand that was none
 _MOST_REASONS = 10
 
 
@@ -33,7 +35,7 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
 
     Accidents are tried again by the next command, and so is what timed out if it may take longer now.
     """
-    if record["reason"] in ACCIDENTS:
+    if record["reason"] in ACCIDENTS or record["reason"] == WITHDRAWN:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
     return allowed is None or (policy.time_limit is not None and policy.time_limit <= allowed)

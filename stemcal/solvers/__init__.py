@@ -30,6 +30,12 @@ def _command(study: Study) -> Solver:
     return Command(study)
 
 
+def _manual(study: Study) -> Solver:
+    from stemcal.solvers.manual import Manual
+
+    return Manual.of(study)
+
+
 def _lsdyna(study: Study) -> Solver:
     from stemcal.solvers.lsdyna import LsDyna
 
@@ -46,6 +52,7 @@ SOLVERS: dict[str, Callable[[Study], Solver]] = {
     "embedded": _embedded,
     "table": _table,
     "command": _command,
+    "manual": _manual,
     "lsdyna": _lsdyna,
     "openradioss": _openradioss,
 }

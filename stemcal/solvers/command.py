@@ -33,7 +33,7 @@ class Command(OneCommand):
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options
         chance = {"drawn_from": options.seed} if options.by_chance else {}
-        drawn = {"replicate": request.replicate, "seed": self._seed(request)} if request.replicate else {}
+        drawn = {"seed": self._seed(request)} if request.replicate else {}
         if options.result is not None:
             return {"result": options.result.model_dump(mode="json"), **chance, **drawn}
         readers = {name: reader.model_dump(mode="json") for name, reader in options.results.items()}

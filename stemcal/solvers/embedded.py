@@ -46,10 +46,6 @@ from stemcal.study.types.lengths import Length
 _CURVE_POINTS = 200
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
-# Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
-SLOW = 100.0 / 60.0
-# The strain rate is smoothed while the blade travels this share of the diameter.
-RATE_TRAVEL = 0.01
 # A run whose energy balance is off by more than this is no answer, percent.
 _WORST_DRIFT = 5.0
 # Nor is one whose contact has created more than this share of the blade's work, percent (`CuttingResult`).
@@ -79,7 +75,7 @@ class Embedded(OfSpecAlone):
 
     def preparing(self) -> float | None:
         """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-        return 0.0 if is_compiled(_precision(self.study)) else seconds_to_compile()
+        return seconds_to_prepare(self.study)
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -177,6 +173,11 @@ def meshed_as(study: Study, request: Request) -> Study:
     return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
 
 
+def seconds_to_prepare(study: Study) -> float | None:
+    """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
+    return 0.0 if is_compiled(_precision(study)) else seconds_to_compile()
+
+
 def simulate(
     study: Study,
     levels: Mapping[str, float],
@@ -229,7 +230,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         material=Material(
             **study.parameters(levels),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
-            rate_filter=RATE_TRAVEL * diameter / study.loading.speed,
+            rate_filter=cutting.rate_filter(diameter, study.loading.speed),
             failure_length=solver.failure_length,
             internal_length=0.0 if failure else study.material.internal_length.at(diameter),
         ),
@@ -280,20 +281,15 @@ def _discretisation(study: Study, diameter: float) -> Discretisation:
     Else the number would jump from one level to the next, and the force with it.
     """
     solver = _options(study)
-    how = _as_in_spec(solver, diameter, study.loading.speed)
+    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter)
     if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
         return how
     thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
     return replace(how, through_wall=through_wall(Stem(diameter, thickest.diameter_ratio, thickest.length), how))
 
 
-def _as_in_spec(solver: EmbeddedSolver, diameter: float, speed: float) -> Discretisation:
-    """Return mesh and integration as the spec has them, and at higher speeds than a testing machine's in proportion.
-
-    Inertia grows as ρV²: added mass that is harmless at SLOW must go as V⁻², time step and filter as V⁻¹, so that they
-    keep their share of the travel. From 0.17 m/s on nothing is left of a mass scaling of 1e4: the mass is the true one.
-    """
-    slower = min(1.0, SLOW / speed)
+def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> Discretisation:
+    """Return mesh and integration as the options have them."""
     return Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
@@ -302,14 +298,14 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float, speed: float) -> Discre
         element=solver.element,
         hourglass=Hourglass(solver.hourglass.form, solver.hourglass.coefficient),
         integration=Integration(
-            max(1.0, solver.mass_scaling * slower**2),
+            solver.mass_scaling,
             solver.time_step_safety,
             solver.outputs,
             solver.threads,
-            None if solver.time_step is None else solver.time_step * slower,
+            solver.time_step,
             solver.precision,
         ),
-        filter_window=solver.filter_window * slower,
+        filter_window=solver.filter_window,
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
         break_drop=solver.break_drop,

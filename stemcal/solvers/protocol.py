@@ -83,7 +83,7 @@ class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
     A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Meshed`, `Belonging`,
-    `Immediate`, `OfSpecAlone`.
+    `Immediate`, `ByHand`, `OfSpecAlone`.
     """
 
     def prepare(self) -> None:
@@ -178,6 +178,10 @@ def words_of(solver: Solver) -> Naming:
 
 class Immediate:
     """Inherited by a solver that answers in less time than a worker process takes to start."""
+
+
+class ByHand:
+    """Inherited by a solver whose runs people do: it answers nothing itself, their results are entered as records."""
 
 
 class OfSpecAlone:

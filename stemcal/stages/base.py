@@ -78,6 +78,7 @@ STAGES: tuple[Stage, ...] = (
         ("screen",),
         lambda _study: None,
         "Simulate the screening design and find the factors that matter.",
+        lambda study: study.screen.design != "none",
     ),
     Stage(
         "climb",

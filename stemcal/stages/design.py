@@ -156,6 +156,8 @@ def screening_design(study: Study, solver: Solver) -> Design:
     given = solver.given_design("screen")
     if given is None:
         chosen = study.screen
+        if chosen.design == "none":
+            raise UsageError("screen.design is none; name another to screen factors")
         corners = screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design

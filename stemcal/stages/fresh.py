@@ -19,12 +19,13 @@ from stemcal.executors.base import RunExecutor
 from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
 from stemcal.folder.store import SCHEMA_VERSION, StudyFolder
+from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch
 from stemcal.runs.key import answer_of
 from stemcal.runs.policy import judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
-from stemcal.solvers.protocol import OfSpecAlone, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, OfSpecAlone, Request, Solver
 from stemcal.stages.base import Stage, stage_called, stages_of
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.study.model import EmbeddedSolver, Study
@@ -129,9 +130,24 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
     if not _is_of_this_code(old):
         return [CODE]
     try:
-        return _differences(old, inputs_of(study, solver, folder, stage))
+        differing = _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
+    corrected = not differing and study.solver.kind == "manual" and _corrected(stage, study, folder)
+    return ["results"] if corrected else differing
+
+
+def _corrected(stage: str, study: Study, folder: StudyFolder) -> bool:
+    """Whether a result that was entered by hand is another now than the stage was made from."""
+    for _, outcome in read(stage_called(stage), folder).runs():
+        records = [record for key in outcome.keys if key and (record := folder.peek(key)) is not None]
+        answers = [answer for record in records if (answer := judged(answer_of(record), study.runs)).ok]
+        for name in (FIRST, *study.own_further):
+            told = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
+            now = tuple(a.response if name == FIRST else a.details.get(RESPONSES, {}).get(name) for a in answers)
+            if records and outcome.ok and told != now and told != (None,):
+                return True
+    return False
 
 
 def _is_of_this_code(inputs: object) -> TypeGuard[Mapping[str, str]]:

@@ -16,7 +16,7 @@ from stemcal.runs.stepwise import SimulateAt, simulating
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.fresh import head_of, read_fresh
-from stemcal.stages.repeating import require_same, second_time
+from stemcal.stages.repeating import POLICY, require_same, second_time
 from stemcal.stages.result import Head, R, StageResult, leave
 from stemcal.study.model import Study
 
@@ -48,10 +48,14 @@ class Work:
         Raises
         ------
         UsageError
-            If the program is called deterministic and answers the first of them differently the second time.
+            If the program answers the first of them differently the second time, and no chance was declared.
         """
         if again := second_time(self.study, requests):
-            require_same(again, answer_all(again, self.solver, self.folder, self.executor, ignore, self.study.runs))
+            policy = POLICY.model_copy(
+                update={"tries": self.study.runs.tries, "time_limit": self.study.runs.time_limit}
+            )
+            both = answer_all(again, self.solver, self.folder, self.executor, ignore, policy)
+            require_same(self.study.solver.kind, again, both)
         return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
 
     def outcomes(self, requests: Sequence[Request], answers: Sequence[Answer] | None = None) -> list[Outcome]:

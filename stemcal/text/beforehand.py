@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stemcal.notes import Note
-from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TakenForDeterministic, TooFewFactors
+from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TooFewFactors
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 
@@ -25,11 +25,6 @@ states(
     TooFewFactors,
     "rsm.design box-behnken wants {least} to {most} factors, this study has {factors}: it will end after the "
     "screening. Write central-composite.",
-)
-states(
-    TakenForDeterministic,
-    "solver.deterministic is not given: equal inputs are taken to give equal answers, so centre points count once and "
-    "no scatter is expected. Write true, and one run is repeated to check, or false if there is chance in the program.",
 )
 
 

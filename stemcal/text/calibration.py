@@ -8,13 +8,14 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
+from stemcal.stages.invert.joint import FlatDirection, UnequalScatter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete
 from stemcal.stages.invert.stage import ConstraintBroken
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, remark, states
+from stemcal.text.notes import Remark, remark, sentence, states
 from stemcal.text.numbers import fixed, interval, significant, unit_written
 
 KNOWN = "known"
@@ -126,13 +127,15 @@ def unseen_changes(part: Certainty, names: Names) -> list[str]:
     """Say what changes together without any measured response changing."""
     one = "Not seen: {changes:all} alone changes no measured response (to first order)."
     many = "Not seen: {changes:all} together change no measured response (to first order)."
-    each = [[_change(name, size, part, names) for name, size in found.items()] for found in part.unseen_changes]
+    each = [
+        [change(name, size, part.units[name], names) for name, size in found.items()] for found in part.unseen_changes
+    ]
     return [say_number(one, many, len(changes), changes=changes) for changes in each]
 
 
-def _change(factor: str, size: float, part: Certainty, names: Names) -> str:
-    size_written = names.say("{size:+.3g}", size=size)
-    return f"{names.factor(factor)} {_with_unit(size_written, part.units[factor])}"
+def change(factor: str, size: float, unit: str, names: Names) -> str:
+    """Write how much a factor changes."""
+    return f"{names.factor(factor)} {_with_unit(names.say('{size:+.3g}', size=size), unit)}"
 
 
 def _with_unit(number: str, unit: str) -> str:
@@ -161,7 +164,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     return [
         say("Cite the 95 % range: all values that agree with the measurement, the other parameters free."),
         *assumption(stage.certainty),
-        say("Free: three quarters of the range or more."),
+        say("Free: half of the range or more."),
         names.say("The surface meets the target exactly at {exact:all}, its own error left out.", exact=exact),
     ]
 
@@ -231,10 +234,12 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Remark]:
     yield Remark(say(_WEIGHTS[joint.scatter]), Weight.TRUST, "weights")
     if joint.p is not None and joint.p < 0.05:
         wrong = (
-            "The misfit is {times:.1f} times what the known scatter explains (p = {p:.2g}): the model is wrong "
+            "The misfit is {times:.1f} times what the known scatter explains (p {p:p}): the model is wrong "
             "somewhere, and the intervals are too narrow."
         )
-        yield Remark(say(wrong, times=(joint.misfit or 0.0) / joint.df, p=joint.p), Weight.USE, "misfit_too_large")
+        yield Remark(
+            names.say(wrong, times=(joint.misfit or 0.0) / joint.df, p=joint.p), Weight.USE, "misfit_too_large"
+        )
 
 
 def _also_fitted(row: JointRow, names: Names) -> str:
@@ -314,6 +319,11 @@ _WEIGHTS = {
 }
 
 states(
+    UnequalScatter,
+    "The measured means do not scatter alike (Bartlett's test, p = {p:p}): the weights of the fit stay those of one "
+    "coefficient of variation, and the intervals rest on each mean's own standard deviation.",
+)
+states(
     FreeFactors,
     "The target leaves {factors:factors} free over the whole region.",
 )
@@ -326,3 +336,13 @@ states(
     ConstraintBroken,
     "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
 )
+
+
+@sentence.register
+def _(note: FlatDirection, names: Names) -> str:
+    changes = [change(name, size, note.units[name], names) for name, size in note.changes.items()]
+    return names.say(
+        "The measured values do not separate the parameters: {changes:all} together change the fit too little to tell. "
+        "Of all points that fit about as well the one nearest to the centre of the ranges is taken.",
+        changes=changes,
+    )

@@ -49,6 +49,9 @@ SENTENCES = {
     "cut": "The stem of {run} at the end of the simulation, notched by the blade: it ends when the force has dropped "
     "for good, before the stem is cut through. From the side and in section (the bore between the walls), coloured by "
     "plastic strain; elements that failed are gone. Grey: the blade, and the supports with their clearance between.",
+    "cut solid": "The stem of {run} at the end of the simulation, notched by the blade: it ends when the force has "
+    "dropped for good, before the stem is cut through. From the side and in section, coloured by plastic strain; "
+    "elements that failed are gone. Grey: the blade, and the supports with their clearance between.",
     "film": "How the stem of {run} is cut, in section: travel of the blade and force on it above each picture.",
     "fields": "Stress and displacement in the stem of {run} where the force is largest, in section; travel of the "
     "blade and force above. Each has its own scale.",

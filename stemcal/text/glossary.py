@@ -112,7 +112,7 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("profile likelihood", "The misfit with one factor held and all others free: where it stays low are the "
           "values that the measurements allow.", "D. J. Venzon, S. H. Moolgavkar, Applied Statistics 37 (1988) 87",
           ("profile", "profiles")),
-    Entry("free", "Of a factor: its interval fills three quarters of its range or more, so the measurements do not fix "
+    Entry("free", "Of a factor: its interval fills half of its range or more, so the measurements do not fix "
           "it.",
           "A. Raue et al., Bioinformatics 25 (2009) 1923", ("identifiability", "of range", "identifiable")),
     Entry("joint fit", "One set of parameters for several diameters, or several responses, at once, weighted by how "

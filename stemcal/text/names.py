@@ -9,7 +9,7 @@ from functools import cached_property
 
 from stemcal.naming import CUTTING, DIAMETER, Named, Naming
 from stemcal.text.language import Writer, all_of
-from stemcal.text.numbers import fixed, interval, probability, short, significant
+from stemcal.text.numbers import fixed, interval, short, signed_probability, significant
 
 __all__ = ["Names"]
 
@@ -22,8 +22,8 @@ class Names:
 
     In templates ``{x:factor}`` is a factor or a term, ``{x:factors}`` a list of them, ``{x:response}`` a value of the
     response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:responses}`` an interval of it,
-    ``{x:condition}`` a value of the condition, ``{x:conditions}`` several of them, ``{x:p}`` a p-value, ``{x:fixed 1}``
-    a number with so many decimals, ``{x:significant 3}`` one with so many digits.
+    ``{x:condition}`` a value of the condition, ``{x:conditions}`` several of them, ``p {x:p}`` a p-value with its sign,
+    ``{x:fixed 1}`` a number with so many decimals, ``{x:significant 3}`` one with so many digits.
     """
 
     naming: Naming = CUTTING
@@ -104,7 +104,7 @@ class Names:
                 "responses": lambda ends: f"{interval(ends)}{self.response.unit_suffix}",
                 "condition": lambda value: self.conditions([value]),
                 "conditions": self.conditions,
-                "p": probability,
+                "p": signed_probability,
                 "all": all_of,
                 "fixed": lambda value, decimals="2": fixed(value, int(decimals)),
                 "significant": lambda value, digits="4": significant(value, int(digits)),

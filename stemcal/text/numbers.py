@@ -59,6 +59,16 @@ def probability(p: float | None) -> str:
     return "<0.0001" if p < 0.00005 else f"{p:.4f}"
 
 
+def signed_probability(p: float | None) -> str:
+    """Return a p-value as it follows the letter in a sentence.
+
+    >>> signed_probability(5.3e-8), signed_probability(0.04619)
+    ('< 0.0001', '= 0.0462')
+    """
+    text = probability(p)
+    return f"< {text[1:]}" if text.startswith("<") else f"= {text}"
+
+
 def percent(value: float | None) -> str:
     """Return percents with a digit more where they are small.
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stemcal.executors.code import code_version
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
 from stemcal.study.model import Study
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.text.numbers import short
+from stemcal.version import __version__
 
 _FOLLOWING = ("climb", "refine")  # their runs follow from each other; a failed one is answered by the next
 
@@ -70,6 +72,22 @@ def failures(done: Iterable[StageResult]) -> list[str]:
         if result.name not in _FOLLOWING
         for label, outcome in result.runs()
         if not outcome.ok
+    ]
+
+
+def further_reasons(count: int) -> str:
+    """Say how many reasons follow the first."""
+    return say_number("{count} more reason", "{count} more reasons", count)
+
+
+def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
+    """Return what a reader needs to make the study again and to cite it: spec, solver, program."""
+    spec = "{name}, SHA-256 {hash}" if spec_hash else "{name}"
+    return [
+        (say("Spec"), say(spec, name=study.source.name, hash=spec_hash)),
+        (say("Solver"), study.solver.kind),
+        (say("Page made by"), say("stemcal {version}", version=code_version())),
+        (say("Cite"), say("The stemcal developers, stemcal, version {version}, with this spec.", version=__version__)),
     ]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stemcal.notes import Note
-from stemcal.overview.foresight import TooLong, TooMuchMemory
+from stemcal.overview.foresight import ScarceMemory, TooLong, TooMuchMemory
 from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
@@ -16,6 +16,10 @@ from stemcal.text.numbers import duration
 
 def total(found: Plan) -> list[str]:
     """Say how many runs are left, and what they take."""
+    if found.source == "by_hand":
+        stages = " + ".join(str(stage.to_run) for stage in found.stages)
+        one, many = "{stages} run by hand, {count} in all.", "{stages} runs by hand, {count} in all."
+        return [say_number(one, many, found.to_run, stages=stages)]
     said = [say_number("{count} run to compute.", "{count} runs to compute.", found.to_run)]
     if found.seconds is not None:
         sources = {
@@ -114,6 +118,17 @@ def _(note: TooMuchMemory, names: Names) -> str:
         "count": note.at_a_time,
     }
     return names.say(several if note.workers else one, **fields)
+
+
+@sentence.register
+def _(note: ScarceMemory, names: Names) -> str:
+    return names.say(
+        "About {needed} of memory are needed for {count} runs at a time, and {free} are free now: close other programs "
+        "or take fewer workers (--workers); a run that finds none fails and is tried again by the next command.",
+        needed=in_bytes(note.needed),
+        count=note.at_a_time,
+        free=in_bytes(note.free),
+    )
 
 
 @sentence.register

@@ -51,12 +51,15 @@ _LOWER_BOUNDS = {
 
 # ---- warnings
 
-states(of_runs.EnergyDrifts, "The energy balance drifts by {percent:.1f} %. Lower solver.time_step_safety.")
+states(
+    of_runs.EnergyDrifts,
+    "The energy balance drifts by {percent:.1f} %. Lower solver.time_step_safety and solver.time_step.",
+)
 states(
     of_runs.InertiaInForce,
     "Inertia has {percent:.1f} % of the force: blade and supports differ by that at the peak, with kinetic energy up "
     "to {kinetic_percent:.1f} % of internal energy. Divide solver.mass_scaling by 100 and solver.time_step by 10, for "
-    "either adds mass; at the true mass the inertia is the stem's own.",
+    "either adds mass.",
 )
 states(
     of_runs.HourglassEnergy,
@@ -112,8 +115,9 @@ def warned_of(warnings: Mapping[str, RunWarning], count: int) -> str:
 def compiling(seconds: float | None) -> str:
     """Say that kernels are compiled, and how many seconds that took the last time."""
     if seconds is None:
-        return say("compiling kernels, once")
-    return say("compiling kernels, once ({seconds:.0f} s the last time)", seconds=seconds)
+        return say("compiling the solver for this machine, once for all studies")
+    template = "compiling the solver for this machine, once for all studies; {seconds:.0f} s the last time"
+    return say(template, seconds=seconds)
 
 
 # ---- runs that failed

@@ -12,6 +12,7 @@ from stemcal.doe.designs.aliases import (
     PartlyAliased,
     UniformlyAliased,
 )
+from stemcal.doe.designs.definitive_screening import OneSpareColumn
 from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.effect_sizes import Effect
@@ -128,12 +129,12 @@ def _tests(effect: Effect, names: Names) -> Iterator[str]:
     found = effect.conclusion
     assert found is not None
     if effect.p is not None:
-        yield names.say("By itself it has p = {p:p}.", p=effect.p)
+        yield names.say("By itself it has p {p:p}.", p=effect.p)
     if found.by_lenth is not None:
         beyond, inside = "It is beyond Lenth's margin of error.", "It is within Lenth's margin of error."
         yield say(beyond if found.by_lenth else inside)
     if not found.among_all:
-        with_p = "Among all factors at once it does not stand out (Holm p = {p:p})."
+        with_p = "Among all factors at once it does not stand out (Holm p {p:p})."
         yield names.say(with_p if effect.p_holm is not None else "Among all factors at once it does not stand out.",
                         p=effect.p_holm)  # fmt: skip
 
@@ -200,8 +201,8 @@ def _curvature(found: Curvature, names: Names) -> str:
         centre=found.centre,
     )
     untested = "There is no error to test the difference against."
-    curved = "F(1, {df}) = {f:.3g}, p = {p:p}: the response is curved, a plane does not do."
-    plane = "F(1, {df}) = {f:.3g}, p = {p:p}: no curvature beyond the error."
+    curved = "F(1, {df}) = {f:.3g}, p {p:p}: the response is curved, a plane does not do."
+    plane = "F(1, {df}) = {f:.3g}, p {p:p}: no curvature beyond the error."
     template = untested if found.p is None else curved if found.curved else plane
     return f"{means} {names.say(template, df=found.df, f=found.f, p=found.p)}"
 
@@ -256,6 +257,13 @@ states(
     "{factor:factor} has the effect {effect:response +.4g} where the spec expects the sign {expected}: look for an "
     "alias or a wrong unit before trusting it.",
 )
+states(
+    OneSpareColumn,
+    "A definitive screening of {factors} factors in {runs} runs tests main effects against one degree of freedom: of "
+    "studies in which nothing matters, about three of ten end with a square or an interaction. Where repeated runs "
+    "differ, `screen.runs: {with_centre}` adds two centre runs; of a deterministic solver `screen.runs: "
+    "{with_columns}` adds two columns without a factor. Either leaves about one of ten.",
+)
 states(NoInteractions, "One factor has no interactions.")
 states(ClearOfInteractions, "In these {runs} runs the main effects are clear of two-factor interactions.")
 states(
@@ -283,11 +291,11 @@ def _(note: ReplicateError, names: Names) -> str:
 @sentence.register
 def _(note: MethodsDisagree, names: Names) -> str:
     inside = (
-        "The two methods disagree on {factor:factor}: p = {p:p} is below {alpha:g}, but its effect "
+        "The two methods disagree on {factor:factor}: p {p:p} is below {alpha:g}, but its effect "
         "{effect:response +.4g} stays within Lenth's margin of error {margin:response}."
     )
     beyond = (
-        "The two methods disagree on {factor:factor}: p = {p:p} is not below {alpha:g}, but its effect "
+        "The two methods disagree on {factor:factor}: p {p:p} is not below {alpha:g}, but its effect "
         "{effect:response +.4g} exceeds Lenth's margin of error {margin:response}."
     )
     return names.say(inside if note.p < note.alpha else beyond, **vars(note))
@@ -295,16 +303,13 @@ def _(note: MethodsDisagree, names: Names) -> str:
 
 @sentence.register
 def _(note: UnusedContrasts, names: Names) -> str:
-    none = (
-        "With the unused columns, contrasts of {listed}, Lenth's margin of {count} is {margin:response}: no factor is "
-        "beyond it."
-    )
-    some = (
-        "With the unused columns, contrasts of {listed}, Lenth's margin of {count} is {margin:response}. Beyond it: "
-        "{beyond:factors}."
+    beside = "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them."
+    decides = (
+        "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them. It decides which "
+        "factors count, since F rests on these columns alone."
     )
     listed = all_of(names.quantity(value, "+.3g") for value in note.contrasts)
-    return names.say(some if note.beyond else none, listed=listed, **vars(note))
+    return names.say(decides if note.decides else beside, listed=listed, count=note.count)
 
 
 @sentence.register

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from stemcal.doe.regression.surface import PREDICTS
 from stemcal.doe.regression.surface_notes import (
     CopiesOnly,
     ExactSurface,
@@ -11,7 +12,6 @@ from stemcal.doe.regression.surface_notes import (
     MostlyNoise,
     NoPointToSpare,
     NothingRepeated,
-    RepeatedOverMeshes,
     SaturatedSurface,
     ScatterOverMeshes,
     SurfaceRunsFailed,
@@ -55,8 +55,8 @@ def certainty(stage: SurfaceResult, names: Names) -> list[str]:
         predicted=stage.predicted_r2,
     )
     untested = "Its lack of fit cannot be tested."
-    misses = "It misses something: lack of fit is significant (p = {p:p})."
-    fits = "It shows no lack of fit (p = {p:p})."
+    misses = "It misses something: lack of fit is significant (p {p:p})."
+    fits = "It shows no lack of fit (p {p:p})."
     return [explained, names.say(untested if p is None else misses if p < 0.05 else fits, p=p)]
 
 
@@ -74,6 +74,13 @@ def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
         yield Remark(_correction(stage.coarse, names), Weight.TRUST, "coarse")
     if stage.canonical is not None:
         yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
+    if stage.canonical is not None and stage.predicted_r2 is not None and stage.predicted_r2 < PREDICTS:
+        withheld = (
+            "The shares of the variance (Sobol' indices) are withheld: the surface predicts runs left out too badly "
+            "(predicted R² {predicted:fixed 3}, at least {least:g} is asked)."
+        )
+        fields = {"predicted": stage.predicted_r2, "least": PREDICTS}
+        yield Remark(names.say(withheld, **fields), Weight.TRUST, "shares_withheld")
     if stage.box_cox is not None and stage.box_cox.advised != 1.0:
         yield Remark(_box_cox(stage.box_cox, names), Weight.TRUST, "box_cox")
     if stage.second_opinion is not None and stage.second_opinion.process_is_better:
@@ -95,8 +102,9 @@ def _reduction(found: ReductionSteps, names: Names) -> str:
 def _correction(found: Corrected, names: Names) -> str:
     alone = (
         "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
-        "corrected by these: {factor:.3f} times the coarse one. What that leaves, a standard deviation of "
-        "{sd:response .2g} with {df} df, is in every interval; analysis of variance and R² are of the coarse runs."
+        "corrected by these: {factor:.3f} times the coarse one. They are too few to tell a slope along the factors: "
+        "what the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval, "
+        "that of the mean too. Analysis of variance and R² are of the coarse runs."
     )
     tilted = (
         "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
@@ -197,17 +205,11 @@ states(SaturatedSurface, "As many coefficients as runs: the surface passes throu
 states(ExactSurface, "The quadratic passes through every run exactly: no F can be formed.")
 states(MostlyNoise, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
 states(
-    RepeatedOverMeshes,
-    "{repeated} repeated runs add no information: they only raise the residual df to {df}; for the lack of fit every "
-    "point counts once.",
-)
-states(
     CopiesOnly,
-    "All repeated points agree exactly, so lack of fit cannot be tested: the solver is deterministic. The {repeated} "
-    "repeated runs add no information; they only raise the residual df to {df}, so standard errors and p-values look "
-    "better than they are.",
+    "{repeated} runs repeat others exactly: the solver is deterministic. Each point counts once, which leaves {df} "
+    "residual df.",
 )
-states(NothingRepeated, "Lack of fit cannot be tested: no design point is repeated.")
+states(NothingRepeated, "Lack of fit cannot be tested: no repeated runs differ.")
 states(NoPointToSpare, "Lack of fit cannot be tested: the design has as many distinct points as the surface has terms.")
 states(
     InfluentialRun,
@@ -215,7 +217,7 @@ states(
 )
 states(
     VerdictOnOneRun,
-    "Without run {run} ({value:response g}) lack of fit has p = {without:p} in place of {p:p}: whether the surface "
+    "Without run {run} ({value:response g}) lack of fit has p {without:p}, with it p {p:p}: whether the surface "
     "fits rests on one run.",
 )
 states(ScatterOfPlaces, "Every run is the mean over {places} places of the mesh; their scatter is the pure error.")

@@ -13,6 +13,9 @@ LINES = {
     "±{sme:response} even among all factors.",
     "anova": "Analysis of variance",
     "sequential anova": "Analysis of variance, type I sums of squares",
+    "anova of copies": "Analysis of variance as published",
+    "copies counted": "Every copy of a deterministic run counts here, as the published table has it. That makes "
+    "standard errors and p-values look better than they are: no interval is made from it.",
     "untestable": "Lack of fit cannot be tested.",
     "coefficients": "Response surface in coded units",
     "fit": "Quality of the fit",
@@ -43,7 +46,7 @@ LINES = {
     "product": "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest "
     "there.",
     "known": "How well the measurements fix the parameters",
-    "profile": "95 % intervals by profile likelihood; free: three quarters of the range or more remain possible.",
+    "profile": "95 % intervals by profile likelihood; free: half of the range or more remains possible.",
     "climb": "Steps towards the target",
     "target": "Target {target:response .6g}.",
     "target at": "Target {target:response .6g} at {at:condition}.",
@@ -90,8 +93,8 @@ LINES = {
     # the laboratory
     "readings": "{stems}, {readings} readings",
     "with range": "{value:.3f} (95 % {range})",
-    "normal": "{value:.4f}, p = {p:p}, normality not rejected",
-    "not normal": "{value:.4f}, p = {p:p}, normality rejected",
+    "normal": "{value:.4f}, p {p:p}, normality not rejected",
+    "not normal": "{value:.4f}, p {p:p}, normality rejected",
     "grades": "Together {share:.1f} % of the stems; the upper limit belongs to the next grade.",
     "shear": "Maximum shear force by grade",
     "outlier": "Outlier: by Grubbs' test, still included.",
@@ -102,6 +105,7 @@ LINES = {
     "measured": "Measured {responses:all}",
     "fitted at": "Bold: what the parameters are fitted to ({at:condition}).",
     "stem": "{outer_diameter:g} mm, bore {diameter_ratio:g} of it, {length:g} mm long",
+    "solid stem": "{outer_diameter:g} mm, solid, {length:g} mm long",
     "walled stem": "{outer_diameter:g} mm, wall a factor, {length:g} mm long",
     "one bevel": "{thickness:g} mm thick, edge of {edge_angle:g}°, one side bevelled",
     "both bevels": "{thickness:g} mm thick, edge of {edge_angle:g}°, both sides bevelled",

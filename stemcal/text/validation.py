@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
@@ -12,6 +12,9 @@ from stemcal.text import published
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
+from stemcal.text.numbers import interval, significant
+
+_TRAVEL_APART = 50.0  # percent of the measured travel: beyond it is not the stem's alone
 
 
 def outcome(stage: ValidateResult, names: Names) -> list[str]:
@@ -92,6 +95,26 @@ def _elsewhere(stage: ValidateResult, names: Names) -> list[str]:
     return [names.say(template, exponent=FIXED_EXPONENT, fitted=stage.fitted, formula=formula, model=model)]
 
 
+def _travel(stage: ValidateResult, names: Names) -> Iterator[Remark]:
+    """Compare the travel to the maximum, where a machine's was measured beside the forces of stems."""
+    pairs = [one for row in stage.rows for one in row.further if one.response == "travel"]
+    if not names.naming.is_cutting or all(abs(one.error_percent or 0.0) <= _TRAVEL_APART for one in pairs):
+        return
+    apart = (
+        "The measured force has its maximum at {measured} mm of travel, the simulated at {simulated} mm. A machine's "
+        "travel has the give of its frame and clamps in it, and that of the stem between preload and cut: compare the "
+        "forces; fit the travel only once that give is measured and taken off."
+    )
+    measured, simulated = _from_to(one.measured for one in pairs), _from_to(one.simulated for one in pairs)
+    yield Remark(names.say(apart, measured=measured, simulated=simulated), Weight.TRUST, "travel_apart")
+
+
+def _from_to(values: Iterable[float]) -> str:
+    values = sorted(values)
+    low, high = values[0], values[-1]
+    return significant(low, 3) if low == high else interval((low, high), 3)
+
+
 def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
     """Return what a validation says beside its tables."""
     formula_wins = (stage.formula_max_abs_error_percent or 0.0) <= (stage.max_abs_error_percent_independent or 0.0)
@@ -101,6 +124,7 @@ def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
         *_failed(stage, names),
         *_growth(stage),
         *_tests(stage, names),
+        *_travel(stage, names),
         *(Remark(said, elsewhere, "beside_formula") for said in _elsewhere(stage, names)),
         *_scale(stage, names),
         *(remark(note, names) for note in stage.notes),
@@ -185,7 +209,7 @@ states(
 )
 states(
     RangesChosenAfter,
-    "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is no "
+    "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is not an "
     "independent check either.",
 )
 

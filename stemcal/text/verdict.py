@@ -14,14 +14,19 @@ from stemcal.stages.verdict.rules import (
     Conflict,
     DoubtfulPhysics,
     Misfit,
+    NotIdentified,
     OnTheEdge,
     OutOfReach,
+    RoughResponse,
+    SignAgainstExpectation,
+    SolutionDoubtful,
     TargetMissed,
     Unchecked,
     Unfinished,
     ValidationFailed,
     ValidationFromTable,
 )
+from stemcal.text.calibration import change
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
@@ -118,8 +123,7 @@ def _size(percent: float) -> str:
 
 
 states(OnTheEdge, "The solution lies on the edge of the region searched.")
-states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p = {p:.2g}).")
-states(Conflict, "No parameters within the ranges bring all errors below {least_error_percent:.0f} %.")
+states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p {p:p}).")
 states(ValidationFromTable, "The validation is read from a table, not simulated with these parameters.")
 states(Unchecked, "Nothing checks the result independently.")
 
@@ -128,6 +132,26 @@ states(Unchecked, "Nothing checks the result independently.")
 def _(reason: Unfinished, names: Names) -> str:
     titles = ", ".join(stage_called(name).title for name in reason.stages)
     return names.say("Not done yet: {stages}.", stages=titles)
+
+
+@sentence.register
+def _(reason: Conflict, names: Names) -> str:
+    found = reason.contradiction
+    if found is None:
+        worst = "No parameters within the ranges bring all errors below {least_error_percent:.0f} %."
+        return names.say(worst, least_error_percent=reason.least_error_percent)
+    placed = (
+        "The measured {response} at {condition:condition}, {measured}, contradicts what else is fitted: that allows "
+        "{low} to {high}, {standard_errors:.1f} standard errors off."
+    )
+    plain = (
+        "The measured {response}, {measured}, contradicts what else is fitted: that allows {low} to {high}, "
+        "{standard_errors:.1f} standard errors off."
+    )
+    named = names.naming.named(found.response)
+    values = {end: named.text(getattr(found, end), ".4g") for end in ("measured", "low", "high")}
+    fields = {"condition": found.condition, "standard_errors": found.standard_errors, **values}
+    return names.say(placed if names.placed else plain, response=named.long, **fields)
 
 
 @sentence.register
@@ -170,6 +194,47 @@ def _(reason: DoubtfulPhysics, names: Names) -> str:
     return names.say(template, runs=reason.doubt.runs, checked=reason.checked, worst=worst)
 
 
+@sentence.register
+def _(reason: SolutionDoubtful, names: Names) -> str:
+    somewhere = {
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} % at {condition:condition}.",
+        "inertia": "With the calibrated parameters inertia carries {worst} % of the force at {condition:condition}.",
+        "drift": "With the calibrated parameters the energy balance drifts by {worst} % at {condition:condition}.",
+        "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended at "
+        "{condition:condition}.",
+    }
+    nowhere = {
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} %.",
+        "inertia": "With the calibrated parameters inertia carries {worst} % of the force.",
+        "drift": "With the calibrated parameters the energy balance drifts by {worst} %.",
+        "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended.",
+    }
+    template = (somewhere if names.placed else nowhere)[reason.at.doubt.kind]
+    return names.say(template, worst=_size(reason.at.doubt.worst or 0.0), condition=reason.at.condition)
+
+
+@sentence.register
+def _(reason: NotIdentified, names: Names) -> str:
+    together = [change(name, size, reason.units[name], names) for name, size in reason.changes.items()]
+    combination = (
+        "Not identified: {factors:factors}. One combination is known, not each: {changes:all} together change hardly "
+        "anything that was fitted."
+    )
+    alone = "Not identified: {factors:factors}. What was fitted hardly changes with it."
+    return names.say(combination if len(together) > 1 else alone, factors=reason.factors, changes=together)
+
+
+states(
+    SignAgainstExpectation,
+    "The effect of {factors:factors} has the other sign than the study expects.",
+)
+states(
+    RoughResponse,
+    "Equal inputs give equal answers, but the surface misses its runs by {cv_percent:.1f} %: the response is rough, or "
+    "no quadratic follows it.",
+)
+
+
 # ---- remedies
 
 
@@ -187,8 +252,31 @@ states(
     "`element: full` under `solver` has no hourglass energy, at about six times the time; elements of {element_size} "
     "or smaller may bring it under {limit_percent:g} %.",
 )
-states(advice.HalveTimeStep, "`time_step_safety: {time_step_safety:g}` under `solver` halves the time step.")
 states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` doubles the stroke.")
+
+
+states(
+    advice.CheckModel,
+    "Check {factors:factors} in the model: the law, the units, and the `expected_sign` of the spec.",
+)
+states(
+    advice.SmoothResponse,
+    "Smooth the response, average it over places of the mesh or replicates, or add runs with `stemcal augment`.",
+)
+
+
+@sentence.register
+def _(remedy: advice.Identify, names: Names) -> str:
+    template = {
+        "responses": "`invert: {{responses: all}}` fits what else was measured; if that is not enough, measure another "
+        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
+        "conditions": "`invert: {{{key}: all}}` fits all that was measured; if that is not enough, measure another "
+        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
+        None: "Measure another response or another kind of test, or hold {factor:factor} at a value from the "
+        "literature.",
+    }[remedy.unfitted]
+    _, _, key = names.naming.fitted_at.partition(".")
+    return names.say(template, factor=remedy.factor, key=key)
 
 
 @sentence.register
@@ -207,17 +295,17 @@ def _(remedy: advice.NoRangeReaches, names: Names) -> str:
 
 
 @sentence.register
-def _(_remedy: advice.FitFewer, names: Names) -> str:
-    somewhere = (
+def _(remedy: advice.FitFewer, names: Names) -> str:
+    conditions = (
         "Vary a further factor, or fit only the {condition} of use (`{key}`): the model does not follow all that was "
         "measured."
     )
-    nowhere = (
-        "Vary a further factor, or fit fewer responses (`invert.responses`): the model does not follow all that was "
-        "measured."
+    responses = (
+        "Check these measurements; then vary a further factor, or fit fewer responses (`invert.responses`): the model "
+        "does not follow all that was measured."
     )
-    key = names.naming.fitted_at
-    return names.say(somewhere if names.placed else nowhere, condition=names.condition.long, key=key)
+    template = conditions if names.placed and remedy.over == "conditions" else responses
+    return names.say(template, condition=names.condition.long, key=names.naming.fitted_at)
 
 
 @sentence.register
@@ -255,3 +343,12 @@ def _(remedy: advice.ScaleMassLess, names: Names) -> str:
         "under {limit_percent:g} % in most runs."
     )
     return names.say(mass if remedy.time_step is None else both, **vars(remedy))
+
+
+@sentence.register
+def _(remedy: advice.HalveTimeStep, names: Names) -> str:
+    safety = "`time_step_safety: {time_step_safety:g}` under `solver` halves the time step."
+    both = (
+        "`time_step_safety: {time_step_safety:g}` and `time_step: {time_step:g} us` under `solver` halve the time step."
+    )
+    return names.say(safety if remedy.time_step is None else both, **vars(remedy))

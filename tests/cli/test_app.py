@@ -32,6 +32,7 @@ from stemcal.errors import (
 )
 from stemcal.interrupts import Terminated
 
+RUNNING = "sys.argv[0] = 'stemcal'; runpy.run_module('stemcal', run_name='__main__', alter_sys=True)"
 HEAVY = ("numpy", "scipy", "pandas", "numba", "pydantic", "statsmodels", "matplotlib", "jinja2", "yaml")
 
 
@@ -100,6 +101,7 @@ def ending_with(error: BaseException) -> Result:
         (Terminated(), 143),
         (OSError(28, "No space left on device", "runs/a.json"), 1),
         (ZeroDivisionError("division by zero"), 1),
+        (MemoryError(), 1),
     ],
 )
 def test_exit_code_of_each_error(error: BaseException, code: int) -> None:
@@ -117,6 +119,22 @@ def test_unforeseen_error_files_its_traceback(monkeypatch: pytest.MonkeyPatch, t
     (filed,) = tmp_path.glob("stemcal-traceback-*.txt")
     assert result.stderr == (f"error: internal error: ZeroDivisionError: division by zero (traceback in {filed})\n")
     assert "Traceback" in filed.read_text(encoding="utf-8")
+
+
+def test_memory_that_has_run_out_is_no_internal_error() -> None:
+    said = ending_with(MemoryError()).stderr
+    assert "memory has run out; take fewer workers (--workers)" in said and "internal" not in said
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="macOS knows no limit of address space")
+def test_a_limit_of_memory_below_what_the_libraries_need_is_refused_before_the_study(tmp_path: Path) -> None:
+    """OpenBLAS would ask for memory for ever, deaf to signals."""
+    limited = f"import resource, runpy, sys; resource.setrlimit(resource.RLIMIT_AS, (600 << 20, 600 << 20)); {RUNNING}"
+    for arguments in (["run", str(REPLAY), "--out", str(tmp_path / "out")], ["simulate", str(SMOKE)]):
+        done = subprocess.run([sys.executable, "-c", limited, *arguments], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 2
+        assert "may use 600 MiB of address space, and 1536 MiB are needed" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_developers_see_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:

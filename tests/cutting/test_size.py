@@ -41,6 +41,15 @@ def test_the_number_of_elements_and_the_smallest_are_those_of_the_mesh(
         assert told.smallest == pytest.approx(float(np.cbrt(mesh.volumes().min())), rel=1e-9)
 
 
+@pytest.mark.parametrize("symmetry", ["none", "half", "quarter"])
+@pytest.mark.parametrize("divisor", [8.0, 16.0, 32.0])
+def test_a_solid_stem_has_the_elements_that_are_told(symmetry: str, divisor: float) -> None:
+    how = Discretisation(8.0 / divisor, None, symmetry, "nodes", coarsening=6.0, coarsening_around=2.0)
+    mesh, told = stem_mesh(Stem(8.0, 0.0, 50.0), how), mesh_size(Stem(8.0, 0.0, 50.0), how)
+    assert told.elements == len(mesh.hexes)
+    assert told.smallest == pytest.approx(float(np.cbrt(mesh.volumes().min())), rel=0.1)
+
+
 @pytest.mark.parametrize("element", ["one_point", "full"])
 def test_the_memory_is_what_building_a_model_takes(element: str) -> None:
     how = Discretisation(0.3, element=element, coarsening=3.0, coarsening_around=3.0)

@@ -59,8 +59,8 @@ def are_printed(lines: Iterable[str], printed: Iterable[str]) -> None:
     assert not missing
 
 
-def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = None) -> dict[str, str]:
-    """Give commands in a folder, each in a process of its own, and return what they printed."""
+def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = None, code: int = 0) -> dict[str, str]:
+    """Give commands in a folder, each in a process of its own that ends with a code; return what they printed."""
     python = str(Path(sys.executable).parent)
     environment = {
         **os.environ,
@@ -80,7 +80,7 @@ def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = N
             [sys.executable, "-m", *words], cwd=folder, env=environment, capture_output=True, encoding="utf-8",
             timeout=400,
         )  # fmt: skip
-        assert done.returncode == 0, f"{line}\n{done.stderr}"
+        assert done.returncode == code, f"{line}\n{done.stderr}"
         assert "Traceback" not in done.stderr, line
         printed[line] = done.stdout + done.stderr
     return printed

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import openpyxl
 import pytest
 from shown import DOCS, ROOT, are_printed, commands, give, inline, outputs, pages, save_files
 
@@ -71,6 +72,31 @@ def test_have_your_own_program_answer(clone: Path) -> None:
     rows = json.loads((clone / "runs" / "ring" / "validate.json").read_text("utf-8"))["rows"]
     assert rows[1]["simulated"] == pytest.approx(159.2, rel=0.002)
     assert rows[0]["simulated"] / rows[1]["simulated"] == pytest.approx((7 / 8) ** 2)
+
+
+@pytest.mark.slow
+def test_do_the_runs_by_hand(clone: Path) -> None:
+    """The page's angles, written into each sheet, come to the parameters that it shows."""
+    page = HOWTO / "by-hand.md"
+    angles = dict(re.findall(r"\| (rsm \d+) \| ([\d.]+) ", page.read_text("utf-8")))
+    assert len(angles) == 15
+    *first, run, enter = commands(page)
+    printed = give(first, clone)
+    assert "15 + 1 runs by hand, 16 in all" in printed["stemcal plan heap.yaml"]
+    assert "Waiting for 15 results of rsm" in give([run], clone, code=6)[run]
+    for code in (6, 6, 0):
+        write_angles(clone / "runs" / "heap" / "sheet.xlsx", angles)
+        printed = give([enter], clone, code=code)
+    are_printed(outputs(page), printed.values())
+    assert (clone / "runs" / "heap" / "report.html").is_file()
+
+
+def write_angles(sheet: Path, angles: dict[str, str]) -> None:
+    """Fill in a workbook; runs at the solution give 28.0 deg."""
+    book = openpyxl.load_workbook(sheet)
+    for row in book.worksheets[0].iter_rows(min_row=2):
+        row[4].value = float(angles.get(str(row[0].value), 28.0))
+    book.save(sheet)
 
 
 @pytest.mark.slow

@@ -91,16 +91,44 @@ def test_a_mirror_plane_is_as_good_as_the_other_half() -> None:
         assert mean == pytest.approx(means["none"][place], rel=1e-12)
 
 
-def test_nothing_passes_a_cut() -> None:
-    """Once a slice has failed the strain on one side of it is not seen from the other."""
-    mesh = brick((9.0, 1.0, 1.0), (9, 1, 1))
+@pytest.mark.parametrize("symmetry", ["half", "quarter"])
+@pytest.mark.parametrize("over", ["nodes", "elements"])
+def test_a_mirror_plane_takes_as_many_passes(symmetry: str, over: str) -> None:
+    """The smallest elements stand beside the mirror plane along the stem."""
+    passes = []
+    for one in ("none", symmetry):
+        how = Discretisation(element_size=0.7, symmetry=one, edge_over=over, coarsening=6.0, coarsening_around=2.0)  # type: ignore[arg-type]
+        model = build(ShearTest(Material(1e-9, 1000.0, 0.3), discretisation=how))
+        neighbours, shares = model.mesh.topology().neighbours, element_shares(model)
+        strains = np.zeros((-(-len(shares) // LANES), LANES))
+        passes.append(exchange(model.mesh, neighbours, shares, 1.0, 1.5, strains).passes)
+    assert passes[0] == passes[1] > 20
+
+
+def test_strain_of_what_has_failed_still_counts() -> None:
+    """In a long bar the mean beside a failed slice is that of before: h exp(−x²/ℓ²)/(√π ℓ)."""
+    h, length = 0.1, 1.0
+    mesh = brick((10.1, 1.0, 1.0), (101, 1, 1))
     topology = mesh.topology()
-    topology.standing[4] = False
-    strain = np.zeros(9)
-    strain[:4] = 1.0
-    mean = averaged(mesh, strain, 3.0, topology)
-    assert mean[:4] == pytest.approx(1.0)
-    assert np.all(mean[5:] == 0.0)
+    topology.standing[50] = False
+    strain = np.zeros(101)
+    strain[50] = 1.0
+    mean = averaged(mesh, strain, length, topology)
+    assert mean[55] == pytest.approx(h * np.exp(-0.25) / np.sqrt(np.pi), rel=0.01)
+    assert mean[45] == pytest.approx(mean[55], rel=1e-12)
+
+
+def test_what_stands_beside_a_gap_fails_as_if_there_were_none() -> None:
+    """The means beside a slice of strain 0.3, with ℓ = 4: 0.3 exp(−1/16)/(4√π) = 0.0397 and 0.0330 one further."""
+    mesh = brick((40.0, 1.0, 1.0), (40, 1, 1))
+    topology, strain = mesh.topology(), np.zeros(40)
+    strain[20] = 0.3
+    state = states(strain)
+    state[20 // LANES, ALIVE, 20 % LANES] = 0.0
+    topology.standing[20] = False
+    spread = exchange(mesh, topology.neighbours, np.ones(40), 0.038, 4.0, np.zeros_like(state[:, PLASTIC_STRAIN]))
+    assert called(erosion.fail_by_mean_strain)(spread, topology, state)
+    assert np.flatnonzero(state[:, ALIVE].ravel()[:40] == 0.0).tolist() == [19, 20, 21]
 
 
 def test_elements_fail_by_their_mean_strain_alone() -> None:

@@ -94,6 +94,14 @@ def test_root_uses_no_folder_of_a_user(folder: Path, inside: str) -> None:
 
 
 @POSIX
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="root gives folders away")
+def test_nor_one_whose_place_is_someone_elses(folder: Path) -> None:
+    """Its owner could put another folder in its place."""
+    os.chown(folder.parent, 12345, 12345)
+    is_not_used(folder, "belongs to someone else")
+
+
+@POSIX
 @pytest.mark.parametrize("inside", ["kernels_1/more.nbc", "."])
 def test_no_link_is_followed(folder: Path, inside: str, tmp_path: Path) -> None:
     if inside == ".":

@@ -12,7 +12,7 @@ from stemcal.fem.kernels import erosion
 from stemcal.fem.kernels.block import ALIVE
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import BulkViscosity, Hourglass, Material
-from stemcal.fem.mesh import brick, hollow_cylinder
+from stemcal.fem.mesh import brick, hollow_cylinder, solid_cylinder, square_of_solid
 from stemcal.fem.model import Model
 from stemcal.fem.state import start
 
@@ -63,6 +63,31 @@ def test_half_cylinder_has_nodes_on_its_mirror_plane() -> None:
     assert np.sum(mesh.nodes[:, 1] == 0.0) == 5 * 2 * 3
     assert mesh.nodes[:, 1].min() == 0.0
     assert mesh.volumes().sum() == pytest.approx(0.5 * 0.5 * 16 * 3.0 * sin(2 * pi / 16) * 4.0)
+
+
+@pytest.mark.parametrize(("around", "through"), [(4, 1), (17, 4), (34, 8)])
+def test_a_solid_cylinder_has_no_axis_of_its_own(around: int, through: int) -> None:
+    """Half and whole: the polygon's area, every face shared but those outside, none thinner than a third of another."""
+    widths = np.linspace(2.0, 1.0, around)
+    turns = pi * widths / widths.sum()
+    area = 0.5 * 4.0**2 * np.sin(turns).sum()
+    up, across = square_of_solid(around)
+    for share, whole in ((1, False), (2, True)):
+        mesh = solid_cylinder(4.0, np.linspace(0.0, 10.0, 6), through, widths, whole)
+        section = share * (around * through + up * across)
+        assert len(mesh.hexes) == 5 * section
+        assert mesh.volumes().sum() == pytest.approx(share * area * 10.0, rel=1e-12)
+        outside = share * 5 * around + (0 if whole else 5 * (2 * through + up)) + 2 * section
+        assert np.sum(mesh.neighbours() < 0) == outside
+        assert mesh.volumes().min() > mesh.volumes().max() / 30.0
+        assert len(np.unique(mesh.nodes.round(9), axis=0)) == len(mesh.nodes)
+
+
+def test_a_solid_cylinder_turns_about_its_axis() -> None:
+    widths = np.ones(8)
+    straight, turned = (solid_cylinder(4.0, np.arange(3.0), 2, widths, True, turn) for turn in (0.0, pi / 2))
+    np.testing.assert_allclose(turned.nodes[:, 1], -straight.nodes[:, 2], atol=1e-12)
+    np.testing.assert_allclose(turned.nodes[:, 2], straight.nodes[:, 1], atol=1e-12)
 
 
 def test_erosion_takes_an_element_out_of_the_topology() -> None:

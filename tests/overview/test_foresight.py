@@ -8,7 +8,7 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from stemcal.cli.app import app
-from stemcal.overview.foresight import Demand, TooMuchMemory, excess
+from stemcal.overview.foresight import Demand, ScarceMemory, TooMuchMemory, excess, scarce
 from stemcal.text.plan import sentences
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -18,6 +18,18 @@ def test_what_is_usual_is_not_refused() -> None:
     result = CliRunner().invoke(app, ["plan", str(CONFIGS / "wild-chrysanthemum.yaml"), "--json"])
     plan = json.loads(result.stdout)
     assert list(excess(Demand(plan["to_run"], plan["seconds"], plan["memory"]), 8, 8e9)) == []
+
+
+def test_memory_that_others_have_is_told_and_refuses_nothing() -> None:
+    """Eight workers of 0.25 GB, their runs of 0.05 GB, and the command's 0.35 GB."""
+    (said,) = scarce(Demand(20, 60.0, 0.05e9), 8, 2.0e9)
+    assert isinstance(said, ScarceMemory)
+    assert abs(said.needed - 2.75e9) < 1.0
+    assert sentences([said])[0].startswith(
+        "About 2.8 GB of memory are needed for 8 runs at a time, and 2.0 GB are free"
+    )
+    assert list(scarce(Demand(20, 60.0, 0.05e9), 4, 2.0e9)) == []
+    assert list(scarce(Demand(0, 0.0, 0.0), 8, 0.1e9)) == []
 
 
 def test_fewer_workers_are_the_remedy_where_they_are() -> None:

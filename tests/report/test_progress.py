@@ -47,8 +47,41 @@ def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
         with watch:
             watch(progress(0))
             watch(progress(0, preparing=31.4))
-    assert "0/12 compiling kernels, once (31 s the last time)" in shown(out)
-    assert lines.getvalue().splitlines()[-1] == "Screening: compiling kernels, once (31 s the last time)"
+    assert "0/12 compiling, once" in shown(out)
+    assert lines.getvalue().splitlines()[-1] == (
+        "Screening: compiling the solver for this machine, once for all studies; 31 s the last time"
+    )
+
+
+def test_a_wait_tells_how_long_it_has_lasted() -> None:
+    out, now = io.StringIO(), [0.0]
+    with Bar(Console(file=out, width=80, force_terminal=True, color_system=None), clock=lambda: now[0]) as watch:
+        watch(progress(0, preparing=20.0))
+        now[0] = 17.0
+        watch(progress(0, preparing=20.0))
+        watch.bars.refresh()
+        assert "(17 s)" in shown(out)
+        watch(progress(1))
+        now[0] = 60.0
+        watch(progress(2))
+        watch.bars.refresh()
+    assert "(60 s)" not in shown(out)
+
+
+def test_the_bar_never_goes_back_when_more_runs_are_decided_on() -> None:
+    lengths = []
+    with bar(io.StringIO()) as watch:
+        for stage, done, total in (
+            ("screen", 12, 12),
+            ("rsm", 0, 14),
+            ("rsm", 7, 14),
+            ("refine", 0, 5),
+            ("rsm", 14, 14),
+        ):
+            watch(progress(done, stage=stage, total=total))
+            task = watch.bars.tasks[0]
+            lengths.append(task.completed / task.total)
+    assert lengths == sorted(lengths) and lengths[0] == 1.0
 
 
 def test_bar_shows_count_failures_and_force() -> None:

@@ -16,7 +16,10 @@ from stemcal.files.rows import Column, Table
 from stemcal.report.export.formats import export_tables, markdown
 from stemcal.report.export.latex import latex
 from stemcal.report.export.paper import PaperTable, numbered, paper_tables, stars_apart
+from stemcal.report.tables.of_parameters import calibration_table, cited_ranges
 from stemcal.stages.results import Results
+from stemcal.text.names import Names
+from stemcal.text.numbers import interval
 
 NASTY = PaperTable(
     5,
@@ -49,6 +52,23 @@ def test_cells_as_printed(tables: dict[int, PaperTable]) -> None:
     assert tables[8].cells[1] == ("1", "17.97", "0.04", "95.95")
     assert [row[3] for row in tables[13].cells] == ["−7.8", "−6.2", "5.8", "6.3", "7.5"]
     assert tables[12].cells[0] == ("X1", "Density (kg/m³)", "1100")
+
+
+def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
+    replayed: tuple[Any, Any], results: Results, tables: dict[int, PaperTable]
+) -> None:
+    head, ranges = cited_ranges(results.inversion)
+    assert head == "95 % range"
+    assert tables[11].heads == ("Parameter", "Numerical Calibration", "95 % Range")
+    assert tables[11].cells[0] == ("Yield stress (MPa)", "18.37", "15.86 to 19.75")
+    assert [row[2] for row in tables[11].cells] == [interval(ranges[name]) for name in ranges]
+    doubted = {table.number: table for table in paper_tables(replayed[0], results, holds=False)}
+    assert doubted[11].heads == ("Parameter", "Numerical Calibration")
+
+
+def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], results: Results) -> None:
+    refined = {**results.inversion.parameters, "yield_stress": 18.5}
+    assert calibration_table(results.inversion, Names(replayed[0].naming), refined).cells[0][1] == "18.50"
 
 
 def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> None:

@@ -144,9 +144,11 @@ def test_seedless_runs_that_agree_are_said(tmp_path):
 UNSEEDED = NOISY.replace('random.Random(given["seed"])', "random")
 
 
-def test_a_program_called_deterministic_that_is_not_is_found_at_the_start(tmp_path):
+@pytest.mark.parametrize("said", ["deterministic: true", "time_limit: 9 s"])
+def test_chance_that_nobody_declared_is_found_at_the_start(tmp_path, said):
+    """Said to be deterministic or not said at all: two answers to the same levels tell."""
     template = TEMPLATE.replace("{{seed}}", "7")
-    study = study_of(tmp_path, "deterministic: true", UNSEEDED, template)
+    study = study_of(tmp_path, said, UNSEEDED, template)
     folder = StudyFolder(tmp_path / "runs")
     with pytest.raises(UsageError, match=r"there is chance in it\. Write deterministic: false"):
         fit_response_surface(study, folder)

@@ -63,3 +63,8 @@ def test_a_run_is_tried_with_coarser_elements_and_not_at_all_where_that_does_not
     assert tried is not None and 10_000 < mesh_size(tried.stem, tried.discretisation).elements < 60_000
     assert mesh_size(fine.stem, fine.discretisation).elements > 200_000
     assert _small_enough(replace(test, stem=replace(test.stem, length=1.0e9))) is None
+
+
+def test_a_solid_stem_has_no_wall_that_could_be_too_thick() -> None:
+    study = load_study(CONFIGS / "smoke.yaml").with_(specimen={"diameter_ratio": 0.0})
+    assert list(wrong_levels(study, study.midlevels())) == []

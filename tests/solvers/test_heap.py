@@ -137,7 +137,7 @@ def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
     assert screen.error is not None and screen.error.source == "replicates"
     assert surface.lack_of_fit_testable
     region = Region(*box_of(study, surface.scales), surface.radius)
-    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface))
+    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface), region)
     point = surface.scales.to_coded([HIDDEN[name] for name in surface.names])
     assert all(holds(misfit, region, point))
     assert misfit.value(point) <= 2.0 * allowed_rise(misfit, 0.0)

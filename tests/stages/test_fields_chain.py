@@ -13,7 +13,7 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
 from stemcal.notes import Note
-from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TakenForDeterministic, TooFewFactors, beforehand
+from stemcal.overview.beforehand import FactorsWanted, SmallScreening, TooFewFactors, beforehand
 from stemcal.solvers import make_solver
 from stemcal.stages.design import StrongestAsked, surface_factors
 from stemcal.study.model import Study
@@ -109,11 +109,6 @@ def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
     assert said == FactorsWanted(3, 7)
     assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD}", "ab"))) == [TooFewFactors(3, 7, 2)]
     assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}"))) == []
-
-
-def test_a_program_that_nobody_called_deterministic_is_pointed_out(tmp_path):
-    (said,) = beforehand(study_of(tmp_path, "", says="time_limit: 9 s"))
-    assert said == TakenForDeterministic()
 
 
 def test_own_steps_walk_as_far_as_the_ranges():

@@ -136,7 +136,7 @@ def test_intervals_hold_the_truth_in_93_of_100_studies(tmp_path):
         coding: Coding = surface.scales
         point = coding.to_coded([TRUTH[name] for name in coding.names])
         region = Region(*box_of(drawn, coding), surface.radius)
-        misfit = misfit_over(measured_of(drawn.calibration_target, [FIRST]), [surface.fitted])
+        misfit = misfit_over(measured_of(drawn.calibration_target, [FIRST]), [surface.fitted], region)
         held.append(misfit.value(point) <= allowed_rise(misfit, 0.0))
         whole.append(all(holds(misfit, region, point)))
     print(f"set {sum(held)}, factors {sum(whole)}, pure error {float(np.mean(scatter)) ** 0.5:.4f}")

@@ -43,7 +43,7 @@ def test_the_released_stem() -> None:
 
 
 def test_how_many_runs_are_warned() -> None:
-    drift = "The energy balance drifts by 3.1 %. Lower solver.time_step_safety."
+    drift = "The energy balance drifts by 3.1 %. Lower solver.time_step_safety and solver.time_step."
     warnings = {"screen 2": EnergyDrifts(3.14), "rsm 1": EnergyDrifts(2.5)}
     assert warned_of(warnings, 12) == f"2 of 12 runs, first screen 2: {drift}"
     assert warned_of({"screen 1": Message("shell 12 is warped")}, 1) == "1 of 1 run, first screen 1: shell 12 is warped"

@@ -33,7 +33,7 @@ def test_certainty_gives_both_r2_and_the_lack_of_fit(results: Any) -> None:
 
 def test_the_remarks_of_the_published_surface(results: Any) -> None:
     said = {remark.kind: remark.sentence for remark in remarks_of(results.surface)}
-    assert said["verdict_on_one_run"].startswith("Without run 3 (112 N) lack of fit has p = 0.0173 in place of 0.3189")
+    assert said["verdict_on_one_run"].startswith("Without run 3 (112 N) lack of fit has p = 0.0173, with it p = 0.3189")
     assert said["unequal_repeats"].startswith("6 runs at the same levels gave 112 N to 124 N.")
     assert said["shape"].startswith("The stationary point (saddle) has")
     assert any("the sign differs" in sentence for sentence in said.values())

@@ -7,9 +7,11 @@ from typing import Any
 
 from stemcal.doe.validation.comparison import BetterCurve
 from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction
+from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
-from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.stages.invert.certainty import Measured
+from stemcal.stages.validate import FromTable, FurtherRow, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
 from stemcal.text import validation
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, sentence
@@ -83,6 +85,19 @@ def test_remarks_of_the_published_forces(results: Any) -> None:
     assert sentence(BetterCurve("straight_line", 3.21), NAMES).endswith(
         "a straight line describes the measured force better than a power law (AICc lower by 3.2)."
     )
+
+
+def test_a_machines_travel_is_compared_with_the_simulated(results: Any) -> None:
+    """3 to 5 mm at the machine, 0.7 mm in the model."""
+
+    def with_travel(*measured: float) -> ValidateResult:
+        pairs = [FurtherRow.of(Measured(8.0, "travel", value), 0.7, 10.0, None) for value in measured]
+        rows = [replace(row, further=Rows([pair])) for row, pair in zip(results.validation.rows, pairs, strict=False)]
+        return replace(results.validation, rows=Rows(rows))
+
+    told = said(with_travel(3.0, 5.0))["travel_apart"]
+    assert "maximum at 3.00 to 5.00 mm of travel, the simulated at 0.700 mm" in told.sentence
+    assert "travel_apart" not in said(with_travel(0.75, 0.9)) and "travel_apart" not in said(results.validation)
 
 
 def test_failed_runs_are_named_by_their_condition(results: Any) -> None:

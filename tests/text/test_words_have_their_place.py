@@ -29,6 +29,7 @@ SPARED = {
     "solvers/sheet.py": "problems of a table, with their remedies",
     "doe/regression/surface.py": "remedies of an error",
     "stages/refine/stage.py": "an error",
+    "stages/repeating.py": "remedies of an error",
     "report/export/latex.py": "a comment in the document",
 }
 _OF_ERRORS = re.compile("Error|Failed|Problem|NoResult|Broken|Broke|^say")
@@ -47,7 +48,7 @@ def test_what_a_sentence_is() -> None:
 
 
 def texts(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Yield the strings of a module but for docstrings, templates, errors and the log; f-strings as one."""
+    """Yield the strings of a module, f-strings as one; not docstrings, templates, and what errors and the log say."""
     spared: set[int] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):

@@ -122,9 +122,16 @@ def density_of(misfit: Misfit, region: Region) -> Callable[[Array], Array]:
 
 
 def _apart(misfit: Misfit) -> Misfit:
-    """Return it with a source for the surface of each observation, which has residuals of its own; none of no part."""
+    """Return it with a source for the surface of each observation, which has residuals of its own; none of no part.
+
+    Where the diameters scatter unequally each has a source of its own variance too.
+    """
     sources = []
     for source in misfit.sources:
+        if misfit.unequal and source.apart is not None and source.apart_df is not None:
+            own = zip(np.diag(source.apart), source.apart_df.tolist(), strict=True)
+            sources += [replace(source, variance=of, df=df, apart=None) for of, df in own if of.any()]
+            continue
         each = np.diag(source.variance) if source.name == "surface" else source.variance[None]
         sources += [replace(source, variance=of) for of in each if np.any(of > _NO_PART * misfit.variance)]
     return replace(misfit, sources=tuple(sources))

@@ -6,13 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, LeastSquares, f_test, fit_least_squares, stars
+from stemcal.doe.regression.copies import same_points
+from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, LeastSquares, f_test, stars
 from stemcal.doe.regression.within import Pooled, Within
-
-# Design points closer than this in coded units are the same point.
-_SAME_POINT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -55,12 +52,10 @@ def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -
     """Split the residual over exactly repeated design points; within a block, where there are blocks.
 
     Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test, unless the
-    scatter `within` the runs is known. Each point then counts once: its repetition is no second answer.
+    scatter `within` the runs is known.
     """
     blocks = fit.matrix[:, fit.matrix.shape[1] - fit.blocks :]
-    keys = np.round(np.column_stack([coded, blocks]) / _SAME_POINT).astype(np.int64)
-    _, group = np.unique(keys, axis=0, return_inverse=True)
-    group = group.reshape(-1)
+    group = same_points(np.column_stack([coded, blocks]))
     counts, w = np.bincount(group), fit.weights
     means = np.bincount(group, weights=w * fit.response) / np.bincount(group, weights=w)
     pure = float(np.sum(w * (fit.response - means[group]) ** 2))
@@ -71,17 +66,10 @@ def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -
     lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
     inner = within.pooled(coded, w) if within is not None else Pooled(0.0, 0, None)
     if inner.df:
-        lof = _residual_of_distinct(fit, group) if deterministic else lof
         pure, pure_df = pure + inner.sum_of_squares, inner.df + (0 if deterministic else pure_df)
     test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
     f, p = test if test else (None, None)
     return LackOfFit(lof, df, pure, pure_df, f, p, deterministic, inner.df, inner.common)
-
-
-def _residual_of_distinct(fit: LeastSquares, group: NDArray[np.int64]) -> float:
-    """Return the residual sum of squares of the same fit to one run of each group."""
-    _, first = np.unique(group, return_index=True)
-    return fit_least_squares(fit.matrix[first], fit.response[first], fit.weights[first], fit.blocks).residual_ss
 
 
 def in_sequence(table: Sequence[AnovaRow], sequential: Mapping[str, float]) -> tuple[AnovaRow, ...]:

@@ -15,8 +15,7 @@ def block_columns(blocks: Sequence[object] | None, present: NDArray[np.bool_]) -
     """Code B blocks by B − 1 columns whose effects, with the last block's, add up to zero."""
     if blocks is None:
         return np.empty((int(present.sum()), 0)), []
-    if len(blocks) != present.size:
-        raise UsageError(f"response surface: {len(blocks)} block labels for {present.size} runs; give one per run")
+    require_labels(blocks, present.size)
     of_run = [str(block) for block, there in zip(blocks, present, strict=True) if there]
     labels = list(dict.fromkeys(of_run))
     if len(labels) < 2:
@@ -24,6 +23,12 @@ def block_columns(blocks: Sequence[object] | None, present: NDArray[np.bool_]) -
     number = np.array([labels.index(label) for label in of_run])
     coding = np.vstack([np.eye(len(labels) - 1), -np.ones(len(labels) - 1)])
     return coding[number], labels
+
+
+def require_labels(blocks: Sequence[object], runs: int) -> None:
+    """Raise `UsageError` unless every run has its label."""
+    if len(blocks) != runs:
+        raise UsageError(f"response surface: {len(blocks)} block labels for {runs} runs; give one per run")
 
 
 def block_effects(fit: LeastSquares, labels: Sequence[str]) -> dict[str, float]:

@@ -11,7 +11,8 @@ the correction and Z the rows z at those points
     variance of ŷ_fine       ρ²s²·φᵀ(XᵀX)⁻¹φ + s_ε²·zᵀ(ZᵀZ)⁻¹z
     of one more fine run     ρ²s² + s_ε² more
 
-with Satterthwaite's degrees of freedom. With fewer than k + 3 fine runs the factor ρ alone is fitted.
+with Satterthwaite's degrees of freedom. With fewer than k + 3 fine runs the factor ρ alone is fitted; ε then holds a
+tilt that nobody knows, which shifts the mean too: s_ε² more is in the variance of ŷ_fine.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.least_squares import Array, fit_least_squares, t_quantile
+from stemcal.doe.regression.mean_error import MeanError
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_names
 from stemcal.errors import RunsFailed
@@ -39,6 +41,7 @@ class Correction:
     sd: float
     df: int
     unscaled_covariance: Array
+    tilted: bool = True
 
 
 def spread_runs(coded: Array, count: int) -> list[int]:
@@ -75,14 +78,14 @@ def correction_of(surface: Surface, points: Array, coarse: Array, fine: Array) -
     kept = [0, *(1 + j for j in along)] if tilted else [0]
     found, covariance = np.zeros(1 + len(surface.names)), np.zeros((1 + len(surface.names),) * 2)
     found[kept], covariance[np.ix_(kept, kept)] = fit.coefficients, fit.unscaled_covariance
-    return Correction(float(found[0]), found[1:], (fit.residual_ss / fit.df) ** 0.5, fit.df, covariance)
+    return Correction(float(found[0]), found[1:], (fit.residual_ss / fit.df) ** 0.5, fit.df, covariance, tilted)
 
 
 def corrected(coarse: Surface, found: Correction) -> Surface:
     """Return the surface of the fine runs, its coefficients and intervals; all else is told of the coarse ones."""
     to_z = np.vstack([coarse.beta, np.eye(len(coarse.beta))[1 : len(coarse.names) + 1]])
     beta = np.array([found.factor, *found.tilt]) @ to_z
-    if coarse.mean_square is None:
+    if coarse.mean_square is None or coarse.mean_error is None:
         unknown = np.full_like(coarse.unscaled_covariance, np.nan)
         return replace(coarse, beta=beta, coefficients=_coefficients(coarse, beta, unknown, 0))
     parts = [(found.factor**2 * coarse.mean_square, coarse.df), (found.sd**2, found.df)]
@@ -95,6 +98,8 @@ def corrected(coarse: Surface, found: Correction) -> Surface:
         unscaled_covariance=covariance / whole if whole > 0.0 else coarse.unscaled_covariance,
         mean_square=whole,
         df=df,
+        mean_error=MeanError(whole, found.factor**2 * coarse.mean_error.missed + found.sd**2, df),
+        unfitted=0.0 if found.tilted or whole == 0.0 else found.sd**2 / whole,
         coefficients=_coefficients(coarse, beta, covariance, df),
     )
 

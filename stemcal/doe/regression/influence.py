@@ -89,10 +89,15 @@ def _cooks_distance(fit: LeastSquares) -> Array:
 
 
 def press(fit: LeastSquares) -> float | None:
-    """Σ w·(e / (1 − h))²: what the runs would miss if each were predicted by the others."""
-    if fit.df == 0 or np.any(fit.leverage >= _FULL_LEVERAGE):
+    """Σ w·(e / (1 − h))²: what the runs would miss if each were predicted by the others.
+
+    A run of leverage 1, such as the single centre of a rotatable composite of two factors, is one that the others
+    cannot predict: it is left out.
+    """
+    judged = fit.leverage < _FULL_LEVERAGE
+    if fit.df == 0 or not judged.any():
         return None
-    return float(np.sum((fit.scaled_residuals / (1.0 - fit.leverage)) ** 2))
+    return float(np.sum((fit.scaled_residuals[judged] / (1.0 - fit.leverage[judged])) ** 2))
 
 
 def variance_inflation(fit: LeastSquares) -> Array:

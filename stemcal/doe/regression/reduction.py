@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.regression.blocks import block_columns
+from stemcal.doe.regression.copies import copies_of
 from stemcal.doe.regression.estimable import still_estimable
 from stemcal.doe.regression.least_squares import Array, LeastSquares, f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.surface import Surface, fit_surface
@@ -69,14 +70,15 @@ def reduce_surface(
     if method not in METHODS:
         raise UsageError(f"rsm.reduce: no method {method!r}; choose one of {', '.join(METHODS)}")
     y = np.asarray(response, dtype=float)
-    present = np.isfinite(y)
+    points = np.asarray(coded, dtype=float)
+    present = np.isfinite(y) & ~copies_of(points, y, blocks)
     problem = _Problem(
-        term_columns(np.asarray(coded, dtype=float)[present]),
+        term_columns(points[present]),
         y[present],
         tuple(term_names(names)),
         np.ones(int(present.sum())) if weights is None else np.asarray(weights, dtype=float)[present],
         block_columns(blocks, present)[0],
-        drop and not present.all(),
+        drop and not np.isfinite(y).all(),
     )
     chosen, steps = METHODS[method](problem, alpha)
     surface = fit_surface(coded, response, names, sorted(chosen), weights, blocks, within)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.regression.anova import AnovaRow, LackOfFit, anova_table, lack_of_fit
 from stemcal.doe.regression.blocks import block_columns, block_effects
+from stemcal.doe.regression.copies import copies_of
 from stemcal.doe.regression.estimable import largest_inflation, still_estimable
 from stemcal.doe.regression.fit_statistics import (
     Coefficient,
@@ -22,6 +23,7 @@ from stemcal.doe.regression.fit_statistics import (
 )
 from stemcal.doe.regression.influence import RunDiagnostics, press, run_diagnostics
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable, t_quantile
+from stemcal.doe.regression.mean_error import MeanError, mean_error_of
 from stemcal.doe.regression.surface_notes import Losses, surface_notes
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.doe.regression.within import Within
@@ -29,6 +31,8 @@ from stemcal.errors import UsageError
 from stemcal.notes import Note
 
 ErrorSource = Literal["residual", "within"]
+PREDICTS = 0.5
+"""A surface that predicts less than this share of the variation between runs left out says nothing of its shares."""
 _REMEDY = {
     False: "repair those runs, or leave such terms out (rsm.inestimable: drop),",
     True: "repair those runs",
@@ -42,7 +46,10 @@ class Surface:
     `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
     such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
     `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
-    is larger. `sequential_ss` has the type I sum of squares of every term.
+    is larger. `sequential_ss` has the type I sum of squares of every term. `copies` is how many runs only repeat
+    others of a deterministic solver: they count once, and are not among `design` and `response`. `mean_error` is what
+    the mean response may be off by; None of a saturated fit. Of coarse runs `unfitted` is the part of `mean_square`
+    that the mean shares, since too few fine runs tell of it.
     """
 
     names: tuple[str, ...]
@@ -68,6 +75,9 @@ class Surface:
     block_effects: dict[str, float]
     terms_dropped: tuple[str, ...] = ()
     error_source: ErrorSource = "residual"
+    copies: int = 0
+    mean_error: MeanError | None = None
+    unfitted: float = 0.0
     sequential_ss: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -100,11 +110,17 @@ class Surface:
 
     def standard_error(self, coded: ArrayLike) -> Array:
         """Standard error of ŷ; NaN for a saturated fit, which knows no error."""
-        return np.sqrt(self._s2() * self.unscaled_variance(coded))
+        return np.sqrt(self._s2() * (self.unfitted + self.unscaled_variance(coded)))
+
+    def mean_variance(self, coded: ArrayLike) -> Array:
+        """Return the variance of the mean response about ŷ, what the quadratic misses included; NaN if saturated."""
+        if self.mean_error is None:
+            return np.full(len(np.atleast_2d(coded)), np.nan)
+        return self.mean_error.of_terms * self.unscaled_variance(coded) + self.mean_error.missed
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""
-        return self._interval(coded, level, 0.0)
+        return self._interval(coded, level, self.unfitted)
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of one further run: ŷ ± t·s·√(1 + φᵀ(XᵀX)⁻¹φ)."""
@@ -129,6 +145,7 @@ def fit_surface(
     blocks: Sequence[object] | None = None,
     within: Within | None = None,
     drop: bool = False,
+    each_once: bool = True,
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
@@ -149,6 +166,8 @@ def fit_surface(
         The scatter known within each run: a pure error.
     drop : bool
         Leave out products and squares that can no longer be estimated because runs failed, instead of refusing.
+    each_once : bool
+        Count copies of a deterministic run once; False counts each, as published tables do.
 
     Raises
     ------
@@ -156,18 +175,18 @@ def fit_surface(
         If the runs at hand, or the design, cannot estimate every term.
     """
     points, y = _checked_points(coded, response, names)
-    present = np.isfinite(y)
+    copies = copies_of(points, y, blocks) if each_once else np.zeros(y.size, dtype=bool)
+    present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
     w = _checked_weights(weights, y.size)[present]
     apart, labels = block_columns(blocks, present)
-    whole, wanted = term_columns(points), _kept(names, terms)
-    every, n_failed = term_names(names), int(np.sum(~present))
+    whole, wanted, every = term_columns(points), _kept(names, terms), term_names(names)
     kept = _still_kept(whole[present], wanted, every) if drop and n_failed and y.size > n_failed else wanted
     matrix = np.column_stack([whole[present][:, kept], apart])
     columns = [*(every[i] for i in kept), *(f"block {label}" for label in labels[:-1])]
     require_estimable(matrix, columns, n_failed, "response surface", _REMEDY[drop])
     fit = fit_least_squares(matrix, y[present], w, apart.shape[1])
     dropped = tuple(every[i] for i in wanted if i not in kept)
-    losses = Losses(n_failed, dropped, largest_inflation(whole[:, wanted]))
+    losses = Losses(n_failed, dropped, largest_inflation(whole[~copies][:, wanted]), int(copies.sum()))
     rows = (np.flatnonzero(present) + 1).tolist()
     scatter = None if within is None else within.at(present)
     return _surface(fit, _Runs(points[present], rows, tuple(names), kept, labels, scatter, losses))
@@ -256,6 +275,8 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
         block_effects=block_effects(fit, runs.labels),
         terms_dropped=runs.losses.dropped,
         error_source=source,
+        copies=runs.losses.copies,
+        mean_error=None if mean_square is None else mean_error_of(runs.design, fit, split, mean_square, df),
         sequential_ss=dict(zip(terms[1:], fit.sequential_ss.tolist(), strict=True)),
     )
 

@@ -84,17 +84,8 @@ class ScatterOverMeshes(Note):
 
 
 @dataclass(frozen=True)
-class RepeatedOverMeshes(Note):
-    """Repeated runs raise the residual df only; for the lack of fit every point counts once."""
-
-    weight = Weight.ASIDE
-    repeated: int
-    df: int
-
-
-@dataclass(frozen=True)
 class CopiesOnly(Note):
-    """All repeated points agree exactly: the solver is deterministic, and lack of fit cannot be tested."""
+    """So many runs repeat others exactly: the solver is deterministic, and every point counts once."""
 
     weight = Weight.ASIDE
     repeated: int
@@ -133,11 +124,12 @@ class VerdictOnOneRun(Note):
 
 @dataclass(frozen=True)
 class Losses:
-    """What failed runs have cost: how many failed, the terms left out, the variance inflation as planned."""
+    """What the fit did without: runs that failed, terms, copies; and the variance inflation as planned."""
 
     failed: int
     dropped: tuple[str, ...]
     inflation_planned: float
+    copies: int = 0
 
 
 def surface_notes(
@@ -163,6 +155,8 @@ def surface_notes(
         yield SaturatedSurface()
     elif fit.exact:
         yield ExactSurface()
+    if losses.copies:
+        yield CopiesOnly(losses.copies, fit.df)
     yield from _within_notes(fit, split) if split.within_df else _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
         yield MostlyNoise(precision)
@@ -173,14 +167,10 @@ def _within_notes(fit: LeastSquares, split: LackOfFit) -> Iterator[Note]:
     scatter = (split.pure_sum_of_squares / split.pure_df) ** 0.5
     largest = fit.mean_square is None or scatter**2 > fit.mean_square
     yield ScatterOverMeshes(scatter, split.pure_df, split.within_common, largest)
-    if split.deterministic:
-        yield RepeatedOverMeshes(fit.df - split.df, fit.df)
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
-    if split.deterministic:
-        yield CopiesOnly(split.pure_df, split.df + split.pure_df)
-    elif split.pure_df == 0:
+    if split.pure_df == 0:
         yield NothingRepeated()
     elif split.df == 0:
         yield NoPointToSpare()

@@ -14,11 +14,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from stemcal.doe.regression.copies import same_points
 from stemcal.doe.regression.least_squares import Array
-
-_SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,14 +28,13 @@ class Within:
     count: Array
     values: Array | None = None
 
-    def at(self, keep: Array) -> Within:
+    def at(self, keep: NDArray[np.bool_] | NDArray[np.int_]) -> Within:
         """Return the scatter of some of the runs."""
         return Within(self.sd[keep], self.count[keep], None if self.values is None else self.values[keep])
 
     def pooled(self, coded: Array, weights: Array) -> Pooled:
         """Pool the scatter over the distinct design points."""
-        keys = np.round(np.asarray(coded) / _SAME).astype(np.int64)
-        _, first = np.unique(keys, axis=0, return_index=True)
+        _, first = np.unique(same_points(np.asarray(coded)), return_index=True)
         first = first[np.isfinite(self.sd[first]) & (self.count[first] > 1)]
         if self.values is not None and len(first) > 1 and np.all(np.isfinite(self.values[first])):
             return _interaction(self.values[first], weights[first])

@@ -61,9 +61,9 @@ def unusable(folder: Path) -> str:
 def mistrust(folder: Path) -> str:
     """Return why what lies in a folder must not be executed, nothing if it may.
 
-    On POSIX the folder and all in it must be this user's, no link, and not for others to write; nor may all the world
-    be able to put another in its place. A folder that others can look into is closed to them. Windows keeps the
-    user's cache in his profile, which is his.
+    On POSIX the folder and all in it must be this user's, no link, and not for others to write. Neither all the world
+    nor another user than root may be able to put another in its place. A folder that others can look into is closed to
+    them. Windows keeps the user's cache in his profile, which is his.
     """
     if os.name == "nt":
         return ""
@@ -71,6 +71,8 @@ def mistrust(folder: Path) -> str:
         around, top = folder.parent.stat(), folder.lstat()
         if around.st_mode & stat.S_IWOTH and not around.st_mode & stat.S_ISVTX:
             return f"{folder.parent} may be written by everyone"
+        if around.st_uid not in (os.geteuid(), 0):
+            return f"{folder.parent} belongs to someone else"
         reason = _strange(folder, top, open_to_others=True)
         if reason:
             return reason

@@ -58,7 +58,7 @@ from stemcal.fem.kernels.hexahedron import (
     strain_increment,
     velocity_gradient,
 )
-from stemcal.fem.kernels.hourglass import dot3, modal_rate, resist, taken_by_stress, taken_from_stress
+from stemcal.fem.kernels.hourglass import damped, dot3, modal_rate, resist, taken_by_stress, taken_from_stress
 from stemcal.fem.kernels.numbers import HALF, ONE, TINY, ZERO, like
 from stemcal.fem.kernels.plasticity import (
     double_dot,
@@ -132,7 +132,9 @@ def hourglass_forces(
     state: Array, lane: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats,
     L: Floats, R: Floats, stress: Floats, dt: float, material: Floats, alive: float,
 ) -> Floats:  # fmt: skip
-    """Return the forces on the four hourglass modes and their power, at the mean of old and new force if they last.
+    """Return the forces on the four hourglass modes, without and with their damping, and their power.
+
+    Of a force that lasts the power is that at the mean of old and new.
 
     Zeros if the element is not alive.
     """
@@ -153,9 +155,11 @@ def hourglass_forces(
     q5 = resist(load3(state, HOURGLASS_FORCE + 3, lane), r5, turn, gain)
     q6 = resist(load3(state, HOURGLASS_FORCE + 6, lane), r6, turn, gain)
     q7 = resist(load3(state, HOURGLASS_FORCE + 9, lane), r7, turn, gain)
-    power = dot3(q4, r4) + dot3(q5, r5) + dot3(q6, r6) + dot3(q7, r7)
+    damping = memory * gain
+    felt = (damped(q4, r4, damping), damped(q5, r5, damping), damped(q6, r6, damping), damped(q7, r7, damping))
+    power = dot3(felt[0], r4) + dot3(felt[1], r5) + dot3(felt[2], r6) + dot3(felt[3], r7)
     squares = dot3(r4, r4) + dot3(r5, r5) + dot3(r6, r6) + dot3(r7, r7)
-    return (q4, q5, q6, q7), power - HALF * memory * gain * squares
+    return (q4, q5, q6, q7), felt, power - HALF * memory * gain * squares
 
 
 @inlined
@@ -205,11 +209,11 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     work = HALF * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
-    Q, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, stress, dt, material, alive)
+    Q, felt, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, stress, dt, material, alive)
     acting = acting_stress(stress, pressure, alive)
-    store8(scratch, FORCES, lane, corner_forces(0, acting, Q, x, y, z, bx, by, bz, per_whole))
-    store8(scratch, FORCES + 8, lane, corner_forces(1, acting, Q, x, y, z, bx, by, bz, per_whole))
-    store8(scratch, FORCES + 16, lane, corner_forces(2, acting, Q, x, y, z, bx, by, bz, per_whole))
+    store8(scratch, FORCES, lane, corner_forces(0, acting, felt, x, y, z, bx, by, bz, per_whole))
+    store8(scratch, FORCES + 8, lane, corner_forces(1, acting, felt, x, y, z, bx, by, bz, per_whole))
+    store8(scratch, FORCES + 16, lane, corner_forces(2, acting, felt, x, y, z, bx, by, bz, per_whole))
 
     # what the element keeps
     store6(state, STRESS, lane, stress, alive)

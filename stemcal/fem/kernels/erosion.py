@@ -12,7 +12,9 @@ elements that share a face,
 
     ε̄ₑ ← ε̄ₑ + τ/Vₑ Σ_f T_f (ε̄_n − ε̄ₑ),   T = area / distance of centres,   Σ τ = ℓ²/4.
 
-Nothing passes through free surfaces, mirror planes or eroded elements: the mean never looks across the bore or a cut.
+Nothing passes through free surfaces and mirror planes: the mean never looks across the bore. It is over the body as it
+was: elements that have failed keep the strain at which they went, as in the cited theory. Without them the most
+strained material would no longer count: the mean around a gap would fall, and the more the smaller the elements are.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ _ROUNDED = 1.0 - 1.0e-9
 class Exchange(NamedTuple):
     """How plastic strain spreads over neighbours; `stemcal.fem.averaging.exchange` makes it."""
 
-    share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it, changes as elements go
+    share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
     around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
     passes: int  # 0 for local failure
     failure_strain: float
@@ -44,24 +46,13 @@ class Exchange(NamedTuple):
     next: Array  # (E,) scratch
     known: Array  # (blocks, lanes) the strain that the mean was last worked out from, changes
     largest: Array  # (1,) the largest mean of a standing element then, changes
-    standing: NDArray[np.int64]  # (1,) how many elements stood then, changes
-
-
-@kernel
-def close_faces(exchange: Floats, standing: Any) -> None:
-    """Let nothing pass to or from elements that are gone."""
-    for e in range(standing.shape[0]):
-        for face in range(6):
-            if not (standing[e] and standing[exchange.around[e, face]]):
-                exchange.share[e, face] = 0.0
 
 
 @kernel
 def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
-    """Set `exchange.mean` to the mean plastic strain around each standing element."""
+    """Set the mean plastic strain around each element, and the largest of those that stand."""
     mean, after, share, around = exchange.mean, exchange.next, exchange.share, exchange.around
     slots, standing = topology.slots, topology.standing
-    close_faces(exchange, standing)
     for e in range(mean.shape[0]):
         mean[e] = held(state, slots[e], PLASTIC_STRAIN)
     for b in range(state.shape[0]):
@@ -82,27 +73,22 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
 
 
 @kernel
-def may_have_failed(exchange: Floats, topology: Floats, state: Array) -> bool:
+def may_have_failed(exchange: Floats, state: Array) -> bool:
     """Return whether any mean strain can have reached the failure strain since the means were worked out.
 
-    A mean weighs strains with shares of one: it has grown by no more than the strain that has grown most. Where
-    elements have gone since, the means are others.
+    A mean weighs strains with shares of one: it has grown by no more than the strain that has grown most.
     """
-    grown, standing = 0.0, 0
+    grown = 0.0
     for b in range(state.shape[0]):
         for lane in range(LANES):
             grown = maximum(grown, float(state[b, PLASTIC_STRAIN, lane] - exchange.known[b, lane]))
-    for e in range(topology.standing.shape[0]):
-        standing += topology.standing[e]
-    changed = standing != exchange.standing[0]
-    exchange.standing[0] = standing
-    return changed or not exchange.largest[0] + grown < _ROUNDED * exchange.failure_strain
+    return not exchange.largest[0] + grown < _ROUNDED * exchange.failure_strain
 
 
 @kernel
 def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> bool:
     """Mark as failed the elements whose mean strain has reached the failure strain; returns whether there are any."""
-    if not may_have_failed(exchange, topology, state):
+    if not may_have_failed(exchange, state):
         return False
     spread_strains(exchange, topology, state)
     failed = False

@@ -24,6 +24,7 @@ from stemcal.fem.kernels.block import (
 )
 from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
+from stemcal.fem.kernels.hourglass import DAMPING
 from stemcal.fem.kernels.numbers import SIXTY_FOUR, TWO, ZERO, like
 from stemcal.fem.kernels.vectors import write_scratch
 
@@ -54,7 +55,7 @@ def squared_frequency(
 
     With G the 3×3 products BᵢBⱼ of the nodal gradients, (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, hence the stiffness
     to uniform strain is at most V (λ tr G + 2μ ‖G‖), with Gershgorin's bound for ‖G‖. A cube's volume mode attains it.
-    The stiffness hourglass modes have ω² = 64 a/m.
+    The stiffness hourglass modes have ω² = 64 a/m; damped by βΔt they allow a step as if it were 1 + 2β times that.
     """
     bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
     whole = contract(x, bx)
@@ -62,7 +63,8 @@ def squared_frequency(
     xy, yz, zx = abs(dot6(bx, by)), abs(dot6(by, bz)), abs(dot6(bz, bx))
     norm = max(xx + xy + zx, max(yy + xy + yz, zz + yz + zx))
     uniform = (lame * (xx + yy + zz) + TWO * shear * norm) / whole
-    return max(uniform, SIXTY_FOUR * memory * stiffness) / mass, whole
+    hourglass = like(stiffness, 64.0 * (1.0 + 2.0 * DAMPING)) * memory * stiffness
+    return max(uniform, hourglass) / mass, whole
 
 
 @entry

@@ -13,9 +13,11 @@ from stemcal.report.tables.columns import ERROR, condition, simulated, starred, 
 from stemcal.report.tables.equation import equation
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table
 from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
+from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult, ValidateRow
+from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
 from stemcal.text.numbers import probability, short, significant, unit_written
 from stemcal.text.tables import line
@@ -50,8 +52,11 @@ class PaperTable:
         return tuple(tuple(in_a_line(cell).rstrip() for cell in row) for row in self.table.cells)
 
 
-def paper_tables(study: Study, results: Results) -> list[PaperTable]:
-    """Return the tables that the finished stages allow, in the order of the paper."""
+def paper_tables(study: Study, results: Results, holds: bool = True) -> list[PaperTable]:
+    """Return the tables that the finished stages allow, in the order of the paper.
+
+    Where the study's verdict is that nothing is calibrated, `holds` is false and ranges are left out.
+    """
     screen, surface, inversion = results.screen, results.surface, results.inversion
     labels, symbols = _names(study)
     tables = [_factors(study, labels)]
@@ -73,13 +78,14 @@ def paper_tables(study: Study, results: Results) -> list[PaperTable]:
         tables.append(_levels(surface))
         tables.append(_printed("surface-runs", design_table(surface.design, symbols), _runs(study, "run")))
         kind = "anova" if surface.sums_of_squares != "sequential" else "sequential anova"
-        anova = _printed("anova", anova_table(surface), heads, f"{stars} {note}")
+        anova = _printed("anova", anova_table(replace(surface, anova=surface.as_published)), heads, f"{stars} {note}")
         tables.append(replace(anova, caption=line(f"published {kind}")))
     if inversion is not None:
-        heads = {"factor": "Parameter", "solution": "Numerical Calibration"}
-        levels = {**study.midlevels(), **inversion.parameters, **inversion.point.solution}
-        tables.append(_printed("calibration", calibration_table(inversion, labels), heads))
-        tables.append(_parameters(study, labels, levels))
+        heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
+        found = visible([calibration_table(inversion, labels, results.parameters)], holds)
+        beside = [*valid_for(inversion), *(assumptions(inversion, results.mesh is not None) if holds else ())]
+        tables += [_printed("calibration", table, heads, " ".join(beside)) for table in found]
+        tables.append(_parameters(study, labels, {**study.midlevels(), **results.parameters}))
     if results.refinement is not None:
         heads = {**_runs(study, "iteration"), "predicted": "Predicted Value", "error_percent": ""}
         tables.append(_printed("refinement", refine_table(results.refinement, symbols), heads, line("then")))

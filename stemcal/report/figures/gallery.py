@@ -215,13 +215,14 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
         text = caption(Names(), "force", *dotted)
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
+    hollow = study.specimen.diameter_ratio > 0.0 or "wall_thickness" in study.names
     for label, record in records.items():
         if record.at_solution:
-            plots += _run(label, record.details, label == calibrated)
+            plots += _run(label, record.details, label == calibrated, hollow)
     return plots
 
 
-def _run(label: str, details: Details, on_page: bool) -> list[Plot]:
+def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
     """Return the pictures of one run; the page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
@@ -229,11 +230,11 @@ def _run(label: str, details: Details, on_page: bool) -> list[Plot]:
         draw = partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
-        plots += _pictures(label, name, details, on_page)
+        plots += _pictures(label, name, details, on_page, hollow)
     return plots
 
 
-def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Plot]:
+def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
     """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
     packed, film = details.shape, details.film
 
@@ -241,7 +242,8 @@ def _pictures(label: str, name: str, details: Details, on_page: bool) -> list[Pl
         text = caption(Names(), part, run=label)
         return Plot(f"{figure}-{name}", "runs", text, partial(draw, *what), on_page, wide=True, detail=detail)
 
-    plots = [plot("mesh", "mesh", _mesh, packed), plot("fracture", "cut", _fracture, packed, detail=False)]
+    cut = "cut" if hollow else "cut solid"
+    plots = [plot("mesh", "mesh", _mesh, packed), plot("fracture", cut, _fracture, packed, detail=False)]
     if film:
         plots += [plot("frames", "film", _frames, packed, film), plot("fields", "fields", _fields, packed, film)]
     return plots

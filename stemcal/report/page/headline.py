@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from stemcal.report.tables.of_parameters import cited_ranges
 from stemcal.stages.invert.result import InvertResult
-from stemcal.text.language import say
 from stemcal.text.numbers import interval, significant, unit_written
 
 if TYPE_CHECKING:
@@ -22,6 +21,7 @@ class Card:
     name: str
     value: str
     unit: str
+    head: str
     range: str
 
 
@@ -34,14 +34,14 @@ def headline(
     """
     if invert is None:
         return []
-    _, ranges = cited_ranges(invert)
-    ranged = "{range} (exact solutions)" if invert.certainty is None else "{range} (95 %)"
+    head, ranges = cited_ranges(invert)
     return [
         Card(
             study.factor(name).label or name,
             significant(value),
             unit_written(study.factor(name).unit),
-            say(ranged, range=interval(ranges.get(name))) if holds else "",
+            head,
+            f"{interval(ranges.get(name))} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
         )
         for name, value in (invert.point.solution if values is None else values).items()
         if name in invert.point.solution

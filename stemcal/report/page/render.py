@@ -19,10 +19,10 @@ from stemcal.naming import small
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
 from stemcal.report.page.headline import headline
-from stemcal.report.records import Records, provenance_rows, read_records, run_warnings
+from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
-from stemcal.report.tables.stages import borne, tables_of
+from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
@@ -33,7 +33,7 @@ from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
 from stemcal.text.numbers import short
-from stemcal.text.page import failures, folded, kind_of, question
+from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
 from stemcal.text.verdict import use, word
 
@@ -136,6 +136,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         verdict=verdict,
         word=word(verdict),
         use="" if verdict.use is None else use(verdict.use, said_of),
+        further=further_reasons(len(verdict.reasons) - 1),
         reasons=[(sentence(reason, said_of), sentence(reason.remedy, said_of)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=certainty(results, verdict.holds, labels),
@@ -144,7 +145,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         setting=part_of(setting_tables(study), ()),
         sections=[section(result, plots, verdict, labels) for result in done],
         runs=part_of(run_tables(results, records), _plots_of("runs", plots)),
-        provenance=[*provenance_rows(records), ("Spec", study.source.name), ("Solver", study.solver.kind)],
+        provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
     )
 
 
@@ -167,7 +168,7 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
-        borne(tables_of(result, labels, judged=True), verdict.holds),
+        visible(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
     )

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from stemcal.files.rows import Column, Table
 from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
-from stemcal.report.tables.stages import borne
+from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.validate import ValidateResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import significant, unit_written
+from stemcal.text.numbers import unit_written
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, 
 
 def final_tables(study: Study, results: Results, holds: bool, taken: int) -> list[Table]:
     """Return parameters and forces for what is left of a screen of which `taken` lines are used otherwise."""
-    tables = borne([_parameters(study, results)], holds) if results.inversion is not None else []
+    tables = visible([_parameters(study, results)], holds) if results.inversion is not None else []
     if results.validation is not None:
         left = LINES - 1 - taken - _AROUND - sum(len(table.rows) for table in tables)
         first, *others = validation_tables(results.validation, Names(study.naming))
@@ -36,18 +36,14 @@ def final_tables(study: Study, results: Results, holds: bool, taken: int) -> lis
 def _parameters(study: Study, results: Results) -> Table:
     """Return each calibrated parameter with its unit and the range to cite."""
     assert results.inversion is not None
-    table = calibration_table(results.inversion, Names(study.naming))
-    factors, *others = (column.key for column in table.columns if column.key not in ("share", "coded"))
-    columns = (
-        replace(table.columns[0], label="Parameter"),
-        Column("refined", "Calibrated", form=significant),
-        Column("unit", "Unit", form=unit_written, words=True),
-        *table.columns[1:],
+    table = calibration_table(results.inversion, Names(study.naming), results.parameters)
+    name, value, *others = table.columns
+    unit = Column("unit", "Unit", form=unit_written, words=True)
+    rows = tuple((*row[:2], study.factor(row[0]).unit, *row[2:]) for row in table.rows)
+    whole = replace(
+        table, columns=(replace(name, label="Parameter"), value, unit, *others), rows=rows, foot=(), claimed=()
     )
-    values = results.parameters
-    rows = tuple((row[0], values[row[0]], study.factor(row[0]).unit, *row[1:]) for row in table.rows)
-    whole = replace(table, columns=columns, rows=rows, foot=(), claimed=())
-    return whole.only([factors, "refined", "unit", *(key for key in others if key != "solution")])
+    return whole.only(column.key for column in whole.columns if column.key not in ("share", "coded"))
 
 
 def shortened(table: Table, validation: ValidateResult, most: int) -> Table:

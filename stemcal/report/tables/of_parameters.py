@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from stemcal.files.rows import Column, Table
@@ -18,14 +19,17 @@ from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
 
 
-def calibration_table(stage: InvertResult, names: Names) -> Table:
-    """Return the calibrated parameters with the range of each that is to be cited, and what else was found."""
+def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, float] | None = None) -> Table:
+    """Return the calibrated parameters with the range of each that is to be cited, and what else was found.
+
+    `refined` has the values after a refinement.
+    """
     point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
     published = {} if stage.published is None else stage.published.point.solution
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges.get(name), "coded": point.coded[name], "published": published.get(name)}
-        | {"solution": value, "share": known and share_of_range(known, name)}
-        for name, value in point.solution.items()
+        | {"solution": (refined or point.solution)[name], "share": known and share_of_range(known, name)}
+        for name in point.solution
     ]
     columns = [
         factor(names),
@@ -43,7 +47,7 @@ def calibration_table(stage: InvertResult, names: Names) -> Table:
 
 def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, Interval]]:
     """Return what the range of each parameter to cite is called, and the ranges."""
-    return ("Exact solutions", stage.ranges) if stage.certainty is None else ("95 % range", stage.certainty.intervals)
+    return "Exact solutions" if stage.certainty is None else "95 % range", stage.cited
 
 
 def share_of_range(part: Certainty, name: str) -> str:

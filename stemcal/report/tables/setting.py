@@ -69,10 +69,10 @@ def _measured(study: Study) -> Table:
 
 def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
     """Return each part of the virtual shear test and how it is simulated."""
-    blade, fixed, law = study.blade, "wall_thickness" not in study.names, {"paper": say("as printed in the paper")}
+    blade, law = study.blade, {"paper": say("as printed in the paper")}
     rubbing = line("friction", **vars(study.contact))
     return {
-        "Stem": line("stem" if fixed else "walled stem", **vars(study.specimen)),
+        "Stem": line(_kind_of_stem(study), **vars(study.specimen)),
         "Blade": line("both bevels" if blade.bevel == "both" else "one bevel", **vars(blade)),
         "Edge radius": f"{short(blade.edge_radius)} mm",
         "Supports": line("supports", **vars(study.supports)),
@@ -83,6 +83,12 @@ def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
         "Strain-rate law": law.get(solver.rate_law, solver.rate_law.replace("_", "–")),
         "Mass scaling": f"× {short(solver.mass_scaling)}",
     }
+
+
+def _kind_of_stem(study: Study) -> str:
+    if "wall_thickness" in study.names:
+        return "walled stem"
+    return "stem" if study.specimen.diameter_ratio > 0.0 else "solid stem"
 
 
 def _failure(study: Study) -> dict[str, str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, stem_mesh
+from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, rate_filter, stem_mesh
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
@@ -109,7 +109,7 @@ class Deck:
     @cached_property
     def notes(self) -> list[str]:
         """What the deck says otherwise than the study, or cannot say."""
-        return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rounded()]
+        return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter(), *self._rounded()]
 
     @cached_property
     def settings(self) -> dict[str, Any]:
@@ -160,6 +160,14 @@ class Deck:
         else:
             most = (self._strain_rate / c) ** p
             yield f"{law} is written as no rate effect: at the speed of the blade it adds {most:.1g} at most"
+
+    def _rate_filter(self) -> Iterator[str]:
+        if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
+            time = rate_filter(self.diameter, self.study.loading.speed)
+            yield (
+                f"the rate is that of plastic strain (VP = 1), which the study smooths over {time:.3g} s; no field of "
+                "this card does, and with little mass vibration counts as rate"
+            )
 
     def _rounded(self) -> Iterator[str]:
         exact = _by_field(self.given)

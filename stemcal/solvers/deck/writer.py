@@ -86,14 +86,19 @@ def _stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
     elastic = {"mid": STEM, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}
     if form.material == "mat003":
-        rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": 0.0}
+        rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": _rate_of_plastic_flow(value)}
         cards: list[Card] = [elastic | plastic | {"beta": value["beta"]}, rate]
         yield from keyword("MAT_PLASTIC_KINEMATIC", *cards, long=form.long)
         return
     failing = elastic | plastic | {"fail": value["fail"], "tdel": 0.0}
-    rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": 0.0}
+    rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": _rate_of_plastic_flow(value)}
     curve: list[Card] = [{f"{name}{i}": 0.0 for i in range(1, 9)} for name in ("eps", "es")]
     yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve, long=form.long)
+
+
+def _rate_of_plastic_flow(value: Mapping[str, float]) -> float:
+    """Return VP: 1 makes both programs take the rate of plastic strain, as the study does; 0 without rate effect."""
+    return 1.0 if value["c"] > 0.0 else 0.0
 
 
 def _tool_materials(law: Material) -> Iterator[str]:

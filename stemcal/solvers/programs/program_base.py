@@ -82,6 +82,7 @@ class Program(ABC):
             **self._determining(request),
             "levels": dict(request.levels),
             **({} if self.naming.condition is None else {"condition": request.condition}),
+            **({"replicate": request.replicate} if request.replicate else {}),
         }
 
     def solve(self, request: Request) -> Answer:

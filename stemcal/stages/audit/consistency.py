@@ -101,7 +101,7 @@ def _changed(study: Study, surface: SurfaceResult) -> Iterator[tuple[Audited, st
                 other = round(level + step * _last_digit(level), 9)
                 moved = natural.copy()
                 moved[np.isclose(natural[:, j], level), j] = other
-                fit = fit_surface(surface.scales.to_coded(moved), responses, surface.names)
+                fit = fit_surface(surface.scales.to_coded(moved), responses, surface.names, each_once=False)
                 found = audit_surface(study, fit.anova, fit.coefficients)
                 if found is not None:
                     yield found, name, level, other
@@ -338,7 +338,7 @@ def stars_differ(study: Study, stages: Calibrated) -> Iterator[Found]:
     if published is None:
         return
     screened = {effect.factor: effect.p for effect in stages.screen.effects}
-    analysed = {term_of(study, row.source): row.p for row in stages.surface.anova}
+    analysed = {term_of(study, row.source): row.p for row in stages.surface.as_published}
     for name, path, p_of in (("screening", published.screening, screened), ("anova", published.anova, analysed)):
         if path is None:
             continue

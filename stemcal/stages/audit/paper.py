@@ -136,6 +136,7 @@ def _cells_with(study: Study, surface: SurfaceResult, header: list[str], rows: l
     """Count the printed ANOVA cells that agree when the design is taken as printed."""
     columns = [header.index(name) for name in surface.names]
     natural = [[float(cells[column]) for column in columns] for cells in rows]
-    refit = fit_surface(surface.scales.to_coded(natural), [float(cells[-1]) for cells in rows], surface.names)
+    coded, responses = surface.scales.to_coded(natural), [float(cells[-1]) for cells in rows]
+    refit = fit_surface(coded, responses, surface.names, each_once=False)
     audited = audit_surface(study, refit.anova, refit.coefficients)
     return audited.tables.get("anova", _NONE) if audited else _NONE

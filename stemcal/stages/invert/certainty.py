@@ -9,7 +9,7 @@ from typing import Literal
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import Posterior, sample_posterior
-from stemcal.doe.calibration.profile import Profile, moved_together, profiles_of, unseen_directions
+from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
@@ -20,6 +20,8 @@ from stemcal.stages.result import Interval
 from stemcal.study.model import Study, Target
 
 SAMPLES_KEPT = 500
+# A factor that moves by so much of its half step, where another goes a whole one, is not fixed by itself.
+_MOVED = 0.25
 
 
 @dataclass(frozen=True)
@@ -50,23 +52,32 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     return [Measured(target.condition, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
 
 
-def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface]) -> Misfit:
-    """Return the misfit of measured means, each with its surface."""
-    return misfit_of(
-        [
-            Observation(surface, mean.value, mean.sd, mean.n, mean.response)
-            for mean, surface in zip(measured, surfaces, strict=True)
-        ]
-    )
+def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region) -> Misfit:
+    """Return the misfit of measured means, each with its surface, within a region."""
+    observations = [
+        Observation(surface, mean.value, mean.sd, mean.n, mean.response)
+        for mean, surface in zip(measured, surfaces, strict=True)
+    ]
+    return misfit_of(observations, region)
 
 
 def certainty_of(
-    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"]
+    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"], point: Array
 ) -> Certainty:
-    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone."""
+    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone.
+
+    Directions that change nothing are those at `point`, the solution.
+    """
     best = best_fit(misfit, region)
     profiles = profiles_of(misfit, region, best)
-    unseen = unseen_directions(misfit, best)
+    unseen = unseen_directions(misfit, point)
+    changes = tuple(changes_along(coding, row) for row in unseen)
+    free = tuple(p.factor for p in profiles if p.free)
+    moved = {name for row in unseen for name in _movers(coding.names, row)}
+    not_identified = tuple(name for name in coding.names if name in free or name in moved)
+    loosest = (
+        changes[0] if changes else changes_along(coding, loosest_direction(misfit, point)) if not_identified else {}
+    )
     return Certainty(
         source=source,
         scatter=misfit.scatter,
@@ -75,10 +86,12 @@ def certainty_of(
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
         bounded={p.factor: p.bounded for p in profiles},
         share={p.factor: p.share for p in profiles},
-        free=tuple(p.factor for p in profiles if p.free),
+        free=free,
+        not_identified=not_identified,
+        loosest=loosest,
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
-        unseen_changes=tuple(_changes(coding, row) for row in unseen),
+        unseen_changes=changes,
         posterior=_posterior(coding, misfit, region) if study.invert.posterior else None,
         df=misfit.scale_df if isfinite(misfit.scale_df) else None,
         units={name: study.factor(name).unit for name in coding.names},
@@ -93,8 +106,13 @@ def _natural(coding: Coding, j: int, low: float, high: float) -> Interval:
     return _value(coding, j, low), _value(coding, j, high)
 
 
-def _changes(coding: Coding, direction: Array) -> dict[str, float]:
-    """Return how much each factor changes along a direction that no measurement sees, in its unit.
+def _movers(names: Sequence[str], direction: Array) -> list[str]:
+    """Return the factors that move along a direction by more than a small part of the one that moves most."""
+    return [name for name, part in zip(names, moved_together(direction), strict=True) if abs(part) >= _MOVED]
+
+
+def changes_along(coding: Coding, direction: Array) -> dict[str, float]:
+    """Return how much each factor changes along a coded direction, in its unit.
 
     The largest part changes by one half step; parts below a twentieth of it are left out.
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 from stemcal.doe.calibration.inversion import Assessment
@@ -11,7 +11,7 @@ from stemcal.doe.calibration.misfit import Scatter
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows, Table
+from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
@@ -89,9 +89,10 @@ class PosteriorSummary:
 class Certainty:
     """What measurements leave possible, all of a joint fit or the target alone: 95 % intervals by profile likelihood.
 
-    `free` factors are those that the data say nothing about; along `directions` (coded) nothing measured changes, for
-    example by `unseen_changes` (in the factors' `units`). `df` are the degrees of freedom behind the variances, None
-    where they are treated as known.
+    `free` factors are those whose interval holds most of their range; along `directions` (coded) nothing measured
+    changes, for example by `unseen_changes` (in the factors' `units`). `not_identified` are those and the factors
+    that move along such a direction; `loosest` are changes along which the measured values change least. `df` are the
+    degrees of freedom behind the variances, None where they are treated as known.
     """
 
     source: Literal["joint", "single"]
@@ -103,6 +104,8 @@ class Certainty:
     share: dict[str, float]
     free: tuple[str, ...]
     profiles: dict[str, ProfileCurve]
+    not_identified: tuple[str, ...] = ()
+    loosest: dict[str, float] = field(default_factory=dict)
     directions: tuple[dict[str, float], ...] = ()
     unseen_changes: tuple[dict[str, float], ...] = ()
     posterior: PosteriorSummary | None = None
@@ -133,10 +136,34 @@ class JointRow:
 
 
 @dataclass(frozen=True)
+class Mean:
+    """Which measured mean: of a response at a condition."""
+
+    response: str
+    condition: float
+
+
+@dataclass(frozen=True)
+class Contradicted:
+    """A measured mean that the others contradict: what they allow it to be, and how many standard errors it is off."""
+
+    response: str
+    condition: float
+    measured: float
+    low: float
+    high: float
+    standard_errors: float
+    p: float
+
+
+@dataclass(frozen=True)
 class JointFitted:
     """What a joint fit comes to; `rows` are of the force, `further` of the other responses.
 
     `ranges_chosen` tells whether the factor ranges were chosen before or after the measured values were known.
+    `contradiction` is tested where no degree of freedom is left; `out_of_reach` are means that their own surface takes
+    nowhere in the region. `separated` is False where the data leave a direction of the parameters flat;
+    `presses_outwards` tells whether they ask for a point beyond the region.
     """
 
     rows: Rows[JointRow]
@@ -151,6 +178,10 @@ class JointFitted:
     best_worst_solution: dict[str, float]
     null: NullModel | None = None
     ranges_chosen: Literal["before", "after"] = "before"
+    contradiction: Contradicted | None = absent()
+    out_of_reach: Rows[Mean] = absent(Rows())
+    separated: bool = True
+    presses_outwards: bool = False
 
 
 @dataclass(frozen=True)
@@ -214,15 +245,20 @@ class InvertResult(StageResult):
         """What is known of the parameters: from all measured means, and from the force alone beside a joint fit."""
         return [part for part in (self.certainty, self.certainty_alone) if part is not None]
 
+    @property
+    def cited(self) -> dict[str, Interval]:
+        """The range of each parameter to cite: its 95 % interval, where there is one, else all exact solutions."""
+        return self.ranges if self.certainty is None else self.certainty.intervals
+
     def _tables(self) -> dict[str, Table]:
-        """Return the solution with the range of each factor."""
+        """Return the solution with the range of each factor to cite, and that of the exact solutions."""
         point = self.point
         rows = [
-            {"factor": name, "solution": value, "coded": point.coded[name]}
-            | dict(zip(("low", "high"), self.ranges[name], strict=True))
+            (name, value, *self.cited[name], point.coded[name], *self.ranges[name])
             for name, value in point.solution.items()
         ]
-        return {"invert": Table.of(("factor", "solution", "coded", "low", "high"), rows)}
+        keys = ("factor", "solution", "range_low", "range_high", "coded", "exact_low", "exact_high")
+        return {"invert": Table(tuple(map(Column, keys)), tuple(rows))}
 
     def entries(self) -> Iterator[Entries]:
         """Yield what is told of each factor of the solution."""

@@ -29,9 +29,9 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     coding, target = surface.scales, study.calibration_target
     (low, high), unit = box_of(study, coding), study.naming.response.unit_suffix
     found = solve_target(surface.fitted, target.response, low, high, surface.radius, study.invert.rule, unit)
-    misfit = misfit_over(measured_of(target, [FIRST], study.naming), [surface.fitted])
     region = Region(low, high, surface.radius)
-    known = certainty_of(study, coding, misfit, region, "single")
+    misfit = misfit_over(measured_of(target, [FIRST], study.naming), [surface.fitted], region)
+    known = certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
     natural = coding.to_natural(np.array(found.ranges).T).T
     ranges: dict[str, Interval] = {

@@ -57,7 +57,7 @@ class Loop:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.trials: list[JointTrial] = []
         self.surfaces = self._surfaces()
-        self.misfit = misfit_over(self.means, self.surfaces)
+        self.misfit = misfit_over(self.means, self.surfaces, self.region)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
         self.reach = FIRST_RADIUS

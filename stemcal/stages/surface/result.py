@@ -130,7 +130,8 @@ class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
     Where the design was run with coarse elements, `coarse` tells how coefficients and intervals were corrected; the
-    analysis of variance is that of the coarse runs.
+    analysis of variance is that of the coarse runs. `anova_of_copies` counts every copy of a deterministic run, as
+    the tables of a paper that is analysed again do; it is there where that is another table.
     """
 
     name: ClassVar[str] = "rsm"
@@ -169,6 +170,7 @@ class SurfaceResult(StageResult):
     conditions: Rows[AtCondition] = absent(Rows())
     coarse: Corrected | None = absent()
     pure_error: Note | None = None
+    anova_of_copies: Rows[AnovaRow] = absent(Rows())
     published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
@@ -279,6 +281,7 @@ class SurfaceResult(StageResult):
             second_opinion=None,
             sobol=Rows(),
             conditions=Rows(),
+            anova_of_copies=Rows(),
             published=None,
             notes=fit.notes,
         )
@@ -292,6 +295,11 @@ class SurfaceResult(StageResult):
     def anova_row(self, source: str) -> AnovaRow | None:
         """Return a line of the analysis of variance."""
         return next((row for row in self.anova if row.source == source), None)
+
+    @property
+    def as_published(self) -> Rows[AnovaRow]:
+        """The analysis of variance as a paper prints it, with every copy of a deterministic run."""
+        return self.anova_of_copies or self.anova
 
     def factor(self, name: str) -> FactorCoding:
         """Return how a factor is coded."""

@@ -77,7 +77,8 @@ def _result(
     study: Study, head: Head, design: Design, runs: DesignRuns, fit: Surface, reduction: Reduction | None
 ) -> SurfaceResult:
     """Return the result without what other conditions add."""
-    beside = shape_of(study, design, fit, [run.block for run in runs.runs if run.response is not None])
+    beside = shape_of(study, design, fit, [runs.runs[row.run - 1].block for row in fit.runs_diagnostics])
+    printed = _counting_copies(study, design, runs.runs, fit) if fit.copies and study.published else fit
     middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
@@ -100,8 +101,20 @@ def _result(
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
         pure_error=pure_error_of(runs, study.replicates > 0),
-        published=audit_surface(study, fit.anova, fit.coefficients),
+        anova_of_copies=Rows(printed.anova if printed is not fit else ()),
+        published=audit_surface(study, printed.anova, printed.coefficients),
     )
+
+
+def _counting_copies(study: Study, design: Design, runs: Sequence[DesignRun], fit: Surface) -> Surface:
+    """Return the same terms fitted to every run, copies of deterministic ones too: what a paper prints."""
+    known = circumstances(_blocks(runs), runs, FIRST)
+    responses, drop = [run.number(FIRST) for run in runs], study.rsm.inestimable == "drop"
+    return fit_surface(design.coded, responses, design.names, fit.terms, *known, drop=drop, each_once=False)
+
+
+def _blocks(runs: Sequence[DesignRun]) -> list[str | None] | None:
+    return [run.block for run in runs] if any(run.block is not None for run in runs) else None
 
 
 def _entry(study: Study, design: Design, j: int) -> FactorCoding:
@@ -128,8 +141,7 @@ def recentred(study: Study, before: ScreenResult | ClimbResult | None) -> Study:
 def fit_terms(study: Study, design: Design, runs: Sequence[DesignRun]) -> tuple[Surface, Reduction | None]:
     """Fit the surface to runs as the spec asks; returns it, and how its terms were chosen if they were."""
     rsm, drop = study.rsm, study.rsm.inestimable == "drop"
-    blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
-    known = circumstances(blocks, runs, FIRST)
+    known = circumstances(_blocks(runs), runs, FIRST)
     responses = [run.number(FIRST) for run in runs]
     if rsm.reduce == "none":
         return fit_surface(design.coded, responses, design.names, None, *known, drop=drop), None

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import floor, log10, sqrt
+from math import floor, log10
 from typing import Literal
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from stemcal.doe.calibration.levelset import extremes
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
+from stemcal.stages.invert.result import Certainty
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.result import Remedy
@@ -55,8 +56,11 @@ class VaryAnother(Remedy):
     factor: str
 
 
+@dataclass(frozen=True)
 class FitFewer(Remedy):
-    """Vary a further factor, or fit less together."""
+    """Vary a further factor, or fit fewer responses, or conditions, together."""
+
+    over: Literal["responses", "conditions"] = "conditions"
 
 
 class AddRefinement(Remedy):
@@ -115,9 +119,10 @@ class IntegrateFully(Remedy):
 
 @dataclass(frozen=True)
 class HalveTimeStep(Remedy):
-    """Take this safety of the time step."""
+    """Take this safety of the time step, and where the step is set this time step (µs): half of both."""
 
     time_step_safety: float
+    time_step: float | None
 
 
 @dataclass(frozen=True)
@@ -125,6 +130,28 @@ class LengthenStroke(Remedy):
     """Take this duration (s), twice today's."""
 
     duration: float
+
+
+@dataclass(frozen=True)
+class Identify(Remedy):
+    """Fit what else was measured, or measure what moves along the free direction, or hold this factor at a value.
+
+    `unfitted` tells what was measured already and is left out of the fit.
+    """
+
+    factor: str
+    unfitted: Literal["responses", "conditions"] | None
+
+
+@dataclass(frozen=True)
+class CheckModel(Remedy):
+    """Check the law, the units and the expected sign of these factors."""
+
+    factors: tuple[str, ...]
+
+
+class SmoothResponse(Remedy):
+    """Make the response smoother, or average its roughness over more runs."""
 
 
 def region_of(surface: SurfaceResult) -> Region:
@@ -224,6 +251,16 @@ def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) 
     return VaryAnother(surface.names[order[0]])
 
 
+def to_identify(study: Study, known: Certainty) -> Remedy:
+    """Return what would fix factors that the fit leaves free: the one to hold is that of the widest interval."""
+    widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
+    left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.invert.responses]
+    if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
+        return Identify(widest, "responses")
+    more = len(study.targets.means) > max(len(study.joint_targets), 1)
+    return Identify(widest, "conditions" if more else None)
+
+
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver
@@ -235,17 +272,29 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
         case "hourglass":
             return _hourglass(solver, doubt.worst or 0.0)
         case "drift":
-            return HalveTimeStep(_outwards(0.5 * solver.time_step_safety, False))
+            return _half_the_step(solver)
         case "stroke":
             return LengthenStroke(2.0 * study.loading.duration)
 
 
 def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
-    """Inertia goes with the mass, and that with the square of the time step."""
-    share, step = _SAFELY * LIMITS["inertia"] / worst, solver.time_step
-    mass_scaling = _outwards(max(solver.mass_scaling * share, 1.0), False)
+    """Return mass scaling and time step at which what the blade sets swinging is well below the limit.
+
+    A body of stiffness k and mass m that is struck at the speed V swings with the force V √(k m): the share falls
+    with the root of the mass, and the mass that a time step asks for goes with its square.
+    """
+    swing, step = _SAFELY * LIMITS["inertia"] / worst, solver.time_step
+    mass_scaling = _outwards(max(solver.mass_scaling * swing**2, 1.0), False)
     return ScaleMassLess(
-        mass_scaling, None if step is None else _outwards(1e6 * step * sqrt(share), False), LIMITS["inertia"]
+        mass_scaling, None if step is None else _outwards(1e6 * step * swing, False), LIMITS["inertia"]
+    )
+
+
+def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:
+    """Return half the safety; a set time step stays as it is, with mass added, unless it is halved as well."""
+    step = solver.time_step
+    return HalveTimeStep(
+        _outwards(0.5 * solver.time_step_safety, False), None if step is None else _outwards(0.5e6 * step, False)
     )
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Literal
 
+from stemcal.cutting.result import NEGLIGIBLE_MASS
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.results import Results
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
+Doubts = dict[DoubtKind, float | None]
 # Shares from which a solver doubts a run itself, percent: the same as `cutting.result` warns of.
 LIMITS: dict[DoubtKind, float] = {"hourglass": 10.0, "inertia": 5.0, "drift": 2.0}
 _DETAILS: dict[DoubtKind, str] = {
@@ -29,12 +32,25 @@ class Doubt:
 
 
 @dataclass(frozen=True)
+class DoubtAt:
+    """The worst doubt of the run that validates one condition, and whether the parameters were fitted there."""
+
+    condition: float
+    fitted: bool
+    doubt: Doubt
+
+
+@dataclass(frozen=True)
 class Physics:
-    """How many distinct runs told of their checks, how many are doubtful for any reason, and why."""
+    """How many distinct runs told of their checks, how many are doubtful for any reason, and why.
+
+    `at_solution` are the doubts of runs with the calibrated parameters, one by one.
+    """
 
     checked: int
     doubtful: int
     doubts: tuple[Doubt, ...]
+    at_solution: tuple[DoubtAt, ...] = ()
 
     @property
     def share(self) -> float:
@@ -45,8 +61,8 @@ class Physics:
 def physics_of(results: Results, folder: StudyFolder) -> Physics:
     """Read the checks of every run of the results; runs of solvers that tell none are not counted."""
     keys = dict.fromkeys(outcome.key for _, outcome in results.runs() if outcome.key and outcome.ok)
-    contents = [content for key in keys if (content := folder.peek(key)) is not None]
-    found = [doubts for content in contents if (doubts := _doubts(content["details"])) is not None]
+    every = {key: doubts for key in keys if (doubts := _doubts_of(key, folder)) is not None}
+    found = list(every.values())
     kinds = dict.fromkeys(kind for doubts in found for kind in doubts)
     return Physics(
         checked=len(found),
@@ -54,18 +70,33 @@ def physics_of(results: Results, folder: StudyFolder) -> Physics:
         doubts=tuple(
             sorted((_gathered(kind, found) for kind in kinds), key=lambda doubt: (-doubt.runs, doubt.kind)),
         ),
+        at_solution=tuple(_at_solution(results, every)),
     )
 
 
-def _doubts(details: Mapping[str, Any]) -> dict[DoubtKind, float | None] | None:
+def _at_solution(results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
+    """Yield what is doubtful of each run of the validation, which has the calibrated parameters."""
+    for row in () if results.validation is None else results.validation.rows:
+        for kind, size in every.get(row.key, {}).items():
+            yield DoubtAt(row.compared.condition, row.compared.role == "calibration", Doubt(kind, 1, size))
+
+
+def _doubts_of(key: str, folder: StudyFolder) -> Doubts | None:
+    content = folder.peek(key)
+    return None if content is None else _doubts(content["details"])
+
+
+def _doubts(details: Mapping[str, Any]) -> Doubts | None:
     """Return what is doubtful of a run with its size; None where the solver told nothing of it."""
     sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
     if not sizes and "stroke_was_enough" not in details:
         return None
-    found: dict[DoubtKind, float | None] = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
+    if details.get("added_mass_percent", inf) <= NEGLIGIBLE_MASS:
+        sizes.pop("inertia", None)  # it is the stem's own
+    found: Doubts = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
     return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
 
-def _gathered(kind: DoubtKind, found: list[dict[DoubtKind, float | None]]) -> Doubt:
+def _gathered(kind: DoubtKind, found: list[Doubts]) -> Doubt:
     sizes = [doubts[kind] for doubts in found if kind in doubts]
     return Doubt(kind, len(sizes), max((size for size in sizes if size is not None), default=None))

@@ -10,15 +10,20 @@ from dataclasses import dataclass
 
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.base import stages_of
+from stemcal.stages.invert.result import Contradicted, JointFitted
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.surface.runs import EqualRepeats
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.physics import Doubt, Physics, physics_of
-from stemcal.stages.verdict.result import Judged, Reason, Severity, Use, Verdict
+from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, physics_of
+from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
 from stemcal.study.model import Study
 
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
+ROUGH_PERCENT = 3.0
+_FAR = 2.0  # times a limit
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+_BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +44,14 @@ class OutOfReach(Reason):
 
 @dataclass(frozen=True, kw_only=True)
 class Conflict(Reason):
-    """In a joint fit no parameters bring the largest error within the given percentage: not calibrated."""
+    """In a joint fit no parameters bring the largest error within the given percentage: not calibrated.
+
+    Or a measured mean contradicts the others, where no degree of freedom is left for a test of the misfit: not
+    calibrated beyond p = 0.001, else a reservation.
+    """
 
     least_error_percent: float
+    contradiction: Contradicted | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +66,11 @@ class TargetMissed(Reason):
 
 
 class OnTheEdge(Reason):
-    """|x| of the solution is within 2 % of the radius, or a factor within 1 % of its range from an end: reservation."""
+    """|x| of the solution is within 2 % of the radius, or a factor within 1 % of its range from an end: reservation.
+
+    A range is to be widened only where the data ask for it: the point nearest to the centre of a flat valley, or one
+    that scatter has put on the edge, asks for measurements that tell the parameters apart.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +112,44 @@ class DoubtfulPhysics(Reason, kind="physics"):
 
     doubt: Doubt
     checked: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolutionDoubtful(Reason, kind="physics_of_solution"):
+    """The run with the calibrated parameters at a condition has doubtful physics.
+
+    Not calibrated: where the parameters were fitted, and the doubt is twice its limit or a force that still rose. Else
+    a reservation.
+    """
+
+    at: DoubtAt
+
+
+@dataclass(frozen=True, kw_only=True)
+class NotIdentified(Reason):
+    """What was fitted does not fix these factors each by itself: a reservation.
+
+    Their intervals hold most of their ranges, or they move along `changes` (in the factors' `units`), which change
+    nothing that was fitted.
+    """
+
+    factors: tuple[str, ...]
+    changes: dict[str, float]
+    units: dict[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignAgainstExpectation(Reason):
+    """Significant effects have the other sign than the study expects of its mechanics: a reservation."""
+
+    factors: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoughResponse(Reason):
+    """Equal inputs give equal answers, yet the surface misses its runs by so much, percent of the mean: reservation."""
+
+    cv_percent: float
 
 
 @dataclass(frozen=True)
@@ -173,12 +225,7 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
     if surface is None:
         return
     if study.joint_targets:
-        if (
-            found is not None
-            and found.joint is not None
-            and found.joint.best_worst_error_percent > evidence.equivalent_percent
-        ):
-            yield _conflict(evidence)
+        yield from _conflict(evidence)
         return
     target = study.calibration_target.response
     low, high = advice.reach(surface) if found is None else (target, target)
@@ -187,13 +234,38 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
         yield OutOfReach(weight="not_calibrated", remedy=remedy, target=target, low=low, high=high)
 
 
-def _conflict(evidence: Evidence) -> Conflict:
-    surface, found = evidence.results.surface, evidence.results.inversion
-    assert surface is not None and found is not None and found.joint is not None
-    place = found.joint.best_worst_solution
+def _conflict(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.results.inversion
+    joint = found.joint if found is not None else None
+    if joint is None:
+        return
+    apart = joint.contradiction
+    if joint.best_worst_error_percent <= evidence.equivalent_percent and apart is None:
+        return
+    beyond = joint.best_worst_error_percent > evidence.equivalent_percent or (
+        apart is not None and apart.p < _BEYOND_DOUBT
+    )
+    yield Conflict(
+        weight="not_calibrated" if beyond else "with_reservations",
+        remedy=_of_conflict(evidence, joint),
+        least_error_percent=joint.best_worst_error_percent,
+        contradiction=apart,
+    )
+
+
+def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
+    """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
+    surface, place = evidence.results.surface, joint.best_worst_solution
+    assert surface is not None
     coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
-    edge = advice.from_the_edge(evidence.study, surface, coded) if _on_edge(evidence, coded) else advice.FitFewer()
-    return Conflict(weight="not_calibrated", remedy=edge, least_error_percent=found.joint.best_worst_error_percent)
+    if joint.out_of_reach and _on_edge(evidence, coded):
+        return advice.from_the_edge(evidence.study, surface, coded)
+    return _fit_fewer(joint)
+
+
+def _fit_fewer(joint: JointFitted) -> Remedy:
+    conditions = {row.condition for row in (*joint.rows, *joint.further)}
+    return advice.FitFewer("conditions" if len(conditions) > 1 else "responses")
 
 
 def _target(evidence: Evidence) -> Iterator[Reason]:
@@ -225,11 +297,24 @@ def _edge(evidence: Evidence) -> Iterator[Reason]:
     surface = evidence.results.surface
     if surface is None or evidence.results.inversion is None:
         return
+    joint = evidence.results.inversion.joint
+    if joint is not None and any(_conflict(evidence)):
+        return  # the conflict says what to do, at a place of its own
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
-        remedy = advice.from_the_edge(evidence.study, surface, coded)
+        remedy = _from_the_edge(evidence, coded)
         yield OnTheEdge(weight="with_reservations", remedy=remedy)
+
+
+def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
+    """Widen a range, unless a joint fit lies there by the scatter of its data or in a flat valley."""
+    surface, found = evidence.results.surface, evidence.results.inversion
+    assert surface is not None and found is not None
+    joint, known = found.joint, found.certainty
+    if joint is None or known is None or (joint.separated and joint.presses_outwards):
+        return advice.from_the_edge(evidence.study, surface, coded)
+    return advice.to_identify(evidence.study, known)
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
@@ -248,7 +333,7 @@ def _misfit(evidence: Evidence) -> Iterator[Reason]:
     if joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
     times = joint.misfit / joint.df
-    yield Misfit(weight="with_reservations", remedy=advice.FitFewer(), times=times, p=joint.p)
+    yield Misfit(weight="with_reservations", remedy=_fit_fewer(joint), times=times, p=joint.p)
 
 
 def _validation(evidence: Evidence) -> Iterator[Reason]:
@@ -282,4 +367,75 @@ def _left_out(evidence: Evidence) -> bool:
     return error is not None and error <= evidence.equivalent_percent
 
 
-RULES: tuple[Rule, ...] = (_reach, _target, _edge, _misfit, _validation, _physics, _unfinished)
+def _solution_physics(evidence: Evidence) -> Iterator[Reason]:
+    if evidence.physics.share > MAJORITY:
+        return  # said of all runs
+    worst: dict[DoubtKind, DoubtAt] = {}
+    for at in evidence.physics.at_solution:
+        before = worst.get(at.doubt.kind)
+        if before is None or (at.fitted, at.doubt.worst or 0.0) > (before.fitted, before.doubt.worst or 0.0):
+            worst[at.doubt.kind] = at
+    for kind, at in worst.items():
+        far = at.doubt.worst is None or at.doubt.worst > _FAR * LIMITS[kind]
+        weight: Severity = "not_calibrated" if at.fitted and far else "with_reservations"
+        yield SolutionDoubtful(weight=weight, remedy=advice.for_physics(evidence.study, at.doubt), at=at)
+
+
+def _identified(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.results.inversion
+    known = None if found is None else found.certainty
+    if known is None or not known.not_identified:
+        return
+    remedy = advice.to_identify(evidence.study, known)
+    yield NotIdentified(
+        weight="with_reservations",
+        remedy=remedy,
+        factors=known.not_identified,
+        changes=known.loosest,
+        units=known.units,
+    )
+
+
+def _signs(evidence: Evidence) -> Iterator[Reason]:
+    against = tuple(
+        factor.name
+        for factor in evidence.study.factors
+        if factor.expected_sign and _sign_found(evidence, factor.name) == {"+": "-", "-": "+"}[factor.expected_sign]
+    )
+    if against:
+        remedy = advice.CheckModel(against)
+        yield SignAgainstExpectation(weight="with_reservations", remedy=remedy, factors=against)
+
+
+def _sign_found(evidence: Evidence, factor: str) -> str | None:
+    """Return the sign of an effect that is sure: by the interval of the surface's slope, else by the screening."""
+    surface, screen = evidence.results.surface, evidence.results.screen
+    slope = None if surface is None else surface.coefficient(factor)
+    if slope is not None and slope.low is not None and slope.high is not None and slope.low * slope.high > 0.0:
+        return "+" if slope.value > 0.0 else "-"
+    if screen is not None and factor in screen.significant:
+        return "+" if screen.effect(factor).effect > 0.0 else "-"
+    return None
+
+
+def _rough(evidence: Evidence) -> Iterator[Reason]:
+    surface = evidence.results.surface
+    if surface is None or not isinstance(surface.pure_error, EqualRepeats) or surface.cv_percent is None:
+        return
+    if surface.cv_percent > ROUGH_PERCENT:
+        yield RoughResponse(weight="with_reservations", remedy=advice.SmoothResponse(), cv_percent=surface.cv_percent)
+
+
+RULES: tuple[Rule, ...] = (
+    _reach,
+    _target,
+    _solution_physics,
+    _identified,
+    _edge,
+    _misfit,
+    _validation,
+    _signs,
+    _rough,
+    _physics,
+    _unfinished,
+)

@@ -14,6 +14,7 @@ from stemcal.study.model.design_options import (
     strongest_asked,
 )
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
+from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Mean, Published, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
 from stemcal.study.model.program_options import (
@@ -53,7 +54,8 @@ __all__ = [
     "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "HourglassSection",
-    "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "MaterialSection", "Mean", "MeshOptions",
+    "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
+    "MeshOptions",
     "OpenRadiossSolver", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions", "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
     "SupportsSection", "TableSolver", "Target", "Targets", "factors_taken", "strongest_asked",

@@ -26,7 +26,7 @@ def _in_full(given: Any) -> Any:
 
 
 ScreeningDesign = Literal[
-    "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening"
+    "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening", "none"
 ]
 SurfaceDesign = Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol", "i-optimal"]
 
@@ -40,7 +40,8 @@ def _names_of(designs: Any) -> dict[str, Any]:
 class ScreenOptions(Frozen):
     """The screening design, what its effects are tested against, and the significance level that keeps a factor.
 
-    PB stands for plackett-burman, DSD for definitive-screening.
+    PB stands for plackett-burman, DSD for definitive-screening. With none there is no screening: `rsm.factors` names
+    the factors of the surface.
     """
 
     design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (

@@ -83,8 +83,8 @@ class CommandSolver(ProgramOptions, Commanded):
     results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
     """The same by the names of the responses."""
     deterministic: Flag | None = None
-    """Whether equal inputs give equal answers: if true, one run is repeated at the start to see it; if false, every
-    run is simulated anew, centre points too. Not said, it is taken for true and not tried."""
+    """Whether equal inputs give equal answers: if false, every run is simulated anew, centre points too; else one run
+    is repeated at the start to see it."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
     """How often every run of a design is simulated, each time with a seed of its own; more than one means that there
     is chance in the program."""

@@ -11,6 +11,8 @@ from stemcal.study.model.frozen import Flag, Frozen, Share, Size, Time
 from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
+# Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
+_SLOW = 100.0 / 60.0
 # Keys that the embedded solver and the decks of other programs have in common.
 HourglassCoefficient = Annotated[
     Number, Field(ge=0, le=1, description="Strength; too small and elements fold, too large and the stem is too stiff.")
@@ -96,6 +98,22 @@ class EmbeddedSolver(Frozen):
     to what `internal_length` does."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
+
+    def at_speed(self, speed: float) -> EmbeddedSolver:
+        """Return the options for a blade of this speed (mm/s): as they stand up to 100 mm/min, above in proportion.
+
+        Inertia grows as ρV²: added mass that is harmless there must go as V⁻², time step and filter as V⁻¹, so that
+        they keep their share of the travel. From 0.17 m/s on nothing is left of a mass scaling of 1e4: the mass is the
+        true one.
+        """
+        slower = min(1.0, _SLOW / speed)
+        return self.model_copy(
+            update={
+                "mass_scaling": max(1.0, self.mass_scaling * slower**2),
+                "time_step": None if self.time_step is None else self.time_step * slower,
+                "filter_window": self.filter_window * slower,
+            }
+        )
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))

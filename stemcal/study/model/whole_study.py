@@ -6,11 +6,11 @@ Only `Factor` keeps the unit its author chose: designs, tables and results show 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Protocol
 
 from pydantic import BaseModel, Field, PrivateAttr
 
@@ -18,6 +18,7 @@ from stemcal.naming import Naming
 from stemcal.study.model.design_options import RsmOptions, ScreenOptions
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.frozen import Frozen
+from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Published, Target, Targets
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
@@ -69,7 +70,8 @@ class StudyForm(Frozen):
     failure: FailureSection = FailureSection()
     """How the stem fails: by a plastic strain, or by the toughness of the plane of the cut (experimental)."""
     solver: Annotated[
-        EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver, Field(discriminator="kind")
+        EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver,
+        Field(discriminator="kind"),
     ] = EmbeddedSolver()
     """What answers which force a set of levels gives."""
     targets: Targets
@@ -92,11 +94,22 @@ class StudyForm(Frozen):
     """A paper's printed results, to compare with and to audit."""
 
 
+class Hands(Protocol):
+    """What asks for the results of runs done by hand, and records them."""
+
+    def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
+        """Return the runs that are awaited."""
+
+    def tell(self, study: Study, runs: Sequence[Mapping[str, Any]], out: str | Path | None, **how: Any) -> int:
+        """Record results; return how many were taken."""
+
+
 class Study(StudyForm):
     """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
 
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
+    _hands: Hands | None = PrivateAttr(default=None)
     _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
 
     def with_(self, **changes: object) -> Study:
@@ -119,7 +132,48 @@ class Study(StudyForm):
         """
         if self._reread is None:
             raise TypeError("only a study that was read from a spec can be changed so")
-        return self._reread(changes)
+        changed = self._reread(changes)
+        changed._hands = self._hands
+        return changed
+
+    def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
+        """Go on as far as the results allow; return the runs that are awaited, none at the end.
+
+        For a study with ``solver: {kind: manual}``. Each run is a mapping with ``run``, ``levels``, ``condition`` and
+        ``responses``, whose values are None; `tell` takes it with these filled in.
+
+        Parameters
+        ----------
+        out : path, optional
+            The study folder; by default ``runs/<study name>``.
+        """
+        return self._theirs().ask(self, out)
+
+    def tell(self, runs: Sequence[Mapping[str, Any]], out: str | Path | None = None, **how: Any) -> int:
+        """Record the results of runs; return how many were taken.
+
+        Parameters
+        ----------
+        runs : sequence of mappings
+            As `ask` gives them, with numbers in ``responses``, or ``failed`` with the reason; perhaps with ``who``,
+            ``when`` and ``remark``. Levels may be left out.
+        out : path, optional
+            The study folder.
+        how
+            ``replace="why"``: results take the place of those told before; ``who="name"``; ``sure=True``: values are
+            right that are far from all others.
+
+        Raises
+        ------
+        UsageError
+            With every run that is not taken; the others are.
+        """
+        return self._theirs().tell(self, runs, out, **how)
+
+    def _theirs(self) -> Hands:
+        if self._hands is None:
+            raise TypeError("only a study that stemcal.load_study has read can ask and be told")
+        return self._hands
 
     def __repr__(self) -> str:
         return (
@@ -193,7 +247,8 @@ class Study(StudyForm):
     @property
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
-        return self.solver.replicates if isinstance(self.solver, CommandSolver) and self.solver.by_chance else 0
+        solver = self.solver
+        return solver.replicates if isinstance(solver, CommandSolver | ManualSolver) and solver.by_chance else 0
 
     @property
     def calibration_target(self) -> Target:

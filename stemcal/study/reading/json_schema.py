@@ -9,7 +9,7 @@ from typing import Any
 from stemcal.study.model import StudyForm
 from stemcal.study.types.strict_yaml import NodePath
 
-SOLVER_KINDS = ("embedded", "table", "command", "lsdyna", "openradioss")
+SOLVER_KINDS = ("embedded", "table", "command", "manual", "lsdyna", "openradioss")
 _DEFS = "#/$defs/"
 RESULT_KINDS = ("json", "csv", "regex", "rcforc", "calculix")
 

@@ -38,6 +38,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     geometry.one_mesh_scatter,
     geometry.other_meshes_are_possible,
     surface_rules.surface_factors_exist,
+    surface_rules.factors_are_found,
     surface_rules.strongest_are_enough,
     surface_rules.surface_design_takes_factors,
     surface_rules.steps_stay_inside,

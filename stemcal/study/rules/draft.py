@@ -18,6 +18,7 @@ from stemcal.study.model import (
     FailureSection,
     InvertOptions,
     LsDynaSolver,
+    ManualSolver,
     MaterialSection,
     MeshOptions,
     OpenRadiossSolver,
@@ -62,7 +63,7 @@ class Draft:
     contact: ContactSection | None = None
     material: MaterialSection | None = None
     failure: FailureSection | None = None
-    solver: EmbeddedSolver | TableSolver | CommandSolver | LsDynaSolver | OpenRadiossSolver | None = None
+    solver: EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
     rsm: RsmOptions | None = None

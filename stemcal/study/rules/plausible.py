@@ -37,7 +37,11 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s
-_THROUGH, _ENOUGH = 3, 4  # elements: fewer than the first are questioned, the second is advised
+# Elements: fewer through the wall are questioned; of a wall thinner than a fifth of the diameter the second number.
+_THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
+# What the stem swings with, of the measured force, and how long once, of the test, before it is questioned.
+_SWING, _PERIOD = 0.05, 0.25
+_TUBE = 0.5  # the share of a tube's section that shear counts
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 1e-4  # of a mean
@@ -45,8 +49,8 @@ _LEAST_SCATTER = 1e-4  # of a mean
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    return [*_sizes(study), *_speed(study), *_mesh(study), *_targets(study), *_scatters(study), *_outliers(study),
-            *_materials(study), *_factors(study), *_agreement(study)]  # fmt: skip
+    found = (_sizes, _speed, _mesh, _swing, _targets, _scatters, _outliers, _materials, _factors, _agreement)
+    return [finding for of in found for finding in of(study)]
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -69,14 +73,16 @@ def _speed(study: Study) -> Iterator[Finding]:
 def _mesh(study: Study) -> Iterator[Finding]:
     """Elements of more than 0.6 of a length cannot resolve it, and without the lengths the force is the mesh's."""
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver) or study.failure.kind == "toughness":
+    if not isinstance(solver, EmbeddedSolver):
+        return
+    yield from _wall(study, solver)
+    if study.failure.kind == "toughness":
         return
     lengths = {
         ("blade", "edge_spread"): study.blade.edge_spread,
         ("material", "internal_length"): study.material.internal_length,
     }
-    yield from _wall(study, solver)
-    conditions = sorted({study.targets.calibrate_at, *(target.condition for target in study.targets.means)})
+    conditions = _conditions(study)
     for path, length in lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
@@ -92,14 +98,63 @@ def _mesh(study: Study) -> Iterator[Finding]:
 
 
 def _wall(study: Study, solver: EmbeddedSolver) -> Iterator[Finding]:
-    """A thin wall bends: at a ratio of 0.8 two elements through it give 12 % less force than six, four 7 %."""
-    stem = study.specimen
-    diameter = study.targets.calibrate_at
-    wall, size = 0.5 * diameter * (1.0 - stem.diameter_ratio), solver.element_size.at(diameter)
-    count = solver.elements_through_wall or max(1, math.ceil(wall / size - 1e-9))
-    if count < _THROUGH:
-        message = f"{count} elements through a wall of {wall:.3g} mm: its bending, and so the force, depends on them"
-        yield Finding(("solver", "element_size"), message, f"write elements_through_wall: {_ENOUGH} under solver")
+    """Question a wall of fewer elements than its bending takes, at the thinnest stem and wall of the study."""
+    walls = [study.specimen.diameter_ratio]
+    if "wall_thickness" in study.names:
+        walls.append(study.at({"wall_thickness": study.factor("wall_thickness").low}).specimen.diameter_ratio)
+    ratio, diameters = max(walls), _conditions(study)
+    if ratio == 0.0 or (solver.elements_through_wall is not None and solver.elements_through_wall >= _THROUGH):
+        return
+    for diameter in diameters:
+        wall = 0.5 * diameter * (1.0 - ratio)
+        count = solver.elements_through_wall or max(1, math.ceil(wall / solver.element_size.at(diameter) - 1e-9))
+        if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
+            message = (
+                f"{count} elements through a wall of {wall:.3g} mm: its bending, and so the force, depends on them"
+            )
+            remedy = f"write elements_through_wall: {_THROUGH_THIN} under solver"
+            yield Finding(("solver", "element_size"), message, remedy)
+            return
+
+
+def _swing(study: Study) -> Iterator[Finding]:
+    """Question added mass with which the stem swings too far or too slowly for a test that is to be quasi-static."""
+    solver, test = study.solver, study.loading
+    if not isinstance(solver, EmbeddedSolver) or study.naming.response != FORCE:
+        return
+    mass_scaling = solver.at_speed(test.speed).mass_scaling
+    if mass_scaling == 1.0:
+        return
+    target = study.calibration_target
+    force, period = _struck(study, target.condition, mass_scaling)
+    excess = max(force / (_SWING * target.response), period / (_PERIOD * test.duration))
+    if excess > 1.0:
+        message = (
+            f"with this mass a stem of {target.condition:g} mm swings once in {period:.2g} s with {force:.2g} N, in a "
+            f"test of {test.duration:.3g} s that measured {target.response:g} N: the force is partly inertia"
+        )
+        less = float(f"{max(1.0, solver.mass_scaling / (2.0 * excess) ** 2):.2g}")
+        step = "" if solver.time_step is None else f" and time_step: {5e5 * solver.time_step / excess:.2g} us"
+        yield Finding(("solver", "mass_scaling"), message, f"write mass_scaling: {less:g}{step} under solver")
+
+
+def _struck(study: Study, diameter: float, mass_scaling: float) -> tuple[float, float]:
+    """Return the force (N) with which the blade sets a stem swinging, and how long it swings once (s).
+
+    What strikes a beam of stiffness k and mass m at the speed V sets it swinging with V √(k m), once in 2π √(m/k). It
+    gives way by bending, 48EI/L³, and by shear, 4κGA/L; half the mass between the supports takes part.
+    """
+    given, ratio = study.parameters({}), study.specimen.diameter_ratio
+    elastic_modulus, span = given["elastic_modulus"], study.supports.clearance + 2.0 * study.supports.fillet_radius
+    area, inertia = math.pi / 4.0 * diameter**2 * (1.0 - ratio**2), math.pi / 64.0 * diameter**4 * (1.0 - ratio**4)
+    bending = 48.0 * elastic_modulus * inertia / span**3
+    shear = 4.0 * _TUBE * elastic_modulus / (2.0 * (1.0 + given["poisson_ratio"])) * area / span
+    stiffness, mass = bending * shear / (bending + shear), 0.5 * given["density"] * mass_scaling * area * span
+    return study.loading.speed * math.sqrt(stiffness * mass), 2.0 * math.pi * math.sqrt(mass / stiffness)
+
+
+def _conditions(study: Study) -> list[float]:
+    return sorted({study.targets.calibrate_at, *(target.condition for target in study.targets.means)})
 
 
 def _targets(study: Study) -> Iterator[Finding]:

@@ -11,6 +11,7 @@ from stemcal.study.model import (
     CsvResult,
     JsonResult,
     LsDynaSolver,
+    ManualSolver,
     OpenRadiossSolver,
     RegexResult,
     ResultReader,
@@ -26,19 +27,24 @@ _RESERVED = {"program-output.txt"}
 
 def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
-    if not isinstance(draft.solver, CommandSolver):
+    if not isinstance(draft.solver, CommandSolver | ManualSolver):
         return
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
     for index, path in enumerate(draft.solver.templates):
         yield from _unknown_in_file(("solver", "templates", index), path, known)
-    for index, argument in enumerate(draft.solver.command):
+    for index, argument in enumerate(_command(draft)):
         for _, name in placeholders(argument.encode()):
             if name not in known or index == 0:
                 message = (
                     f"{{{{{name[:60]}}}}} is not a factor" if index else "the program itself cannot be a placeholder"
                 )
                 yield Finding(("solver", "command", index), message, did_you_mean(name, known) if index else "name it")
+
+
+def _command(draft: Draft) -> tuple[str, ...]:
+    """Return the arguments of the program; none where people start it."""
+    return draft.solver.command if isinstance(draft.solver, CommandSolver) else ()
 
 
 def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
@@ -72,19 +78,19 @@ def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
 def chance_is_said(draft: Draft) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     solver = draft.solver
-    if not isinstance(solver, CommandSolver):
+    if not isinstance(solver, CommandSolver | ManualSolver):
         return
     if solver.deterministic and solver.replicates > 1:
         message = f"a deterministic program gives {solver.replicates} times the same answer"
         yield Finding(("solver", "replicates"), message, "write deterministic: false, or leave replicates out")
     for index, path in enumerate(solver.templates):
         yield from _seed_without_chance(("solver", "templates", index), _content(path), draft)
-    for index, argument in enumerate(solver.command):
+    for index, argument in enumerate(_command(draft)):
         yield from _seed_without_chance(("solver", "command", index), argument.encode(), draft)
 
 
 def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterator[Finding]:
-    if not isinstance(draft.solver, CommandSolver) or draft.solver.by_chance:
+    if not isinstance(draft.solver, CommandSolver | ManualSolver) or draft.solver.by_chance:
         return
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
@@ -104,14 +110,14 @@ def mirrored_runs_stand_once(draft: Draft) -> Iterator[Finding]:
     """The two stages of a definitive screening take every run once."""
     solver, screen = draft.solver, draft.screen
     mirrored = screen is not None and screen.design == "definitive-screening"
-    if isinstance(solver, CommandSolver) and mirrored and solver.replicates > 1:
+    if isinstance(solver, CommandSolver | ManualSolver) and mirrored and solver.replicates > 1:
         message = "definitive-screening is judged in pairs of single runs"
         yield Finding(("solver", "replicates"), message, "leave it out, or write screen.design: plackett-burman")
 
 
 def run_files_differ(draft: Draft) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count."""
-    if not isinstance(draft.solver, CommandSolver):
+    if not isinstance(draft.solver, CommandSolver | ManualSolver):
         return
     seen = set(_RESERVED)
     for key in ("templates", "files"):

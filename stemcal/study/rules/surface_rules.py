@@ -22,11 +22,23 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
             yield draft.unknown_factor(path, name, at_key=False)
         elif name in chosen[:index]:
             yield Finding(path, f"{name} stands here twice", "remove one")
-    if len(chosen) < 2:
-        yield Finding(("rsm", "factors"), "a response surface needs two factors or more", "add another")
+    if not chosen:
+        yield Finding(("rsm", "factors"), "a response surface needs a factor", "name one")
     if len(chosen) > MOST_CCD_FACTORS:
         message = f"{len(chosen)} factors make {2 ** min(len(chosen), 60)} corner runs"
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
+
+
+def factors_are_found(draft: Draft) -> Iterator[Finding]:
+    """Without a screening the spec names the surface's factors, and there is no slope to climb along."""
+    if draft.screen is None or draft.screen.design != "none":
+        return
+    if draft.rsm is not None and isinstance(draft.rsm.factors, str):
+        names = ", ".join(draft.names[:3])
+        message = f"without a screening nothing tells which factors are {draft.rsm.factors}"
+        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or leave out screen.design: none")
+    if draft.climb is not None:
+        yield Finding(("climb",), "a climb follows the slope that a screening finds", "leave out screen.design: none")
 
 
 def strongest_are_enough(draft: Draft) -> Iterator[Finding]:

@@ -66,8 +66,8 @@ def test_few_specimens_give_t() -> None:
 
 
 def test_surfaces_each_with_residuals_of_its_own_give_a_t_each() -> None:
-    """Two measured forces taken as exact: the density is the product of Student's t of both surfaces, 5 df each."""
-    random, coded = np.random.default_rng(3), central_composite(2, 3, "rotatable")
+    """Two measured forces taken as exact: the density is the product of Student's t of both surfaces, 3 df each."""
+    random, coded = np.random.default_rng(3), central_composite(2, 1, "rotatable")
     fitted = [
         fit_surface(coded, coded @ slopes + 100.0 + error * random.standard_normal(len(coded)), ["a", "b"])
         for slopes, error in (([20.0, 0.0], 1.0), ([0.0, 10.0], 4.0))
@@ -79,7 +79,7 @@ def test_surfaces_each_with_residuals_of_its_own_give_a_t_each() -> None:
     gaps = np.array([108.0, 97.0]) - np.column_stack([s.predict(points) for s in fitted])
     known = stats.t.logpdf(gaps, fitted[0].df, scale=scale).sum(axis=1)
     near = known > known.max() - 4.0  # the mean over 256 draws is rough far out
-    assert fitted[0].df == 5 and near.sum() > 10
+    assert fitted[0].df == 3 and near.sum() > 10
     assert (found - found[near][0])[near] == pytest.approx((known - known[near][0])[near], abs=0.1)
 
 
@@ -98,8 +98,8 @@ def test_agrees_with_the_profile_where_both_are_sharp() -> None:
     profiles = profiles_of(data, region(), best_fit(data, region()))
     found = sample_posterior(data, region()).interval()
     for profile, (low, high) in zip(profiles, found, strict=True):
-        width = profile.high - profile.low
-        assert (low, high) == pytest.approx((profile.low, profile.high), abs=0.06 * width)
+        width = profile.high - profile.low  # the profile's degrees of freedom are fewer: each diameter's own
+        assert (low, high) == pytest.approx((profile.low, profile.high), abs=0.08 * width)
 
 
 def test_without_emcee_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

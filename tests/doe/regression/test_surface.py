@@ -216,12 +216,25 @@ def test_a_deterministic_solver_has_no_lack_of_fit_test(ccd_runs, coding):
     surface = fit_surface(ccd_runs.coded, force, coding.names)
     rows = {row.source: row for row in surface.anova}
     assert not surface.lack_of_fit_testable
-    assert CopiesOnly(5, 10) in surface.notes
+    assert CopiesOnly(5, 5) in surface.notes and surface.copies == 5
     assert rows["Lack of fit"].f is None
-    assert (rows["Pure error"].sum_of_squares, rows["Pure error"].df) == (0.0, 5)
+    assert (rows["Pure error"].sum_of_squares, rows["Pure error"].df) == (0.0, 0)
     assert rows["Lack of fit"].sum_of_squares == pytest.approx(rows["Residual"].sum_of_squares)
     assert rows["X4"].f > 100.0
     json.dumps(told(surface), allow_nan=False)
+    keep = ~centre | (np.arange(len(force)) == np.argmax(centre))
+    once = fit_surface(ccd_runs.coded[keep], force[keep], coding.names)
+    x = [[0.3, -0.4, 0.8]]
+    assert surface.mean_square == once.mean_square and surface.df == once.df == 5
+    assert surface.prediction_interval(x) == pytest.approx(once.prediction_interval(x), rel=1e-15)
+    assert (surface.adequate_precision, surface.press) == (once.adequate_precision, once.press)
+
+
+def test_published_tables_count_every_copy(ccd_runs, coding):
+    centre = np.all(np.abs(ccd_runs.coded) < 1e-9, axis=1)
+    surface = fit_surface(ccd_runs.coded, np.where(centre, 120.0, ccd_runs.force), coding.names, each_once=False)
+    rows = {row.source: row for row in surface.anova}
+    assert rows["Residual"].df == 10 and rows["Pure error"].df == 5 and surface.copies == 0
 
 
 def test_no_replicates_no_lack_of_fit_test():
@@ -284,4 +297,5 @@ def test_a_run_of_full_leverage_has_no_residual_to_judge():
     assert surface.runs_diagnostics[4].leverage == pytest.approx(1.0)
     assert surface.runs_diagnostics[4].studentised is None
     assert surface.runs_diagnostics[4].cooks_distance is None
-    assert surface.press is None
+    # of the runs that others can predict, (e/(1 − h))² of two runs at each of two points, e = ±s and h = 1/2
+    assert surface.press == pytest.approx(4.0 * (2 * 0.25**2 + 2 * 0.1**2))

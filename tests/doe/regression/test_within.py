@@ -10,7 +10,7 @@ from stemcal.doe.regression.estimable import largest_inflation
 from stemcal.doe.regression.reduction import reduce_surface
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.surface_notes import (
-    RepeatedOverMeshes,
+    CopiesOnly,
     ScatterOverMeshes,
     SurfaceRunsFailed,
     TermsDropped,
@@ -82,8 +82,8 @@ def test_repeated_runs_of_a_deterministic_solver_count_once() -> None:
     within = Within(values.std(axis=1, ddof=1), np.full(len(values), 4))
     surface = fit_surface(design, values.mean(axis=1), ["a", "b"], within=within)
     rows = {row.source: row for row in surface.anova}
-    assert rows["Pure error"].df == 27 and rows["Lack of fit"].df == 3 and rows["Residual"].df == 7
-    assert RepeatedOverMeshes(4, 7) in surface.notes
+    assert rows["Pure error"].df == 27 and rows["Lack of fit"].df == 3 and rows["Residual"].df == 3
+    assert CopiesOnly(4, 3) in surface.notes
     design = np.clip(design, -1.0, 1.0)
     surface = fit_surface(design, values.mean(axis=1), ["a", "b"], within=within)
     once = fit_surface(design[:9], values[:9].mean(axis=1), ["a", "b"], within=within.at(np.arange(9)))

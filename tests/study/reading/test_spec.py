@@ -171,6 +171,34 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     assert "elements of d/12 are more than 0.6 of blade.edge_spread (d/9.5) at 7 mm; take at most 0.44 mm" in said[0]
 
 
+SHIPPED = (ROOT / "configs" / "wild-chrysanthemum.yaml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("changes", "warning"),
+    [
+        ({"0.41": "0.7"}, "3 elements through a wall of 1.05 mm: its bending, and so the force, depends on them; write "
+         "elements_through_wall: 4 under solver"),
+        ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 4"}, ""),
+        # V √(k m): k 549 N/mm, m 0.202 t, V 1.67 mm/s are 17.6 N, 2.2 times a twentieth of the force
+        ({"mass_scaling: 1e4": "mass_scaling: 4e5"}, "with this mass a stem of 8 mm swings once in 0.12 s with 18 N, "
+         "in a test of 0.5 s that measured 159.2 N: the force is partly inertia; write mass_scaling: 21000 and "
+         "time_step: 9.1 us under solver"),
+        ({"mass_scaling: 1e4": "mass_scaling: 21000"}, ""),
+        ({"clearance: 20 mm": "clearance: 400 mm", "length: 50 mm": "length: 500 mm"}, "swings once in 5"),
+        ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, ""),
+        ({"speed: 100 mm/min": "speed: 20 mm/s", "duration: 0.5 s": "duration: 50 ms"}, ""),
+    ],
+)  # fmt: skip
+def test_walls_and_masses_that_the_force_would_feel_are_doubted(changes: dict[str, str], warning: str) -> None:
+    text = SHIPPED
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    said = study_of(text).warnings
+    assert len(said) == bool(warning) and all(warning in line for line in said)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "warning"),
     [

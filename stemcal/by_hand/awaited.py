@@ -1,0 +1,97 @@
+"""Which runs a study waits for, and which it knows: rows of a sheet, each with a request for every replicate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from stemcal.errors import Waiting
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.overview.plan import asked, missing
+from stemcal.overview.status import ledger
+from stemcal.runs.answer import Watch, ignore
+from stemcal.runs.key import record_key
+from stemcal.solvers import make_solver
+from stemcal.solvers.programs.inputs import seed_of
+from stemcal.solvers.protocol import Request
+from stemcal.stages.base import stages_of
+from stemcal.stages.fresh import make
+from stemcal.study.model import ManualSolver, Study
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the sheet: where a run is to be done, and the request of each of its replicates."""
+
+    run: str
+    requests: tuple[Request, ...]
+
+    @property
+    def levels(self) -> dict[str, float]:
+        """The level of every factor, in the units of the spec."""
+        return dict(self.requests[0].levels)
+
+    @property
+    def condition(self) -> float:
+        """The condition at which the run is done."""
+        return self.requests[0].condition
+
+
+def run_name(request: Request) -> str:
+    """Return what the sheet calls a run.
+
+    >>> run_name(Request("screen", 2, {}, 8.0))
+    'screen 3'
+    """
+    return f"{request.stage} {request.row + 1}"
+
+
+def rows_of(requests: Iterable[Request]) -> list[Row]:
+    """Return a row for the replicates of each run, in the order in which they come."""
+    found: dict[tuple[str, float, tuple[float, ...]], list[Request]] = {}
+    for request in requests:
+        found.setdefault((run_name(request), request.condition, tuple(request.levels.values())), []).append(request)
+    return [Row(run, tuple(replicates)) for (run, *_), replicates in found.items()]
+
+
+def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting | None:
+    """Take a study through its stages as far as its results allow; return what it waits for, None at the end.
+
+    Raises
+    ------
+    StemcalError
+        Whatever a stage raises for which results are no remedy.
+    """
+    try:
+        for stage in stages_of(study):
+            make(stage, study, folder, InlineExecutor(), watch)
+    except Waiting as waiting:
+        return waiting
+    return None
+
+
+def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Row]:
+    """Return the rows of the sheet: all that the waiting stage will ask for, if that is known already.
+
+    A program with chance in it gets them in random order, so that nothing that drifts is taken for an effect.
+    """
+    solver = make_solver(study)
+    wanted = {record_key(solver, request): request for request in waiting.requests}
+    for part in asked(study, solver, folder):
+        left = {record_key(solver, request): request for request in missing(part, study, solver, folder)}
+        if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
+            wanted = left
+    rows, options = rows_of(wanted.values()), study.solver
+    if isinstance(options, ManualSolver) and options.by_chance:
+        rows.sort(key=lambda row: seed_of(row.requests[0], options.seed))
+    return rows
+
+
+def known_rows(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Row]:
+    """Return the rows whose results may be entered: those that are awaited, and those that have some."""
+    solver = make_solver(study)
+    awaited = [] if waiting is None else list(waiting.requests)
+    asked_for = [entry.request for entry in ledger(study, folder, solver)]
+    distinct = {record_key(solver, request): request for request in (*awaited, *asked_for)}
+    return rows_of(distinct.values())

@@ -1,0 +1,421 @@
+"""From a sheet that is filled in to records: every row checked, the right ones recorded, the others told with a reason.
+
+A result is recorded like that of any other run, with who entered it and when. One that is there already is never
+overwritten by another, unless that is asked for with a reason; the record then keeps what stood there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from stemcal.by_hand.awaited import Row
+from stemcal.by_hand.form import FAILED, WITHDRAWN, entered_responses
+from stemcal.by_hand.numbers import Unread, number_in, readings
+from stemcal.by_hand.reading import Filled
+from stemcal.files.typed import Tagged
+from stemcal.folder.store import StudyFolder, now, provenance
+from stemcal.measured.outliers import grubbs
+from stemcal.runs.answer import keep
+from stemcal.runs.batch import Computed
+from stemcal.runs.key import answer_of, record_key
+from stemcal.runs.policy import NOT_RUN, stands
+from stemcal.runs.policy import WITHDRAWN as TAKEN_BACK
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.study.model import Study
+
+_LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
+_SAME = 1e-9  # of a value: what writing and reading may change
+_DOUBTED = 1e-3  # chance that a value as far from the others comes of a normal sample
+_FEWEST = 4  # values that make a sample
+
+
+@dataclass(frozen=True)
+class Refused(Tagged):
+    """A row that is not taken: where it stands, which run it names."""
+
+    place: str
+    run: str
+
+
+@dataclass(frozen=True)
+class UnknownRun(Refused):
+    """No run of the study is called so."""
+
+
+@dataclass(frozen=True)
+class OtherReplicate(Refused):
+    """The run has no such replicate."""
+
+    replicate: int
+
+
+@dataclass(frozen=True)
+class OtherLevels(Refused):
+    """The run was asked for at another level, or another condition."""
+
+    name: str
+    given: str
+    asked: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Unreadable(Refused):
+    """A cell holds no number, for this reason."""
+
+    response: str
+    given: str
+    why: str
+    unit: str
+    wanted: str
+    readings: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Incomplete(Refused):
+    """A response is missing beside the others."""
+
+    response: str
+
+
+@dataclass(frozen=True)
+class FailedWithValue(Refused):
+    """The run is said to have failed and to have given a value."""
+
+
+@dataclass(frozen=True)
+class NoReason(Refused):
+    """The run is said to have failed, not why."""
+
+
+@dataclass(frozen=True)
+class BrokenRow(Refused):
+    """The row has more cells than the heading, so that nobody knows which belongs where."""
+
+
+@dataclass(frozen=True)
+class ToldTwice(Refused):
+    """Two rows tell different results of the run."""
+
+    other: str
+
+
+@dataclass(frozen=True)
+class KnownOtherwise(Refused):
+    """Another result of the run was entered before."""
+
+    given: str
+    known: str
+    who: str
+    when: str
+
+
+@dataclass(frozen=True)
+class NothingToWithdraw(Refused):
+    """The run has no result that could be withdrawn."""
+
+
+@dataclass(frozen=True)
+class FarOff(Refused):
+    """A value is far from all others at the same condition."""
+
+    response: str
+    value: float
+    low: float
+    high: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Correction:
+    """That results may take the place of others, and why; `who` enters them; `sure` of values far off."""
+
+    replaces: bool = False
+    reason: str = ""
+    who: str = ""
+    sure: bool = False
+
+
+@dataclass(frozen=True)
+class Entered:
+    """What became of a sheet: names of the runs taken, of those known already, of those replaced; what was refused."""
+
+    taken: tuple[str, ...] = ()
+    known: tuple[str, ...] = ()
+    replaced: tuple[str, ...] = ()
+    refused: tuple[Refused, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Result:
+    """A row that is right by itself."""
+
+    filled: Filled
+    request: Request
+    key: str
+    answer: Answer
+
+
+@dataclass
+class _Sorted:
+    """Results on the way to their records."""
+
+    new: list[_Result] = field(default_factory=list)
+    known: list[_Result] = field(default_factory=list)
+    others: list[_Result] = field(default_factory=list)
+    refused: list[Refused] = field(default_factory=list)
+
+
+def enter(
+    study: Study, folder: StudyFolder, rows: Sequence[Row], sheet: Sequence[Filled], how: Correction = Correction()
+) -> Entered:
+    """Record what a sheet tells of the runs in `rows`; the folder must be locked.
+
+    Rows that are right are taken, whatever is wrong with the others.
+    """
+    solver = make_solver(study)
+    found = _sorted(study, folder, solver, rows, [one for one in sheet if not one.is_empty], how)
+    if not how.sure:
+        found = _without_far_off(study, folder, found)
+    for result in (*found.new, *found.others):
+        _record(result, solver, folder, how)
+    return Entered(
+        taken=tuple(_name(result) for result in found.new),
+        known=tuple(_name(result) for result in found.known),
+        replaced=tuple(_name(result) for result in found.others),
+        refused=tuple(found.refused),
+    )
+
+
+def _name(result: _Result) -> str:
+    replicate = result.request.replicate
+    return f"{result.filled.run} ({replicate})" if replicate > 1 else result.filled.run
+
+
+def _sorted(
+    study: Study, folder: StudyFolder, solver: Solver, rows: Sequence[Row], sheet: Sequence[Filled], how: Correction
+) -> _Sorted:
+    """Check every row by itself, then against the others and against the records."""
+    found, seen = _Sorted(), dict[str, _Result]()
+    for filled in sheet:
+        result = _result(study, solver, rows, filled)
+        if isinstance(result, Refused):
+            found.refused.append(result)
+        elif result.key not in seen:
+            seen[result.key] = result
+        elif not _agree(result.answer, seen[result.key].answer):
+            found.refused += [
+                ToldTwice(filled.place, filled.run, seen[result.key].filled.place),
+                ToldTwice(seen[result.key].filled.place, filled.run, filled.place),
+            ]
+    twice = {one.place for one in found.refused if isinstance(one, ToldTwice)}
+    for key, result in seen.items():
+        if result.filled.place not in twice:
+            _against_record(found, result, folder.load(key), study, how)
+    return found
+
+
+# ---- a row by itself
+
+
+def _result(study: Study, solver: Solver, rows: Sequence[Row], filled: Filled) -> _Result | Refused:
+    place = filled.place, filled.run
+    if filled.extra:
+        return BrokenRow(*place)
+    row = _row(study, rows, filled)
+    if isinstance(row, Refused):
+        return row
+    request = next((one for one in row.requests if one.replicate == filled.replicate), None)
+    if request is None and filled.replicate <= 1 and row.requests[0].replicate <= 1:
+        request = row.requests[0]
+    if request is None:
+        return OtherReplicate(*place, filled.replicate)
+    answer = _answer(study, filled)
+    return answer if isinstance(answer, Refused) else _Result(filled, request, record_key(solver, request), answer)
+
+
+def _row(study: Study, rows: Sequence[Row], filled: Filled) -> Row | Refused:
+    """Return the row that is meant: of the same name, and of the same levels as far as they are told."""
+    named = [row for row in rows if row.run.casefold() == " ".join(filled.run.split()).casefold()]
+    if not named:
+        return UnknownRun(filled.place, filled.run)
+    wrong = [_other_level(study, row, filled) for row in named]
+    return next((row for row, other in zip(named, wrong, strict=True) if other is None), None) or wrong[0] or named[0]
+
+
+def _other_level(study: Study, row: Row, filled: Filled) -> OtherLevels | None:
+    """Return the first level of a run that is told otherwise than it was asked for."""
+    at = study.naming.condition
+    for factor in study.factors:
+        asked, near = row.levels[factor.name], _LEVEL * (factor.high - factor.low)
+        if not _is_level(filled, factor.name, asked, near, factor.unit):
+            return OtherLevels(
+                filled.place, filled.run, factor.name, filled.levels[factor.name], asked, _shown(factor.unit)
+            )
+    if at is not None and not _is_level(filled, at.name, row.condition, _LEVEL * abs(row.condition), at.unit):
+        return OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], row.condition, at.written)
+    return None
+
+
+def _is_level(filled: Filled, name: str, asked: float, near: float, unit: str) -> bool:
+    """Whether a level is told as it was asked for; what is not told is not judged."""
+    if name not in filled.levels:
+        return True
+    given, heading = filled.levels[name], filled.units.get(name, unit)
+    told = number_in(given, filled.decimal, heading, unit)
+    possible = readings(given) if isinstance(told, Unread) else [told]
+    return any(abs(value - asked) <= near for value in possible)
+
+
+def _shown(unit: str) -> str:
+    return "" if unit in ("", "1") else f" {unit}"
+
+
+def _answer(study: Study, filled: Filled) -> Answer | Refused:
+    """Return the result that a row tells: a value of every response, or why the run gave none."""
+    place = filled.place, filled.run
+    said = {text for text in (*filled.values.values(), filled.remark) if text.casefold().startswith(FAILED)}
+    given = {name: text for name, text in filled.values.items() if text and text not in said}
+    if any(text.casefold() == WITHDRAWN for text in given.values()):
+        return Answer("failed", reason=TAKEN_BACK)
+    if said:
+        reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
+        if given:
+            return FailedWithValue(*place)
+        return Answer("failed", reason=NOT_RUN, message=reason) if reason else NoReason(*place)
+    values: dict[str, float] = {}
+    for response in entered_responses(study):
+        text = filled.values.get(response.name, "")
+        if not text:
+            return Incomplete(*place, response.name)
+        heading = filled.units.get(response.name, response.unit)
+        value = number_in(text, filled.decimal, heading, response.unit)
+        if isinstance(value, Unread):
+            return Unreadable(*place, response.name, text, value.why, value.unit, response.unit, value.readings)
+        values[response.name] = value
+    first, *others = values
+    return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
+
+
+# ---- against what is known
+
+
+def _against_record(
+    found: _Sorted, result: _Result, record: Mapping[str, Any] | None, study: Study, how: Correction
+) -> None:
+    """Tell a new result from one that is known, and from one that is known otherwise."""
+    before = None if record is None or not stands(record, study.runs) else answer_of(record)
+    if result.answer.reason == TAKEN_BACK:
+        if before is None:
+            found.refused.append(NothingToWithdraw(result.filled.place, result.filled.run))
+            return
+    elif before is None:
+        found.new.append(result)
+        return
+    assert record is not None and before is not None
+    if _agree(before, result.answer):
+        found.known.append(result)
+    elif how.replaces or (not before.ok and result.answer.ok):
+        found.others.append(result)
+    else:
+        told = record["details"]
+        found.refused.append(
+            KnownOtherwise(
+                result.filled.place,
+                result.filled.run,
+                _said(result.answer),
+                _said(before),
+                str(told.get("entered_by", "")),
+                str(told.get("entered", "")),
+            )
+        )
+
+
+def _agree(one: Answer, other: Answer) -> bool:
+    """Whether two results are the same, of every response."""
+    if not (one.ok and other.ok):
+        return (one.ok, one.reason) == (other.ok, other.reason)
+    pairs = zip(_values(one), _values(other), strict=True)
+    return all(math.isclose(a, b, rel_tol=_SAME, abs_tol=1e-12) for a, b in pairs)
+
+
+def _values(answer: Answer) -> list[float]:
+    return [answer.response or 0.0, *answer.details.get(RESPONSES, {}).values()]
+
+
+def _said(answer: Answer) -> str:
+    """Return a result as a message tells it."""
+    if answer.ok:
+        return ", ".join(f"{value:g}" for value in _values(answer))
+    return WITHDRAWN if answer.reason == TAKEN_BACK else f"{FAILED}: {answer.message}"
+
+
+def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sorted:
+    """Refuse new values that are far from all others at their condition, by Grubbs' test, one after the other."""
+    doubted: dict[str, FarOff] = {}
+    fresh = [result for result in (*found.new, *found.others) if result.answer.ok]
+    for condition in {result.request.condition for result in fresh}:
+        at = [result for result in fresh if result.request.condition == condition]
+        before = _recorded(folder, condition, {result.key for result in fresh}, study)
+        for i, response in enumerate(entered_responses(study)):
+            values = {result.key: _values(result.answer)[i] for result in at}
+            for key, value, others in _suspects(values, [_values(answer)[i] for answer in before]):
+                filled = next(result.filled for result in at if result.key == key)
+                far = FarOff(filled.place, filled.run, response.name, value, min(others), max(others), len(others))
+                doubted.setdefault(key, far)
+    return replace(
+        found,
+        new=[result for result in found.new if result.key not in doubted],
+        others=[result for result in found.others if result.key not in doubted],
+        refused=[*found.refused, *doubted.values()],
+    )
+
+
+def _suspects(values: Mapping[str, float], before: Sequence[float]) -> Iterator[tuple[str, float, list[float]]]:
+    """Yield key and value of each new value that is too far from the others, and these."""
+    left, keys = [*values.values(), *before], list(values)
+    while len(left) > _FEWEST:
+        test = grubbs(left, _DOUBTED)
+        if test is None or not test.is_outlier or test.index >= len(keys):
+            return
+        value, key = left.pop(test.index), keys.pop(test.index)
+        yield key, value, list(left)
+
+
+def _recorded(folder: StudyFolder, condition: float, besides: Iterable[str], study: Study) -> list[Answer]:
+    """Return the results at a condition that stand, without those that are to be replaced."""
+    records = [folder.peek(key) for key in folder.keys() if key not in besides]  # noqa: SIM118
+    there = [r for r in records if r is not None and r["request"]["condition"] == condition and stands(r, study.runs)]
+    count = len(entered_responses(study))
+    return [answer for r in there if (answer := answer_of(r)).ok and len(_values(answer)) == count]
+
+
+# ---- recorded
+
+
+def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correction) -> None:
+    """Save a result with who entered it and when; what stood there stays in the record."""
+    before, filled, time = folder.peek(result.key), result.filled, now()
+    told: dict[str, Any] = {"entered": time, "entered_by": filled.who or how.who}
+    told |= {name: text for name, text in (("done", filled.when), ("remark", filled.remark)) if text}
+    message = result.answer.message
+    if before is not None:
+        old = {name: before[name] for name in ("status", "response", "reason", "message")}
+        further = before["details"].get(RESPONSES)
+        entry = old | ({RESPONSES: further} if further else {}) | {"until": time, "because": how.reason}
+        entry |= {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
+        told["replaced"] = [*before["details"].get("replaced", []), entry]
+        folder.log("result_replaced", key=result.key, run=filled.run, reason=how.reason, **old_and_new(before, result))
+    if result.answer.reason == TAKEN_BACK:
+        message = how.reason
+    answer = replace(result.answer, message=message, details={**result.answer.details, **told})
+    keep(result.key, result.request, Computed(answer, {**provenance(), "finished": time}), solver, folder)
+
+
+def old_and_new(before: Mapping[str, Any], result: _Result) -> dict[str, Any]:
+    """Return both values for the log."""
+    return {"before": before["response"], "now": result.answer.response}

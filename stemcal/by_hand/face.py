@@ -1,0 +1,78 @@
+"""What programs see: runs that are awaited as data, results taken as data."""
+
+from __future__ import annotations
+
+import getpass
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from stemcal.by_hand.awaited import Row, gone_on, known_rows
+from stemcal.by_hand.entering import Correction, Entered, Refused, enter
+from stemcal.by_hand.form import entered_responses
+from stemcal.by_hand.reading import Filled
+from stemcal.errors import StemcalError, UsageError, Waiting
+from stemcal.files.typed import to_json
+from stemcal.folder.store import StudyFolder
+from stemcal.study.model import Study
+
+SCHEMA_VERSION = 1
+
+
+def asked_runs(study: Study, rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Return each run that is awaited, with its levels as they were asked for and its responses still empty."""
+    names = [response.name for response in entered_responses(study)]
+    return [
+        {
+            "run": row.run,
+            "levels": row.levels,
+            **({} if study.naming.condition is None else {"condition": row.condition}),
+            **({"replicate": request.replicate} if study.replicates > 1 else {}),
+            "responses": dict.fromkeys(names),
+        }
+        for row in rows
+        for request in row.requests
+    ]
+
+
+def asked_json(study: Study, waiting: Waiting | None, rows: Sequence[Row]) -> dict[str, Any]:
+    """Return what `stemcal ask --json` prints; `waiting_for` names the stage, None at the end."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "stage": "ask",
+        "study": study.name,
+        "waiting_for": None if waiting is None else waiting.stage,
+        "naming": to_json(study.naming),
+        "runs": asked_runs(study, rows),
+    }
+
+
+def entered_json(found: Entered, said: Callable[[Refused], str]) -> dict[str, Any]:
+    """Return what became of a sheet, each refused row with its sentence."""
+    refused = [{**to_json(one), "text": said(one)} for one in found.refused]
+    return {"schema_version": SCHEMA_VERSION, "stage": "enter", **to_json(found), "refused": refused}
+
+
+def enter_filled(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Correction) -> Entered:
+    """Record what a sheet tells of the runs that a study knows by now; the folder must be locked."""
+    try:
+        waiting = gone_on(study, folder)
+    except StemcalError:  # results may be the remedy; if not, it is told when the study goes on
+        waiting = None
+    return enter(study, folder, known_rows(study, folder, waiting), sheet, how)
+
+
+def require_manual(study: Study) -> None:
+    """Raise `UsageError` if a solver answers by itself."""
+    if study.solver.kind != "manual":
+        raise UsageError(
+            f"solver.kind is {study.solver.kind}, whose runs nobody enters; write solver: {{kind: manual}} for runs "
+            "done by hand"
+        )
+
+
+def user_name() -> str:
+    """Return who works here, nothing if the system does not tell."""
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):
+        return ""

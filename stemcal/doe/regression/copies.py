@@ -1,0 +1,47 @@
+"""Copies of a deterministic run: runs of one point that agree exactly are one answer, and count once.
+
+A solver that computes gives its answer again however often it is asked. Counted as replicates, its copies would add
+degrees of freedom of pure error without an error: six equal centre runs of a composite of two factors turn 3 residual
+degrees of freedom into 8, and intervals that should hold 95 % of what they tell of hold two thirds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.doe.regression.blocks import require_labels
+from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array
+
+# Design points closer than this in coded units are the same point.
+_SAME_POINT = 1e-6
+
+
+def same_points(coded: Array) -> NDArray[np.int64]:
+    """Return the number of the distinct point at which each of (n, k) runs stands; (n,)."""
+    _, group = np.unique(np.round(coded / _SAME_POINT).astype(np.int64), axis=0, return_inverse=True)
+    return np.asarray(group.reshape(-1), dtype=np.int64)
+
+
+def copies_of(coded: Array, response: Array, blocks: Sequence[object] | None = None) -> NDArray[np.bool_]:
+    """Tell for each of n runs whether it only repeats an earlier run of its point (and block); failed runs do not.
+
+    If any two runs of a point differ, repeating says something: then no run is a copy.
+    """
+    present, copies = np.isfinite(response), np.zeros(len(response), dtype=bool)
+    y = response[present]
+    if not y.size:
+        return copies
+    if blocks is not None:
+        require_labels(blocks, len(response))
+        coded = np.column_stack([coded, np.unique([str(label) for label in blocks], return_inverse=True)[1]])
+    group = same_points(coded[present])
+    means = np.bincount(group, weights=y) / np.bincount(group)
+    if float(np.sum((y - means[group]) ** 2)) > NEGLIGIBLE * float(np.sum((y - y.mean()) ** 2)):
+        return copies
+    repeats = np.ones(len(y), dtype=bool)
+    repeats[np.unique(group, return_index=True)[1]] = False
+    copies[present] = repeats
+    return copies

@@ -1,0 +1,47 @@
+"""Ask and tell: runs done by hand, from a script or a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stemcal.errors import UsageError
+from stemcal.study.model import Study
+
+
+@dataclass(frozen=True)
+class ByHand:
+    """Asks for results and records them, in the folder of a study."""
+
+    def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
+        """Return the runs that are awaited."""
+        from stemcal.by_hand.awaited import gone_on, sheet_rows
+        from stemcal.by_hand.face import asked_runs, require_manual
+        from stemcal.folder.store import StudyFolder, default_place
+
+        require_manual(study)
+        with StudyFolder(default_place(study.name) if out is None else out) as folder:
+            waiting = gone_on(study, folder)
+            return [] if waiting is None else asked_runs(study, sheet_rows(study, folder, waiting))
+
+    def tell(self, study: Study, runs: Sequence[Mapping[str, Any]], out: str | Path | None, **how: Any) -> int:
+        """Record results; return how many were taken."""
+        from stemcal.by_hand.entering import Correction
+        from stemcal.by_hand.face import enter_filled, require_manual, user_name
+        from stemcal.by_hand.reading import told
+        from stemcal.folder.store import StudyFolder, default_place
+        from stemcal.text.by_hand import refused
+        from stemcal.text.names import Names
+
+        require_manual(study)
+        reason, who, sure = how.pop("replace", ""), how.pop("who", ""), how.pop("sure", False)
+        if how:
+            raise UsageError(f"tell: no parameter {', '.join(how)}; there are replace, who and sure")
+        correction = Correction(bool(reason), str(reason), who or user_name(), bool(sure))
+        with StudyFolder(default_place(study.name) if out is None else out) as folder:
+            found = enter_filled(study, folder, told(list(runs), "tell", study), correction)
+        if found.refused:
+            raise UsageError("\n".join(refused(found, Names(study.naming))))
+        return len(found.taken) + len(found.replaced)

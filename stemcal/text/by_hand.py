@@ -1,0 +1,106 @@
+"""What is said of runs done by hand: what is awaited, what became of a sheet, why a row of it is refused."""
+
+from __future__ import annotations
+
+from stemcal.by_hand.entering import (
+    BrokenRow,
+    Entered,
+    FailedWithValue,
+    FarOff,
+    Incomplete,
+    KnownOtherwise,
+    NoReason,
+    NothingToWithdraw,
+    OtherLevels,
+    OtherReplicate,
+    ToldTwice,
+    UnknownRun,
+    Unreadable,
+)
+from stemcal.text.language import say, say_number
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence, states
+
+
+def waiting_for(count: int, stage: str, sheet: str, spec: str = "SPEC") -> str:
+    """Say what a study waits for, and where to write it."""
+    return say_number(
+        "Waiting for {count} result of {stage}; fill in {sheet}, then: stemcal enter {spec} {sheet}",
+        "Waiting for {count} results of {stage}; fill in {sheet}, then: stemcal enter {spec} {sheet}",
+        count,
+        stage=stage,
+        sheet=sheet,
+        spec=spec,
+    )
+
+
+def nothing_awaited(spec: str) -> str:
+    """Say that all results are there."""
+    return say("No result is awaited; `stemcal run {spec}` shows what the study comes to", spec=spec)
+
+
+def entered(found: Entered, names: Names) -> list[str]:
+    """Say what became of a sheet: how many results were taken, then each row that was not."""
+    said = [say_number("{count} result taken.", "{count} results taken.", len(found.taken))]
+    if found.known:
+        said.append(say_number("{count} was known already.", "{count} were known already.", len(found.known)))
+    if found.replaced:
+        runs = ", ".join(found.replaced)
+        said.append(
+            say_number("{count} replaced: {runs}.", "{count} replaced: {runs}.", len(found.replaced), runs=runs)
+        )
+    return [" ".join(said)]
+
+
+def refused(found: Entered, names: Names) -> list[str]:
+    """Say of each row that was not taken where it stands, what is wrong and what to do."""
+    head = say_number(
+        "{count} row is not taken; mend it and enter the sheet again.",
+        "{count} rows are not taken; mend them and enter the sheet again.",
+        len(found.refused),
+    )
+    return [head, *(sentence(one, names) for one in found.refused)]
+
+
+states(UnknownRun, "{place}: the study asks for no run {run!r}; write its name as on the sheet, such as screen 3")
+states(OtherReplicate, "{place}: {run} has no replicate {replicate}; write the number that `stemcal ask` gives")
+states(Incomplete, "{place}: {run} has no {response}; write its value too, or `failed: why`")
+states(FailedWithValue, "{place}: {run} is said to have failed and has a value; delete one of the two")
+states(NoReason, "{place}: {run} is said to have failed; write why, as `failed: the stem slipped`")
+states(BrokenRow, "{place}: the row has more cells than the heading; put texts and decimal commas in quotes")
+states(ToldTwice, "{place}: {run} has another result at {other}; delete the wrong row")
+states(NothingToWithdraw, "{place}: {run} has no result that could be withdrawn; delete the word")
+states(
+    OtherLevels,
+    "{place}: {run} was asked for at {name} = {asked:.6g}{unit}, the row has {given!r}; copy the row from the sheet, "
+    "or do the run as it was asked for",
+)
+states(
+    FarOff,
+    "{place}: {run} has {response} = {value:.6g}, the {count} others lie from {low:.4g} to {high:.4g}; mend it, or if "
+    "it is right enter the sheet with --yes",
+)
+
+
+@sentence.register
+def _(fact: KnownOtherwise, names: Names) -> str:
+    return names.say(
+        "{place}: {run} has the result {known} already (entered {entered}), not {given}; if that was wrong, enter the "
+        'sheet with --replace --reason "why"',
+        entered=" ".join(
+            filter(None, [say("{when}", when=fact.when[:16]), fact.who and say("by {who}", who=fact.who)])
+        ),
+        **vars(fact),
+    )
+
+
+@sentence.register
+def _(fact: Unreadable, names: Names) -> str:
+    templates = {
+        "no_number": "{place}: {run}, {response}: {given!r} is not a number; write a number, or `failed: why`",
+        "ambiguous": "{place}: {run}, {response}: {given!r} may be {one:.6g} or {other:.6g}; write it without a comma",
+        "too_large": "{place}: {run}, {response}: {given!r} is beyond 1e30; check it",
+        "other_unit": "{place}: {run}, {response}: {given!r} is in {unit}, not in {wanted}; convert it",
+    }
+    one, other = fact.readings or (0.0, 0.0)
+    return names.say(templates[fact.why], one=one, other=other, **vars(fact))

@@ -1,0 +1,320 @@
+"""What people and spreadsheet programs do to a sheet: each row is taken rightly or refused with row and remedy."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections import Counter
+from collections.abc import Callable
+from datetime import datetime
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import openpyxl
+import pytest
+from sheets import Cells, awaited, entered, text_of
+
+from stemcal.by_hand.entering import Correction
+from stemcal.errors import UsageError
+from stemcal.folder.store import StudyFolder
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+from stemcal.text.by_hand import refused
+from stemcal.text.names import Names
+
+RUNS = 15
+ANGLE, BULK, WHO, WHEN, REMARK = 4, 5, 6, 7, 8
+HURT = 3  # the row that most kinds of damage are done to
+HEAP = files("stemcal.cli").joinpath("by-hand.yaml").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def heap(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    """Return the kit's study with a second response."""
+    spec = tmp_path_factory.mktemp("heap") / "heap.yaml"
+    text = HEAP.replace("@NAME@", "heap").replace("unit: deg}\n", "unit: deg}\n  - {name: bulk, unit: kg/m3}\n", 1)
+    spec.write_text(text.replace("n: 6}", "n: 6, bulk: 690 kg/m3, bulk_sd: 3 kg/m3}"), encoding="utf-8")
+    return load_study(spec)
+
+
+def measured(levels: list[str]) -> tuple[float, float]:
+    """Return angle and bulk density of a heap that nobody has made."""
+    sliding, rolling, wall = map(float, levels)
+    return round(18.3 + 16 * sliding + 38 * rolling + 1.5 * wall, 1), round(720.5 - 40 * sliding - 60 * rolling, 1)
+
+
+@pytest.fixture
+def sheet(heap: Study, tmp_path: Path) -> Cells:
+    """Return the sheet with every result written."""
+    head, *rows = awaited(heap, StudyFolder(tmp_path / "asking"))
+    assert [len(rows), head[ANGLE], head[BULK], head[WHO]] == [RUNS, "angle (deg)", "bulk (kg/m3)", "who"]
+    return [head, *([*row[:ANGLE], *(f"{value:.1f}" for value in measured(row[1:4])), "Li", "", ""] for row in rows)]
+
+
+def put(column: int, text: str) -> Callable[[Cells], str]:
+    """Return what writes something into a cell."""
+
+    def change(cells: Cells) -> str:
+        cells[HURT][column] = text
+        return text_of(cells)
+
+    return change
+
+
+def each(change: Callable[[list[str]], list[str]]) -> Callable[[Cells], str]:
+    """Return what changes every row, the heading too."""
+    return lambda cells: text_of([change(row) for row in cells])
+
+
+def rows(change: Callable[[Cells], Cells]) -> Callable[[Cells], str]:
+    """Return what changes the rows as a whole."""
+    return lambda cells: text_of([cells[0], *change(cells[1:])])
+
+
+def comma(text: str) -> str:
+    """Return a number with a decimal comma."""
+    return text.replace(".", ",") if text.replace(".", "").isdigit() else text
+
+
+def german(cells: Cells) -> str:
+    return text_of([[comma(cell) for cell in row] for row in cells], ";")
+
+
+def in_radians(cells: Cells) -> str:
+    cells[0][ANGLE] = "angle (rad)"
+    for row in cells[1:]:
+        row[ANGLE] = repr(math.radians(float(row[ANGLE])))
+    return text_of(cells)
+
+
+def unquoted_comma(cells: Cells) -> str:
+    line = ",".join(cells[HURT])
+    return text_of(cells).replace(line, line.replace(cells[HURT][ANGLE], comma(cells[HURT][ANGLE]), 1))
+
+
+def names_moved_on(cells: Cells) -> str:
+    """One of the ends of a design is no other: the names of those rows are moved on by one."""
+    edges = [row for row in cells[1:] if row[1:4] != ["0.4", "0.11", "0.5"]]
+    names = [row[0] for row in edges]
+    for row, name in zip(edges, [*names[1:], names[0]], strict=True):
+        row[0] = name
+    return text_of(cells)
+
+
+def headed(*titles: tuple[int, str]) -> Callable[[Cells], str]:
+    def change(cells: Cells) -> str:
+        for column, title in titles:
+            cells[0][column] = title
+        return text_of(cells)
+
+    return change
+
+
+def twice(column: int, text: str) -> Callable[[Cells], str]:
+    """Return what repeats a row with something else in a cell."""
+
+    def change(cells: Cells) -> str:
+        again = list(cells[HURT])
+        again[column] = text or again[column]
+        return text_of([*cells, again])
+
+    return change
+
+
+def failed(column: int, text: str, *, empty: bool = True) -> Callable[[Cells], str]:
+    def change(cells: Cells) -> str:
+        if empty:
+            cells[HURT][ANGLE] = cells[HURT][BULK] = ""
+        cells[HURT][column] = text
+        return text_of(cells)
+
+    return change
+
+
+def workbook(change: Callable[[Any, Any], None] = lambda _book, _sheet: None) -> Callable[[Cells], bytes]:
+    """Return what saves the sheet as a workbook, changed."""
+
+    def save(cells: Cells) -> bytes:
+        book = openpyxl.Workbook()
+        sheet = book.active
+        assert sheet is not None
+        for number, row in enumerate(cells):
+            sheet.append([float(cell) if number and 0 < i < WHO else cell for i, cell in enumerate(row)])
+        change(book, sheet)
+        text = io.BytesIO()
+        book.save(text)
+        return text.getvalue()
+
+    return save
+
+
+def cell(value: object) -> Callable[[Cells], bytes]:
+    def change(_book: Any, sheet: Any) -> None:
+        sheet.cell(HURT + 1, ANGLE + 1).value = value
+
+    return workbook(change)
+
+
+def merged(_book: Any, sheet: Any) -> None:
+    sheet.merge_cells(start_row=HURT + 1, end_row=HURT + 2, start_column=ANGLE + 1, end_column=ANGLE + 1)
+
+
+def with_notes(book: Any, _sheet: Any) -> None:
+    book.create_sheet("notes").append(["Friday", "the drum squeaks"])
+
+
+def with_a_copy(book: Any, sheet: Any) -> None:
+    book.copy_worksheet(sheet)
+
+
+TAKEN: dict[str, Callable[[Cells], str | bytes]] = {
+    "as it is": text_of,
+    "sorted": rows(sorted),
+    "columns moved": each(lambda row: row[::-1]),
+    "columns for remarks deleted": each(lambda row: row[:WHO]),
+    "a column of one's own": each(lambda row: [*row, "dry"]),
+    "semicolons and decimal commas": german,
+    "decimal commas in quotes": each(lambda row: [*row[:ANGLE], *map(comma, row[ANGLE:])]),
+    "pasted, with tabs": lambda cells: text_of(cells, "\t"),
+    "a unit in a cell": put(BULK, "700.8 kg/m³"),
+    "another unit in the heading": in_radians,
+    "no unit in the heading": headed((ANGLE, "angle"), (BULK, "Bulk")),
+    "headings in capitals": headed((0, "RUN"), (1, "Sliding"), (WHO, "Who")),
+    "labels as headings": headed((1, "Sliding friction between grains"), (ANGLE, "Angle of repose (°)")),
+    "the same row twice": twice(WHO, ""),
+    "a level rounded": lambda cells: put(1, f"{float(cells[HURT][1]) + 2e-5:.5f}")(cells),
+    "a power of ten": lambda cells: put(ANGLE, f"{float(cells[HURT][ANGLE]) / 10}e1")(cells),
+    "wide digits": lambda cells: put(ANGLE, cells[HURT][ANGLE].translate({46: 0xFF0E, 50: 0xFF12}))(cells),
+    "blanks around a number": lambda cells: put(ANGLE, f"\u00a0 {cells[HURT][ANGLE]} ")(cells),
+    "lines above the heading": lambda cells: "Sheet of Friday\n\n" + text_of(cells),
+    "Excel's line on its separator": lambda cells: "sep=;\n" + german(cells),
+    "empty lines": lambda cells: text_of(cells).replace("\n", "\n\n"),
+    "lines of commas": lambda cells: text_of([*cells, [""] * 9, [""] * 9]),
+    "a Chinese Excel's CSV": lambda cells: put(REMARK, "堆积角偏大")(cells).encode("gbk"),
+    "a German Excel's CSV": lambda cells: headed((ANGLE, "angle (°)"))(cells).encode("cp1252"),
+    "Unicode of Excel": lambda cells: text_of(cells, "\t").encode("utf-16"),
+    "with a byte order mark": lambda cells: text_of(cells).encode("utf-8-sig"),
+    "line ends of Windows": lambda cells: text_of(cells).replace("\n", "\r\n"),
+    "a workbook": workbook(),
+    "a workbook with notes": workbook(with_notes),
+}
+
+
+@pytest.mark.parametrize("damage", TAKEN)
+def test_taken_rightly(damage: str, heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    wanted = {row[0]: measured(row[1:4]) for row in sheet[1:]}
+    if damage == "a unit in a cell":
+        wanted[sheet[HURT][0]] = (wanted[sheet[HURT][0]][0], 700.8)
+    folder = StudyFolder(tmp_path / "study")
+    found = entered(heap, folder, TAKEN[damage](sheet))
+    assert (len(found.taken), found.refused) == (RUNS, ())
+    assert recorded(folder) == {name: pytest.approx(values) for name, values in wanted.items()}
+
+
+def recorded(folder: StudyFolder) -> dict[str, Any]:
+    """Return the results that are recorded, by run."""
+    found = [record for key in folder.keys() if (record := folder.peek(key)) is not None]  # noqa: SIM118
+    return {
+        f"{record['request']['stage']} {record['request']['row'] + 1}": (
+            (record["response"], record["details"]["responses"]["bulk"])
+            if record["status"] == "ok"
+            else record["message"]
+        )
+        for record in found
+    }
+
+
+REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
+    "a decimal comma that splits a cell": (unquoted_comma, {"BrokenRow": 1}),
+    "a unit of something else": (put(ANGLE, "28.2 N"), {"Unreadable": 1}),
+    "per cent": (put(ANGLE, "28 %"), {"Unreadable": 1}),
+    "an unknown unit in the heading": (headed((ANGLE, "angle (gon)")), {"Unreadable": RUNS}),
+    "two results of a run": (twice(ANGLE, "31.4"), {"ToldTwice": 2}),
+    "a level changed": (put(1, "0.45"), {"OtherLevels": 1}),
+    "a level deleted": (put(2, ""), {"OtherLevels": 1}),
+    "names moved on": (names_moved_on, {"OtherLevels": 12}),
+    "another study's levels": (each(lambda row: [row[0], "0.9", *row[2:]] if row[0] != "run" else row),
+                               {"OtherLevels": RUNS}),
+    "a run that is not asked for": (put(0, "rsm 99"), {"UnknownRun": 1}),
+    "another stage's run": (put(0, "screen 3"), {"UnknownRun": 1}),
+    "a name deleted": (put(0, ""), {"UnknownRun": 1}),
+    "one of two responses": (put(BULK, ""), {"Incomplete": 1}),
+    "words": (put(ANGLE, "about 28"), {"Unreadable": 1}),
+    "a range": (put(ANGLE, "28-29"), {"Unreadable": 1}),
+    "an error of Excel's": (put(ANGLE, "#DIV/0!"), {"Unreadable": 1}),
+    "no number": (put(ANGLE, "NaN"), {"Unreadable": 1}),
+    "more than a number can be": (put(ANGLE, "1e400"), {"Unreadable": 1}),
+    "more than statistics bear": (put(ANGLE, "1e31"), {"Unreadable": 1}),
+    "two points": (put(ANGLE, "28..2"), {"Unreadable": 1}),
+    "a comma with two meanings": (put(BULK, "1,234"), {"Unreadable": 1}),
+    "failed, nobody says why": (failed(REMARK, "failed"), {"NoReason": 1}),
+    "failed with a result": (failed(REMARK, "failed: too wet", empty=False), {"FailedWithValue": 1}),
+    "a decimal point slipped": (put(ANGLE, "305"), {"FarOff": 1}),
+    "withdrawn before it was there": (failed(ANGLE, "withdrawn"), {"NothingToWithdraw": 1}),
+    "merged cells": (workbook(merged), {"Unreadable": 2}),
+    "a formula that was not calculated": (cell("=A1*2"), {"Unreadable": 1}),
+    "a date that Excel made": (cell(datetime(2026, 2, 28)), {"Unreadable": 1}),
+    "a tick": (cell(True), {"Unreadable": 1}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", REFUSED)
+def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    """The other rows are taken; the right sheet, entered after it, fills the gap."""
+    whole, folder = text_of(sheet), StudyFolder(tmp_path / "study")
+    change, kinds = REFUSED[damage]
+    found = entered(heap, folder, change(sheet))
+    assert Counter(type(one).__name__ for one in found.refused) == kinds
+    runs = {one.place for one in found.refused}
+    taken = RUNS - len(runs) + (1 if "ToldTwice" in kinds else 0)
+    assert len(found.taken) == len(recorded(folder)) == taken
+    for one, line in zip(found.refused, refused(found, Names(heap.naming))[1:], strict=True):
+        assert line.startswith(f"{one.place}: ") and one.place.split(":")[1].isdigit() and "; " in line
+    after = entered(heap, folder, whole)
+    assert (len(after.known), len(after.taken), after.refused) == (taken, RUNS - taken, ())
+
+
+UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
+    "no heading": (lambda cells: text_of(cells[1:]), "no line has the heading `run`; fill in the sheet"),
+    "a response deleted": (each(lambda row: [*row[:ANGLE], *row[BULK:]]), "no column is headed angle (deg); head it"),
+    "a factor deleted": (each(lambda row: [row[0], *row[2:]]), "no column is headed sliding; head it"),
+    "two columns of a response": (each(lambda row: [*row, row[ANGLE]]), "two columns are headed 'angle (deg)'; delete"),
+    "another study's sheet": (headed((1, "density (kg/m3)")), "no column is headed sliding"),
+    "an empty file": (lambda _cells: "", "no line has the heading `run`"),
+    "a torn workbook": (lambda cells: workbook()(cells)[:3000], "cannot be read as a workbook of Excel"),
+    "two sheets alike": (workbook(with_a_copy), "several of its sheets have a heading `run`"),
+    "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save it as .xlsx or CSV"),
+    "a picture": (lambda _cells: b"\x89PNG\r\n" + bytes(range(256)), "save the sheet as .xlsx or CSV"),
+    "broken JSON": (lambda _cells: '{"runs": [', "is not JSON"),
+}
+
+
+@pytest.mark.parametrize("damage", UNREADABLE)
+def test_refused_whole(damage: str, heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    change, said = UNREADABLE[damage]
+    with pytest.raises(UsageError) as caught:
+        entered(heap, StudyFolder(tmp_path / "study"), change(sheet))
+    assert str(caught.value).startswith("sheet.csv") and said in str(caught.value)
+    assert recorded(StudyFolder(tmp_path / "study")) == {}
+
+
+def test_a_quote_that_is_left_open_swallows_no_rows(heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    lines = text_of(sheet).splitlines()
+    lines[HURT] += '"too wet'
+    with pytest.raises(UsageError, match=r"sheet\.csv:"):
+        entered(heap, StudyFolder(tmp_path / "study"), "\n".join(lines))
+
+
+@pytest.mark.parametrize("where", [ANGLE, BULK, REMARK])
+def test_a_run_that_failed_is_taken_as_that(where: int, heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path / "study")
+    found = entered(heap, folder, failed(where, "Failed： too wet")(sheet))
+    assert (len(found.taken), found.refused) == (RUNS, ())
+    assert recorded(folder)[sheet[HURT][0]] == "too wet"
+
+
+def test_a_value_far_off_is_taken_if_that_is_meant(heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path / "study")
+    found = entered(heap, folder, put(ANGLE, "305")(sheet), Correction(sure=True))
+    assert (len(found.taken), recorded(folder)[sheet[HURT][0]][0]) == (RUNS, 305.0)

@@ -1,0 +1,155 @@
+"""The paper's printed forces, entered by sheet, come to what they come to as tables."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sheets import ROOT, Cells, awaited, cells_of, entered, filled_in, paper_by_hand, text_of
+
+from stemcal import workflow
+from stemcal.by_hand.entering import Correction
+from stemcal.errors import Waiting
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.stages.fresh import changes_since
+from stemcal.study.reading import load_study
+
+STAGES = ("screen", "rsm", "invert", "validate")
+
+
+@pytest.fixture(scope="module")
+def replay(tmp_path_factory: pytest.TempPathFactory) -> StudyFolder:
+    """Return the folder of the study that takes the printed tables."""
+    folder = StudyFolder(tmp_path_factory.mktemp("replay"))
+    workflow.calibrate(load_study(ROOT / "configs" / "paper-replay.yaml"), folder, InlineExecutor())
+    return folder
+
+
+def content(folder: StudyFolder, stage: str) -> Any:
+    """Return a stage's file without what names the solver: hashes of inputs, keys of records, the table's own note."""
+    found = folder.read_stage(stage)
+    found.pop("inputs")
+    found["notes"] = [note for note in found["notes"] if note["kind"] != "from_table"]
+    return json.loads(json.dumps(found), object_hook=lambda part: {k: v for k, v in part.items() if k != "key"})
+
+
+def parts_of(sheet: Cells) -> list[Cells]:
+    """Return a filled sheet in shuffled parts that overlap."""
+    head, *rows = sheet
+    random.Random(7).shuffle(rows)
+    cut = len(rows) // 3
+    return [[head, *part] for part in (rows[: 2 * cut], rows[cut:], rows)]
+
+
+def test_entered_in_shuffled_parts_it_comes_to_the_replay(tmp_path: Path, replay: StudyFolder) -> None:
+    study, folder = load_study(paper_by_hand(tmp_path)), StudyFolder(tmp_path / "study")
+    sizes = []
+    while sheet := awaited(study, folder):
+        sizes.append(len(sheet) - 1)
+        first, second, whole = parts_of(filled_in(sheet))
+        assert len(entered(study, folder, text_of(first)).taken) == len(first) - 1
+        assert len(awaited(study, folder)) == len(whole) - len(first) + 1
+        assert len(entered(study, folder, text_of(second)).taken) == len(whole) - len(first)
+        again = entered(study, folder, text_of(whole))
+        assert (len(again.known), again.taken, again.refused) == (sizes[-1], (), ())
+    assert sizes == [12, 20, 5]
+    for stage in STAGES:
+        assert content(folder, stage) == content(replay, stage)
+
+
+@pytest.mark.slow
+def test_two_who_enter_at_once_lose_nothing(tmp_path: Path, replay: StudyFolder) -> None:
+    """Each tries again where the other holds the folder."""
+    spec, out = paper_by_hand(tmp_path), tmp_path / "study"
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
+
+    def give(*words: object) -> subprocess.Popen[str]:
+        line = [sys.executable, "-m", "stemcal", *map(str, words), "--out", str(out)]
+        return subprocess.Popen(line, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    while True:
+        asking = give("ask", spec)
+        printed, _ = asking.communicate(timeout=120)
+        if not printed.startswith("run,"):
+            break
+        waiting = {}
+        for i, part in enumerate(parts_of(filled_in(cells_of(printed)))[:2]):
+            (tmp_path / f"{i}.csv").write_text(text_of(part), encoding="utf-8")
+            waiting[i] = give("tell", spec, tmp_path / f"{i}.csv")
+        until = time.monotonic() + 120
+        while waiting and time.monotonic() < until:
+            for i, process in list(waiting.items()):
+                if process.poll() is not None:
+                    assert process.returncode in (0, 5), process.communicate()
+                    process.communicate()
+                    waiting.pop(i)
+                    if process.returncode == 5:
+                        waiting[i] = give("tell", spec, tmp_path / f"{i}.csv")
+            time.sleep(0.05)
+        assert not waiting
+    for stage in STAGES:
+        assert content(StudyFolder(out), stage) == content(replay, stage)
+
+
+def screened(tmp_path: Path) -> tuple[Any, StudyFolder, Cells]:
+    """Return a study with its screening entered, and the sheet of that."""
+    study, folder = load_study(paper_by_hand(tmp_path)), StudyFolder(tmp_path / "study")
+    sheet = filled_in(awaited(study, folder))
+    entered(study, folder, text_of(sheet))
+    assert len(awaited(study, folder)) == 21
+    return study, folder, sheet
+
+
+def changed(sheet: Cells, run: str, value: str) -> str:
+    """Return a sheet of one row with another value."""
+    head, *rows = sheet
+    row = next(row for row in rows if row[0] == run)
+    return text_of([head, [*row[:-4], value, *row[-3:]]])
+
+
+def test_another_value_needs_a_reason_and_makes_what_followed_stale(tmp_path: Path) -> None:
+    study, folder, sheet = screened(tmp_path)
+    before = folder.read_stage("screen")["design"]["runs"][2]["response"]
+    refused = entered(study, folder, changed(sheet, "screen 3", "150")).refused
+    assert [type(one).__name__ for one in refused] == ["KnownOtherwise"]
+    assert changes_since(study, None, folder, "screen") == []
+    found = entered(study, folder, changed(sheet, "screen 3", "150"), Correction(True, "wrong column", "Li"))
+    assert found.replaced == ("screen 3",)
+    assert changes_since(study, None, folder, "screen") == ["results"]
+    record = next(r for key in folder.keys() if (r := folder.peek(key)) and r["response"] == 150.0)  # noqa: SIM118
+    assert record["details"]["replaced"][0]["response"] == before
+    assert record["details"]["replaced"][0]["because"] == "wrong column"
+    awaited(study, folder)
+    assert folder.read_stage("screen")["design"]["runs"][2]["response"] == 150.0
+
+
+def test_a_withdrawn_result_is_asked_for_again(tmp_path: Path) -> None:
+    study, folder, sheet = screened(tmp_path)
+    how = Correction(True, "the blade was loose")
+    assert entered(study, folder, changed(sheet, "screen 5", "withdrawn"), how).replaced == ("screen 5",)
+    assert [row[0] for row in awaited(study, folder)] == ["run", "screen 5"]
+    assert entered(study, folder, text_of(sheet)).taken == ("screen 5",)
+    assert len(awaited(study, folder)) == 21
+
+
+def test_a_run_that_failed_counts_as_one(tmp_path: Path) -> None:
+    """The screening goes on without it, as after a simulation that failed."""
+    study, folder = load_study(paper_by_hand(tmp_path)), StudyFolder(tmp_path / "study")
+    sheet = filled_in(awaited(study, folder))
+    sheet[4][-4], sheet[4][-1] = "", "failed: the stem slipped"
+    assert len(entered(study, folder, text_of(sheet)).taken) == 12
+    with folder, pytest.raises(Waiting) as waiting:
+        workflow.calibrate(study, folder, InlineExecutor())
+    assert waiting.value.stage == "rsm" and waiting.value.exit_code == 6
+    run = folder.read_stage("screen")["design"]["runs"][3]
+    assert (run["status"], run["reason"], run["message"]) == ("failed", "not_run", "the stem slipped")
+    sheet[4][-1] = ""
+    assert entered(study, folder, changed(sheet, "screen 4", "180.3")).replaced == ("screen 4",)
