@@ -187,7 +187,7 @@ def test_calibrate_takes_the_path_of_a_spec_and_checks_what_it_is_given(tmp_path
     for wrong, said in {"workers": (0, "workers: 0 must not be below 1"), "out": ("", "out: is empty")}.items():
         with pytest.raises(UsageError, match=re.escape(said[1])):
             stemcal.calibrate(REPLAY, **{wrong: said[0]})
-    with pytest.raises(UsageError, match="study: dict is no study"):
+    with pytest.raises(UsageError, match="study: dict is not a study"):
         stemcal.calibrate({})  # type: ignore[arg-type]
 
 

@@ -73,7 +73,7 @@ def filled(content: bytes, source: str, study: Study) -> list[Filled]:
         raise UsageError(f"{source} is a file of a spreadsheet program; open it there and save it as .xlsx or CSV")
     text = decoded(content, None, Path(source))[0]
     if "\0" in text:
-        raise UsageError(f"{source} is no text; save the sheet as .xlsx or CSV")
+        raise UsageError(f"{source} is not text; save the sheet as .xlsx or CSV")
     if text.lstrip()[:1] in ("{", "["):
         return told(_json(text, source), source, study)
     return _of_lines(_split(text, source), source, study)
@@ -86,7 +86,7 @@ def _json(text: str, source: str) -> object:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{source} is no JSON: {str(error)[:120]}; give what `stemcal ask --json` prints") from None
+        raise UsageError(f"{source} is not JSON: {str(error)[:120]}; give what `stemcal ask --json` prints") from None
 
 
 def told(given: object, source: str, study: Study) -> list[Filled]:

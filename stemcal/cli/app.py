@@ -104,7 +104,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def stemcal(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and leave.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
     """Calibrate finite element models of plant stems against measured cutting force.

@@ -41,7 +41,7 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
         say_json(_summary(study, demanding, remarks))
     else:
         say(
-            f"{spec}: right. Study {study.name}: {len(study.factors)} factors, "
+            f"{spec}: OK. Study {study.name}: {len(study.factors)} factors, "
             f"{len(study.targets.means)} measured {_measured(study)}, solver {study.solver.kind}."
         )
         for sentence in remarks:

@@ -224,7 +224,7 @@ def replace_targets(spec: Path, section: str) -> Study:
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
-        raise UsageError(f"{spec} is no text; save it in UTF-8")
+        raise UsageError(f"{spec} is not text; save it in UTF-8")
     text = with_targets(before, section)
     study = read_study(text.encode("utf-8"), spec)
     write_durably(spec, text)

@@ -73,14 +73,14 @@ def simulate(
     _check_outputs(study, csv_file, figure)
 
     from stemcal.overview.foresight import demand_of_one
+    from stemcal.solvers.embedded import seconds_to_prepare
     from stemcal.solvers.embedded import simulate as shear_test
-    from stemcal.solvers.embedded import to_wait_for
-    from stemcal.text.runs import warning_text
+    from stemcal.text.runs import compiling, warning_text
 
     at = study.specimen.outer_diameter if diameter is None else diameter
     require_sense(demand_of_one(study, [at], symmetry), 1, yes)
-    if (wait := to_wait_for(study)) and not quiet:
-        note(wait)
+    if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
+        note(compiling(seconds))
     with waiting("one virtual shear test", quiet) as status:
         result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:
@@ -159,7 +159,7 @@ def _number(setting: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise UsageError(f"--set {setting}: {text!r} is no number; give the value in the spec's unit, without it")
+        raise UsageError(f"--set {setting}: {text!r} is not a number; give the value in the spec's unit, without it")
     return value
 
 

@@ -15,13 +15,7 @@ from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 from stemcal.fem.kernels.nodes import COHESION, EDGE, FRICTION, SURFACE
-from stemcal.run_warnings import (
-    EnergyDrifts,
-    ForceAfterBreak,
-    HourglassEnergy,
-    InertiaInForce,
-    RunWarning,
-)
+from stemcal.run_warnings import EnergyDrifts, ForceAfterBreak, HourglassEnergy, InertiaInForce, RunWarning
 
 Array = NDArray[np.float64]
 

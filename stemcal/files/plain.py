@@ -52,4 +52,4 @@ def _refuse_others(found: os.stat_result, path: Path) -> None:
     if stat.S_ISDIR(found.st_mode):
         raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
     if not stat.S_ISREG(found.st_mode):
-        raise OSError(errno.EINVAL, "is no plain file but a device, a pipe or a socket", str(path))
+        raise OSError(errno.EINVAL, "is not a plain file but a device, a pipe or a socket", str(path))

@@ -148,9 +148,9 @@ def problem_of(content: Mapping[str, Any], key: str) -> str:
     try:
         record = from_json(_Record, content)
     except ValueError as error:
-        return f"is no record of a run: {error}"
+        return f"is not the record of a run: {error}"
     if record.status not in _STATUSES or (record.status == "ok") != (record.response is not None):
-        return f"is no record of a run: status {record.status!r:.20} with response {record.response}"
+        return f"is not the record of a run: status {record.status!r:.20} with response {record.response}"
     if record.key != key or key_of(record.identity) != key:
         return "its name does not follow from what it says it answers"
     return ""

@@ -178,7 +178,7 @@ class StudyFolder:
     def record_path(self, key: str) -> Path:
         """Return the file of a record."""
         if not is_key(key):
-            raise ValueError(f"{key!r} is no key of a record")
+            raise ValueError(f"{key!r} is not the key of a record")
         return self.runs / f"{key}.json"
 
     def keys(self) -> list[str]:

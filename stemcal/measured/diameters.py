@@ -121,7 +121,9 @@ def stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float
             value = table.number(row, column)
             if value is None:
                 if not is_missing(cells[column]):
-                    raise UsageError(f"{table.source}: stem {shown(name)[1:-1]}: {shown(cells[column])} is no number")
+                    raise UsageError(
+                        f"{table.source}: stem {shown(name)[1:-1]}: {shown(cells[column])} is not a number"
+                    )
                 continue
             place = f"{table.source}: stem {shown(name)[1:-1]}"
             millimetres = value * scale_of(table, column, MILLIMETRES, "mm")

@@ -10,20 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
+from stemcal.measured import remarks as lab
 from stemcal.measured.channels import Channels, Choice, channels_of
 from stemcal.measured.columns import scale_of
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
 from stemcal.measured.numerals import as_number, is_missing, shown
-from stemcal.measured.remarks import (
-    DisplacementFromTime,
-    LabRemark,
-    LargestAtEnd,
-    PressingIsPositive,
-    RowsApart,
-    RowsLeftOut,
-    SheetSkipped,
-    SideBySide,
-)
 from stemcal.measured.text_tables import Form, TextTable, read_tables
 
 Array = NDArray[np.float64]
@@ -78,7 +69,7 @@ def speed_of(text: str) -> float:
     Raises
     ------
     UsageError
-        If it is no number with a unit, or none above zero.
+        If it is not a number with a unit, or none above zero.
     """
     match = re.fullmatch(r"\s*([0-9.eE+-]{1,24})\s*([a-zµμ]{1,4})\s*/\s*([a-z]{1,3})\s*", text)
     value = as_number(match[1]) if match else None
@@ -100,9 +91,9 @@ class ShearCurve:
     trimmed: int
     diameter: float | None
     synthetic: bool
-    remarks: tuple[LabRemark, ...] = ()
+    remarks: tuple[lab.LabRemark, ...] = ()
     label: str = ""  # of one among several specimens in a file
-    of_file: tuple[LabRemark, ...] = ()  # remarks on the file as a whole, with its first curve
+    of_file: tuple[lab.LabRemark, ...] = ()  # remarks on the file as a whole, with its first curve
 
     @property
     def max_force(self) -> float:
@@ -130,20 +121,20 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
     return [replace(curves[0], of_file=(*curves[0].of_file, *skipped)), *curves[1:]]
 
 
-def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[LabRemark]]:
+def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[lab.LabRemark]]:
     """Return the sheets with curves, and a remark on each other one; of a text its only table."""
     tables = read_tables(path, how.form)
     if len(tables) == 1:
         return tables, []
     found, first = [], None
-    skipped: list[LabRemark] = []
+    skipped: list[lab.LabRemark] = []
     for table in tables:
         try:
             channels_of(table, how.choice())
             found.append(table)
         except UsageError as error:
             first = first or error
-            skipped.append(SheetSkipped(shown(table.sheet)))
+            skipped.append(lab.SheetSkipped(shown(table.sheet)))
     if not found and first is not None:
         raise first
     return found, skipped
@@ -153,7 +144,7 @@ def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[Shear
     """Return the curves of one table; `several` tells that others stand in the same file."""
     channels, remarks = channels_of(table, how.choice())
     if len(channels) > 1:
-        remarks.insert(0, SideBySide(len(channels)))
+        remarks.insert(0, lab.SideBySide(len(channels)))
     diameters = stated_diameters(table, len(channels))
     sheet = table.sheet if several else ""
     curves = [
@@ -174,10 +165,10 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
     travel = _travel(rows, channels, how, remarks)
     if -force.min() > force.max():
         force = -force
-        remarks.append(PressingIsPositive())
+        remarks.append(lab.PressingIsPositive())
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
-        remarks.append(LargestAtEnd())
+        remarks.append(lab.LargestAtEnd())
     return ShearCurve(
         source=table.source,
         travel=np.abs(travel[begin:] - travel[begin]),
@@ -196,13 +187,13 @@ def _refuse_words(table: TextTable, column: int) -> None:
         raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
 
 
-def _travel(table: TextTable, channels: Channels, how: CurveOptions, remarks: list[LabRemark]) -> Array:
+def _travel(table: TextTable, channels: Channels, how: CurveOptions, remarks: list[lab.LabRemark]) -> Array:
     """Return the displacement, mm; from time where that is all there is."""
     column = channels.across
     if not channels.timed or how.speed is None:
         scale = scale_of(table, column, MILLIMETRES, "mm", how.displacement_unit)
         return _scaled(table, column, scale, "displacement", LONGEST)
-    remarks.append(DisplacementFromTime(shown(table.columns[column]), how.speed))
+    remarks.append(lab.DisplacementFromTime(shown(table.columns[column]), how.speed))
     return _scaled(table, column, how.speed * scale_of(table, column, SECONDS, "s", how.time_unit), "time", LONGEST)
 
 
@@ -218,7 +209,7 @@ def _scaled(table: TextTable, column: int, scale: float, what: str, most: float)
     return values * scale
 
 
-def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[LabRemark]]:
+def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[lab.LabRemark]]:
     """Return the table without rows that say nothing in the columns, and what was left out.
 
     Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
@@ -227,11 +218,11 @@ def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[LabRemark]]
     cells = [[row[column] for column in columns] for row in table.rows]
     last = max((i for i, row in enumerate(cells) if all(table.is_number(cell) for cell in row)), default=-1)
     kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
-    remarks: list[LabRemark] = []
+    remarks: list[lab.LabRemark] = []
     if len(kept) < len(table.rows):
-        remarks.append(RowsLeftOut(len(table.rows) - len(kept)))
+        remarks.append(lab.RowsLeftOut(len(table.rows) - len(kept)))
     if table.unread:
-        remarks.append(RowsApart(table.unread))
+        remarks.append(lab.RowsApart(table.unread))
     return replace(table, rows=tuple(kept)), remarks
 
 

@@ -82,7 +82,7 @@ class TextTable:
             value = self.number(row, column)
             if value is None:
                 place = f"{self.source}: data row {row + 1}, {shown(self.columns[column])[1:-1]}"
-                raise UsageError(f"{place}: {shown(self.rows[row][column])} is no number")
+                raise UsageError(f"{place}: {shown(self.rows[row][column])} is not a number")
             values.append(value)
         return values
 

@@ -97,7 +97,7 @@ def _study(given: Study | str | Path) -> Study:
         return given
     if isinstance(given, str | Path):
         return load_study(given)
-    raise UsageError(f"study: {type(given).__name__} is no study; give one that `stemcal.load_study` returns")
+    raise UsageError(f"study: {type(given).__name__} is not a study; give one that `stemcal.load_study` returns")
 
 
 def _require_sense(demand: Demand, workers: int, yes: bool) -> None:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Self
 
 from stemcal.naming import CUTTING, FORCE, Naming
 from stemcal.stages.base import STAGES
+from stemcal.text.language import say
 from stemcal.text.numbers import duration, significant
+from stemcal.text.runs import compiling
 from stemcal.words import counted
 
 if TYPE_CHECKING:
@@ -45,12 +47,12 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
 
     >>> from types import SimpleNamespace as Progress
     >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_response=120.43,
-    ...                   last_condition=8.0, waiting_for=""))
+    ...                   last_condition=8.0, preparing=0.0))
     'Screening: 5/12 runs, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
     title = TITLES.get(progress.stage, progress.stage)
-    if progress.waiting_for:
-        return f"{title}: {progress.waiting_for}"
+    if progress.preparing != 0.0:
+        return f"{title}: {compiling(progress.preparing)}"
     parts = [f"{title}: {progress.done}/{progress.total} runs"]
     if progress.cached:
         parts.append(f"{progress.cached} from earlier")
@@ -101,7 +103,7 @@ class Lines(Watcher):
     def __call__(self, progress: Progress) -> None:
         """Print the line if it is new and due."""
         line = describe(progress, self.naming)
-        edge = progress.stage != self.stage or progress.done >= progress.total or bool(progress.waiting_for)
+        edge = progress.stage != self.stage or progress.done >= progress.total or progress.preparing != 0.0
         due = self.clock() - self.last_time >= SPARSE_SECONDS
         if line != self.last_line and (edge or due):
             self.console.print(line, soft_wrap=True)
@@ -172,9 +174,9 @@ class Bar(Watcher):
             self.stage, self.since = progress.stage, self.clock()
         course = self.course
         course.add(progress)
-        if course.began is None or progress.waiting_for or not sum(course.computed.values()):
+        if course.began is None or progress.preparing != 0.0 or not sum(course.computed.values()):
             course.began = self.clock()  # neither compiling nor reading records tells how long a run takes
-        if not progress.waiting_for:
+        if progress.preparing == 0.0:
             self.waiting_since = None
         elif self.waiting_since is None:
             self.waiting_since = self.clock()
@@ -184,9 +186,9 @@ class Bar(Watcher):
             self.task,
             description=TITLES.get(progress.stage, progress.stage),
             completed=self.reached * total,
-            total=None if progress.waiting_for else total,  # without a total the bar pulses
+            total=None if progress.preparing != 0.0 else total,  # without a total the bar pulses
             runs=f"{done}/{total}",
-            tail=progress.waiting_for or self._tail(progress),
+            tail=say("compiling, once") if progress.preparing != 0.0 else self._tail(progress),
         )
 
     def expect(self, stages: Mapping[str, tuple[int, int]]) -> None:

@@ -20,7 +20,7 @@ from stemcal.folder.store import StudyFolder
 from stemcal.runs.batch import Batch, Computed
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
-from stemcal.solvers.protocol import Answer, ByHand, Immediate, Keeping, Placed, Request, Solver
+from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
@@ -31,7 +31,10 @@ WORK = "work"  # where solvers that need files have their run folders
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a stage stands, in rows of its design; `waiting_for` says what no row can be begun without."""
+    """Where a stage stands, in rows of its design.
+
+    `preparing` is how many seconds what no row can begin without takes (None: unknown), 0 where nothing is prepared.
+    """
 
     stage: str
     done: int
@@ -40,7 +43,7 @@ class Progress:
     failed: int
     last_response: float | None
     last_condition: float | None = None
-    waiting_for: str = ""
+    preparing: float | None = 0.0
 
 
 Watch = Callable[[Progress], None]
@@ -135,19 +138,21 @@ class _Tally:
         elif self.warned == MOST_WARNINGS + 1:
             logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
 
-    def report(self, response: float | None = None, condition: float | None = None, waiting_for: str = "") -> None:
+    def report(
+        self, response: float | None = None, condition: float | None = None, preparing: float | None = 0.0
+    ) -> None:
         """Tell the watcher where the stage stands."""
         counts = (self.done, self.total, self.cached, self.failed)
-        self.watch(Progress(self.stage, *counts, response, None if response is None else condition, waiting_for))
+        self.watch(Progress(self.stage, *counts, response, None if response is None else condition, preparing))
 
 
 def _prepare(solver: Solver, tally: _Tally) -> None:
     """Let the solver do once what its workers need; where that takes a while, the watcher is told so."""
-    wait = solver.wait_before() if isinstance(solver, Keeping) else ""
-    if wait:
-        tally.report(waiting_for=wait)
+    seconds = solver.preparing() if isinstance(solver, Timed) else 0.0
+    if seconds != 0.0:
+        tally.report(preparing=seconds)
     solver.prepare()
-    if wait:
+    if seconds != 0.0:
         tally.report()
 
 

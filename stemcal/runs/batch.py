@@ -37,7 +37,7 @@ class Computed:
 def compute(solver: Solver, request: Request) -> Computed:
     """Answer one request. Runs in a worker."""
     started, clock = now(), time.perf_counter()
-    answer = sound(solver.solve(request), words_of(solver))
+    answer = validated(solver.solve(request), words_of(solver))
     wall = time.perf_counter() - clock
     return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
 
@@ -59,10 +59,10 @@ class Run:
         return compute(self.solver, self.request)
 
 
-def sound(answer: Answer, naming: Naming = CUTTING) -> Answer:
-    """Return the answer, or a failed one in its place if its force, or any further response, is no number.
+def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
+    """Return the answer, or a failed one in its place if its force, or any further response, is not a number.
 
-    >>> sound(Answer("ok", response=float("nan"))).reason
+    >>> validated(Answer("ok", response=float("nan"))).reason
     'nan'
     """
     if answer.status != "ok":

@@ -73,13 +73,9 @@ class Embedded(OfSpecAlone):
         """Load the kernels into this process, or compile them where no cache has them."""
         warm(_precision(self.study))
 
-    def wait_before(self) -> str:
-        """Say that the kernels are to be compiled, where no cache has them, and how long that took the last time."""
-        return to_wait_for(self.study)
-
     def preparing(self) -> float | None:
         """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-        return 0.0 if is_compiled(_precision(self.study)) else seconds_to_compile()
+        return seconds_to_prepare(self.study)
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -140,7 +136,7 @@ class Embedded(OfSpecAlone):
         return _options(self.study).phases
 
     def belongings(self, diameter: float) -> dict[str, str]:
-        """Return the lengths that decide when elements fail, and a failure strain that is no factor."""
+        """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
         study, strain = self.study, self.study.material.failure_strain
         if study.failure.kind == "toughness":
             return {"element_size": _told(_options(study).element_size, diameter)}
@@ -177,12 +173,9 @@ def meshed_as(study: Study, request: Request) -> Study:
     return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
 
 
-def to_wait_for(study: Study) -> str:
-    """Say that the kernels are to be compiled first, and how long that took the last time; nothing if they are."""
-    if is_compiled(_precision(study)):
-        return ""
-    what, last = "compiling the solver for this machine, once for all studies", seconds_to_compile()
-    return what if last is None else f"{what}; {last:.0f} s the last time"
+def seconds_to_prepare(study: Study) -> float | None:
+    """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
+    return 0.0 if is_compiled(_precision(study)) else seconds_to_compile()
 
 
 def simulate(

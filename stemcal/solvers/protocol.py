@@ -83,7 +83,7 @@ class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
     A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Meshed`, `Belonging`,
-    `Keeping`, `Immediate`, `ByHand`, `OfSpecAlone`.
+    `Immediate`, `ByHand`, `OfSpecAlone`.
     """
 
     def prepare(self) -> None:
@@ -174,14 +174,6 @@ class Worded(Protocol):
 def words_of(solver: Solver) -> Naming:
     """Return what a solver's study calls its responses and condition; the shear test's words where it does not tell."""
     return solver.naming if isinstance(solver, Worded) else CUTTING
-
-
-@runtime_checkable
-class Keeping(Protocol):
-    """A solver whose preparing may keep the first run waiting."""
-
-    def wait_before(self) -> str:
-        """What `prepare` will take a while for now, and how long; empty where it takes none."""
 
 
 class Immediate:

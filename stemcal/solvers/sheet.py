@@ -125,7 +125,7 @@ def read_cells(path: Path, response: str = "force") -> tuple[list[tuple[int, lis
         reader = csv.reader(lines, delimiter=separator, strict=True)
         table = [(reader.line_num, cells) for cells in reader if cells]
     except csv.Error as error:
-        raise SpecError([_problem(path, 1, 1, "", f"is no CSV table: {error}", "mend it")]) from None
+        raise SpecError([_problem(path, 1, 1, "", f"is not a CSV table: {error}", "mend it")]) from None
     if not table or len(table[0][1]) < 2:
         remedy = f"write a line of factor names, the {response} last, separated by commas"
         raise SpecError([_problem(path, 1, 1, "", "there is no header of two columns or more", remedy)])
@@ -135,7 +135,7 @@ def read_cells(path: Path, response: str = "force") -> tuple[list[tuple[int, lis
 def _decoded(path: Path, blob: bytes) -> str:
     text = decode(blob)
     if text is None or "\0" in text:
-        raise SpecError([_problem(path, 1, 1, "", "is no text", "save it as CSV in UTF-8")])
+        raise SpecError([_problem(path, 1, 1, "", "is not text", "save it as CSV in UTF-8")])
     return text
 
 
@@ -151,7 +151,7 @@ def _names(
         if column - 1 in columns.values():
             name = None
         elif name is None and heading.lower() not in PASSED_OVER:
-            problems.append(_problem(path, 1, column, heading, "is no factor", _suggestion(heading, known)))
+            problems.append(_problem(path, 1, column, heading, "is not a factor", _suggestion(heading, known)))
         elif name is not None and name in names:
             problems.append(_problem(path, 1, column, heading, "stands there twice", "delete one"))
         names.append(name)
@@ -212,7 +212,7 @@ def _number(path: Path, line: int, column: int, name: str, cell: str, problems: 
         value = math.nan
     if not math.isfinite(value) or "_" in cell:
         remedy = "write a number with a decimal point"
-        problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]!r} is no number", remedy))
+        problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]!r} is not a number", remedy))
     elif abs(value) > MOST:
         problems.append(_problem(path, line, column, name, f"{cell.strip()[:40]} is beyond {MOST:g}", "check the unit"))
     return value

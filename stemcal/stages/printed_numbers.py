@@ -84,7 +84,7 @@ def _cleaned(printed: str) -> str:
 def _parse(printed: str) -> tuple[str, Decimal]:
     match = _NUMBER.match(_cleaned(printed))
     if match is None:
-        raise ValueError(f"{printed!r} is no printed number")
+        raise ValueError(f"{printed!r} is not a printed number")
     return match["bound"] or "", Decimal(match["number"])
 
 

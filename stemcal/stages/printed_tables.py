@@ -191,4 +191,4 @@ def _number(path: Path, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise SpecError([SpecProblem(path.name, 1, 1, "", f"{text!r} is no number", "mend it")]) from None
+        raise SpecError([SpecProblem(path.name, 1, 1, "", f"{text!r} is not a number", "mend it")]) from None

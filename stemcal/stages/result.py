@@ -148,7 +148,7 @@ class StageResult:
         for label, outcome in self.runs():
             for key in outcome.keys:
                 if key and not is_key(key):
-                    raise ValueError(f"the key of {label} is no key of a record: {key!r:.60}")
+                    raise ValueError(f"the key of {label} is not the key of a record: {key!r:.60}")
 
     def entries(self) -> Iterator[Entries]:
         """Yield the path of a mapping by factor, the mapping, and the factors that must be in it."""

@@ -45,7 +45,7 @@ class FromTable(Note):
 
 
 class RangesChosenAfter(Note):
-    """The ranges were chosen after seeing the measurements, so leaving them out in turn is no independent check."""
+    """The ranges were chosen after seeing the measurements, so leaving them out in turn is not an independent check."""
 
 
 @dataclass(frozen=True)

@@ -2,29 +2,8 @@
 
 from __future__ import annotations
 
-from stemcal.stages.audit.consistency import (
-    GrowthDiffers,
-    ImpossibleShearModulus,
-    InvertedExponent,
-    LackOfFitRestsOnRun,
-    LevelsSwapped,
-    MisprintedLevel,
-    NaturalBounds,
-    SolverMissesTarget,
-    StarsDiffer,
-    SurfaceContradictsScreening,
-)
-from stemcal.stages.audit.paper import DesignDiffers, LevelDiffers
+from stemcal.stages.audit import consistency, paper, suspicions
 from stemcal.stages.audit.stage import AuditResult, NoValidationTable
-from stemcal.stages.audit.suspicions import (
-    BladeStopsShort,
-    BoxLeavesDesign,
-    EquationMissesTarget,
-    InteractionsDisagree,
-    OneOfMany,
-    RepeatsDiffer,
-    SignDefiesLaw,
-)
 from stemcal.stages.base import stage_called
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
@@ -54,7 +33,7 @@ states(NoValidationTable, "No validation table is given: its responses are not l
 
 
 @sentence.register
-def _(note: OneOfMany, names: Names) -> str:
+def _(note: suspicions.OneOfMany, names: Names) -> str:
     return names.say(
         "The solution {solution} is one point of a whole set with the same {response}; inside the design it reaches "
         "over {ranges}.",
@@ -74,34 +53,25 @@ def _values(values: dict[str, float], names: Names) -> str:
 # ---- levels and design
 
 states(
-    MisprintedLevel,
+    consistency.MisprintedLevel,
     "Design: {factor:factor} {printed:g} should read {level:g}. With {printed:g} {agree_printed} of {of} cells of the "
     "printed surface come out, with {level:g} {agree}.",
 )
 
 
 @sentence.register
-def _(fact: LevelDiffers, names: Names) -> str:
-    if fact.far:
-        template = (
-            "Levels: {factor:factor} at coded {coded:g} is printed {printed}, the runs have {level:.7g}; as printed it "
-            "would be coded {coded_as_printed:.3f}, a rounding that moves the level far from where the design has it."
-        )
-    elif fact.rounded:
-        template = (
-            "Levels: {factor:factor} at coded {coded:g} is printed {printed}, the runs have {level:.7g}; as printed it "
-            "would be coded {coded_as_printed:.3f}, a matter of rounding."
-        )
-    else:
-        template = (
-            "Levels: {factor:factor} at coded {coded:g} is printed {printed}, the runs have {level:.7g}; as printed it "
-            "would be coded {coded_as_printed:.3f}, which no rounding explains."
-        )
-    return names.say(template, **vars(fact))
+def _(fact: paper.LevelDiffers, names: Names) -> str:
+    what = (
+        "Levels: {factor:factor} at coded {coded:g} is printed {printed}, the runs have {level:.7g}; as printed it "
+        "would be coded {coded_as_printed:.3f}."
+    )
+    why = "That is a matter of rounding." if fact.rounded else "No rounding explains that."
+    why = "This rounding moves the level far from where the design has it." if fact.far else why
+    return f"{names.say(what, **vars(fact))} {say(why)}"
 
 
 @sentence.register
-def _(fact: DesignDiffers, names: Names) -> str:
+def _(fact: paper.DesignDiffers, names: Names) -> str:
     return names.say_number(
         "Design: {factor:factor} is printed {printed:g} in {runs} run; with that {agree} of {of} cells of the printed "
         "analysis of variance come out, with {used:g} {agree_used} of {of_used}.",
@@ -117,12 +87,12 @@ def _(fact: DesignDiffers, names: Names) -> str:
 
 
 states(
-    LevelsSwapped,
+    consistency.LevelsSwapped,
     "Screening: the paper prints {printed} for {factor:factor}, its data give {value:+.4g}, and all else of its row "
     "agrees: low and high of {factor:factor} are swapped in runs or table.",
 )
 states(
-    BoxLeavesDesign,
+    suspicions.BoxLeavesDesign,
     "Search box: {factor:factor} from {low:g} to {high:g} is coded {coded_low:+.2f} to {coded_high:+.2f}, the runs "
     "reach ±{reach:.3f}: beyond them the surface extrapolates.",
 )
@@ -130,38 +100,36 @@ states(
 # ---- surface and runs
 
 states(
-    RepeatsDiffer,
+    suspicions.RepeatsDiffer,
     "Runs: {runs} runs at the same levels gave {low:g} to {high:response g}. A deterministic solver gives one value "
     "for one set of levels, so these runs differed in something not recorded.",
 )
 
 
 @sentence.register
-def _(fact: SurfaceContradictsScreening, names: Names) -> str:
-    one = (
-        "Surface against screening: at {at} the surface gives {surface:response .0f}, the screening run {low:response "
-        "g}."
+def _(fact: consistency.SurfaceContradictsScreening, names: Names) -> str:
+    one = "{low:response g}"
+    several = "{low:g} to {high:response g}"
+    given = names.say(one if fact.low == fact.high else several, low=fact.low, high=fact.high)
+    template = (
+        "Surface against screening: at {at} the surface gives {surface:response .0f}, the screening runs {given}."
     )
-    several = (
-        "Surface against screening: at {at} the surface gives {surface:response .0f}, the screening runs {low:g} to "
-        "{high:response g}."
-    )
-    return names.say(one if fact.low == fact.high else several, at=_values(fact.levels, names), **vars(fact))
+    return names.say(template, at=_values(fact.levels, names), surface=fact.surface, given=given)
 
 
 states(
-    InteractionsDisagree,
+    suspicions.InteractionsDisagree,
     "Interaction: {term:factor} is {surface:response +.3g} in the surface and {screening:response +.3g} in the "
     "screening runs (fitted beside all main effects): one of the designs sees something else.",
 )
 states(
-    LackOfFitRestsOnRun,
+    consistency.LackOfFitRestsOnRun,
     "Lack of fit: its p of {p:.3f} rests on run {run} ({response:response g}); without that run it is {p_without:.3f}.",
 )
 
 
 @sentence.register
-def _(fact: StarsDiffer, names: Names) -> str:
+def _(fact: consistency.StarsDiffer, names: Names) -> str:
     return names.say(
         "{table}: {term:factor} is printed with {printed}, its p of {p:.2g} asks for {due}.",
         table=fact.table,
@@ -179,49 +147,34 @@ def _stars(stars: str) -> str:
 # ---- equation, solution and target
 
 states(
-    EquationMissesTarget,
+    suspicions.EquationMissesTarget,
     "Equation: at the printed solution the printed coefficients give {by_equation:response .2f}, those of the data "
     "{by_data:response .2f}; the target is {target:response g}.",
 )
 
 
 @sentence.register
-def _(fact: NaturalBounds, names: Names) -> str:
-    solution = (
-        "Equation: its coefficients are for coded values, its bounds are natural ones; in natural values it gives "
-        "{response:response ,.0f} at the printed solution."
-    )
-    corner = (
-        "Equation: its coefficients are for coded values, its bounds are natural ones; in natural values it gives "
-        "{response:response ,.0f} at a corner of the ranges."
-    )
-    return names.say(solution if fact.at_solution else corner, response=fact.response)
+def _(fact: consistency.NaturalBounds, names: Names) -> str:
+    what = "Equation: its coefficients are for coded values, its bounds are natural ones."
+    solution = "In natural values it gives {response:response ,.0f} at the printed solution."
+    corner = "In natural values it gives {response:response ,.0f} at a corner of the ranges."
+    return f"{say(what)} {names.say(solution if fact.at_solution else corner, response=fact.response)}"
 
 
 @sentence.register
-def _(fact: SolverMissesTarget, names: Names) -> str:
-    if fact.interval is None:
-        template = (
-            "Validation: where {target:response g} was solved for the solver gives {simulated:response g} "
-            "({percent:+.1f} %): the parameters do not give the target."
-        )
-    elif fact.outside:
-        template = (
-            "Validation: where {target:response g} was solved for the solver gives {simulated:response g} "
-            "({percent:+.1f} %), outside the surface's 95 % prediction interval {interval:responses}: the parameters "
-            "do not give the target."
-        )
-    else:
-        template = (
-            "Validation: where {target:response g} was solved for the solver gives {simulated:response g} "
-            "({percent:+.1f} %), inside the surface's 95 % prediction interval {interval:responses}: the parameters "
-            "do not give the target."
-        )
-    return names.say(template, **vars(fact))
+def _(fact: consistency.SolverMissesTarget, names: Names) -> str:
+    missed = (
+        "Validation: where {target:response g} was solved for the solver gives {simulated:response g} ({percent:+.1f} "
+        "%): the parameters do not give the target."
+    )
+    outside = "That is outside the surface's 95 % prediction interval, {interval:responses}."
+    inside = "That is inside the surface's 95 % prediction interval, {interval:responses}."
+    parts = [missed, *([] if fact.interval is None else [outside if fact.outside else inside])]
+    return " ".join(names.say(part, **vars(fact)) for part in parts)
 
 
 @sentence.register
-def _(fact: GrowthDiffers, names: Names) -> str:
+def _(fact: consistency.GrowthDiffers, names: Names) -> str:
     return names.say(
         "Validation: the measured {response} grows with the power {measured:.2f} ({low:.2f} to {high:.2f}) of the "
         "{condition}, the simulated with {simulated:.2f} ({simulated_low:.2f} to {simulated_high:.2f}): no parameters "
@@ -241,21 +194,19 @@ def _(fact: GrowthDiffers, names: Names) -> str:
 
 
 @sentence.register
-def _(fact: SignDefiesLaw, names: Names) -> str:
-    template = "{stage}: {factor:factor} acts with {effect:response +.4g}, the law asks for the sign {expected}."
-    if fact.falls_over is not None:
-        template = (
-            "{stage}: {factor:factor} acts with {effect:response +.4g}, the law asks for the sign {expected}: from C = "
-            "{low:g} to {high:g} both 1 + (rate/C)^P and 1 + (rate/C)^(1/P) fall at every strain rate from 0.001 to "
-            "10000 1/s."
-        )
-    low, high = fact.falls_over or (0.0, 0.0)
+def _(fact: suspicions.SignDefiesLaw, names: Names) -> str:
+    acts = "{stage}: {factor:factor} acts with {effect:response +.4g}, the law asks for the sign {expected}."
+    falls = (
+        "From C = {low:g} to {high:g} both 1 + (rate/C)^P and 1 + (rate/C)^(1/P) fall at every strain rate from 0.001 "
+        "to 10000 1/s."
+    )
     fields = {**vars(fact), "stage": stage_called(fact.stage).title, "expected": minus(fact.expected)}
-    return names.say(template, **fields, low=low, high=high)
+    said = names.say(acts, **fields)
+    return said if fact.falls_over is None else f"{said} {say(falls, low=fact.falls_over[0], high=fact.falls_over[1])}"
 
 
 @sentence.register
-def _(fact: ImpossibleShearModulus, names: Names) -> str:
+def _(fact: consistency.ImpossibleShearModulus, names: Names) -> str:
     pairs = {"": fact.range, "e_": fact.elastic, "nu_": fact.poisson, "g_": fact.possible}
     return names.say(
         "Factors: {called} of {low:g} to {high:g} {unit} is impossible with E of {e_low:g} to {e_high:g} {unit} and "
@@ -268,14 +219,14 @@ def _(fact: ImpossibleShearModulus, names: Names) -> str:
 
 
 states(
-    InvertedExponent,
+    consistency.InvertedExponent,
     "Law: 1 + (rate/C)^P is printed, the law of Cowper and Symonds has 1/P. At 1 1/s, C {c:g} and P {p:g}, the first "
     "raises the yield stress by {printed_percent:.2g} %, the second by {usual_percent:.0f} %.",
 )
 
 
 @sentence.register
-def _(fact: BladeStopsShort, names: Names) -> str:
+def _(fact: suspicions.BladeStopsShort, names: Names) -> str:
     return names.say(
         "Loading: {speed:g} mm/min for {duration:g} s is {travel:.2f} mm of travel, {share:.0f} % of a stem of "
         "{condition:condition}: no cut is completed, and a maximum that comes later is not seen.",

@@ -97,7 +97,7 @@ def _(fact: KnownOtherwise, names: Names) -> str:
 @sentence.register
 def _(fact: Unreadable, names: Names) -> str:
     templates = {
-        "no_number": "{place}: {run}, {response}: {given!r} is no number; write a number, or `failed: why`",
+        "no_number": "{place}: {run}, {response}: {given!r} is not a number; write a number, or `failed: why`",
         "ambiguous": "{place}: {run}, {response}: {given!r} may be {one:.6g} or {other:.6g}; write it without a comma",
         "too_large": "{place}: {run}, {response}: {given!r} is beyond 1e30; check it",
         "other_unit": "{place}: {run}, {response}: {given!r} is in {unit}, not in {wanted}; convert it",

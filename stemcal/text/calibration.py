@@ -264,7 +264,7 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     response = "With each response left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
     said = names.say(each if several else response, condition=condition.long if condition else "", error=error)
-    after = "The ranges were chosen after the measured values were known: that is no independent check."
+    after = "The ranges were chosen after the measured values were known: that is not an independent check."
     return [said, say(after)] if joint.ranges_chosen == "after" else [said]
 
 

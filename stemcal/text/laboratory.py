@@ -4,25 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stemcal.measured.remarks import (
-    ColumnChosen,
-    DisplacementFromTime,
-    EqualCurves,
-    EqualNames,
-    Excluded,
-    LabRemark,
-    LargestAtEnd,
-    NotThere,
-    OfFiles,
-    Outlier,
-    PressingIsPositive,
-    RowsApart,
-    RowsLeftOut,
-    SharedDisplacement,
-    SheetSkipped,
-    SideBySide,
-    SpeedUnused,
-)
+from stemcal.measured import remarks as lab
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
@@ -30,46 +12,46 @@ from stemcal.text.notes import sentence, states
 _MOST = 10
 
 
-def remark_text(remark: LabRemark) -> str:
+def remark_text(remark: lab.LabRemark) -> str:
     """Return a remark as a sentence."""
     return sentence(remark, Names())
 
 
 states(
-    RowsLeftOut,
+    lab.RowsLeftOut,
     "{rows} row without numbers for force or displacement is left out",
     "{rows} rows without numbers for force or displacement are left out",
     count="rows",
 )
 states(
-    RowsApart,
+    lab.RowsApart,
     "{rows} more row of numbers lies apart from the curve in the file and is not read",
     "{rows} more rows of numbers lie apart from the curve in the file and are not read",
     count="rows",
 )
-states(SheetSkipped, "sheet {sheet} holds no curve and is not read")
-states(SideBySide, "{specimens} specimens side by side")
+states(lab.SheetSkipped, "sheet {sheet} holds no curve and is not read")
+states(lab.SideBySide, "{specimens} specimens side by side")
 states(
-    SharedDisplacement,
+    lab.SharedDisplacement,
     "{specimens} specimens share the displacement {column}; if they are channels of one, name the one that counts with "
     "--force-column",
 )
-states(SpeedUnused, "the file has a displacement, --speed is not used")
-states(DisplacementFromTime, "displacement is time {column} times {speed:g} mm/s")
-states(PressingIsPositive, "force counted positive in pressing")
-states(LargestAtEnd, "the force is largest at the last point: the test may have ended before the maximum")
+states(lab.SpeedUnused, "the file has a displacement, --speed is not used")
+states(lab.DisplacementFromTime, "displacement is time {column} times {speed:g} mm/s")
+states(lab.PressingIsPositive, "force counted positive in pressing")
+states(lab.LargestAtEnd, "the force is largest at the last point: the test may have ended before the maximum")
 states(
-    Outlier,
+    lab.Outlier,
     "grade {grade:g} mm: specimen {specimen} is an outlier by Grubbs' test (G = {statistic:.3f} > {critical:.3f}, "
     "alpha {alpha:g}); it is still included; leave it out with --exclude {specimen} if the laboratory "
     "book gives a reason",
 )
-states(Excluded, "{specimen} is left out, as --exclude asks")
-states(EqualNames, "{names:all} have one name: one specimen twice? narrow with --pattern")
+states(lab.Excluded, "{specimen} is left out, as --exclude asks")
+states(lab.EqualNames, "{names:all} have one name: one specimen twice? narrow with --pattern")
 
 
 @sentence.register
-def _(remark: ColumnChosen, names: Names) -> str:
+def _(remark: lab.ColumnChosen, names: Names) -> str:
     force = "force from {column}, not {others}; --force-column takes another"
     displacement = "displacement from {column}, not {others}; --displacement-column takes another"
     template = force if remark.quantity == "force" else displacement
@@ -77,18 +59,18 @@ def _(remark: ColumnChosen, names: Names) -> str:
 
 
 @sentence.register
-def _(remark: OfFiles, names: Names) -> str:
+def _(remark: lab.OfFiles, names: Names) -> str:
     return names.say("{files}: {remark}", files=_some_of(remark.names), remark=sentence(remark.remark, names))
 
 
 @sentence.register
-def _(remark: NotThere, _names: Names) -> str:
+def _(remark: lab.NotThere, _names: Names) -> str:
     one, many = "the index names {missing}, which is not there", "the index names {missing}, which are not there"
     return say_number(one, many, len(remark.names), missing=_some_of(remark.names))
 
 
 @sentence.register
-def _(remark: EqualCurves, _names: Names) -> str:
+def _(remark: lab.EqualCurves, _names: Names) -> str:
     template = "{specimens} hold the same curve; leave one out with --exclude or --pattern"
     return say(template, specimens=all_of(remark.names[:_MOST]))
 

@@ -5,16 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from stemcal.run_warnings import (
-    EnergyDrifts,
-    ForceAfterBreak,
-    HourglassEnergy,
-    InertiaInForce,
-    Message,
-    NothingDeleted,
-    RunWarning,
-    StrokeTooShort,
-)
+from stemcal import run_warnings as of_runs
+from stemcal.run_warnings import RunWarning
 from stemcal.runs.policy import LowerBound
 from stemcal.stages.result import StageResult
 from stemcal.text.language import say, say_number
@@ -60,34 +52,34 @@ _LOWER_BOUNDS = {
 # ---- warnings
 
 states(
-    EnergyDrifts,
+    of_runs.EnergyDrifts,
     "The energy balance drifts by {percent:.1f} %. Lower solver.time_step_safety and solver.time_step.",
 )
 states(
-    InertiaInForce,
+    of_runs.InertiaInForce,
     "Inertia has {percent:.1f} % of the force: blade and supports differ by that at the peak, with kinetic energy up "
     "to {kinetic_percent:.1f} % of internal energy. Divide solver.mass_scaling by 100 and solver.time_step by 10, for "
-    "either adds mass; at the true mass the inertia is the stem's own.",
+    "either adds mass.",
 )
 states(
-    HourglassEnergy,
+    of_runs.HourglassEnergy,
     "Hourglass energy is {percent:.1f} % of internal energy. Refine the mesh or change solver.hourglass.",
 )
 states(
-    ForceAfterBreak,
+    of_runs.ForceAfterBreak,
     "After the break at {travel:.3g} mm the force rose again, to {force:.1f} N, above the peak of {peak:.1f} N: the "
     "released stem swings against the blade. That is not the force of cutting.",
 )
 states(
-    NothingDeleted,
+    of_runs.NothingDeleted,
     "The material has no failure criterion: at the failure strain elements only lost their shear stress, none was "
     "deleted.",
 )
-states(Message, "{text}")
+states(of_runs.Message, "{text}")
 
 
 @sentence.register
-def _(warning: StrokeTooShort, names: Names) -> str:
+def _(warning: of_runs.StrokeTooShort, names: Names) -> str:
     return names.say(_STROKES.get(warning.ending, _STROKES["rising"]), **vars(warning))
 
 
@@ -118,6 +110,14 @@ def warned_of(warnings: Mapping[str, RunWarning], count: int) -> str:
         first=first,
         warning=warning_text(warning),
     )
+
+
+def compiling(seconds: float | None) -> str:
+    """Say that kernels are compiled, and how many seconds that took the last time."""
+    if seconds is None:
+        return say("compiling the solver for this machine, once for all studies")
+    template = "compiling the solver for this machine, once for all studies; {seconds:.0f} s the last time"
+    return say(template, seconds=seconds)
 
 
 # ---- runs that failed

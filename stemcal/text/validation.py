@@ -135,8 +135,8 @@ def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Remark]:
     if not stage.fitted:
         return
-    nowhere = "The parameters were fitted to this response: its error is no independent check."
-    somewhere = "The parameters were fitted at {fitted:conditions}: an error there is no independent check."
+    nowhere = "The parameters were fitted to this response: its error is not an independent check."
+    somewhere = "The parameters were fitted at {fitted:conditions}: an error there is not an independent check."
     said = names.say(somewhere if names.placed else nowhere, fitted=stage.fitted)
     yield Remark(said, Weight.ASIDE, "fitted")
 
@@ -209,7 +209,7 @@ states(
 )
 states(
     RangesChosenAfter,
-    "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is no "
+    "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is not an "
     "independent check either.",
 )
 

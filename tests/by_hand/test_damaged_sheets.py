@@ -286,7 +286,7 @@ UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
     "two sheets alike": (workbook(with_a_copy), "several of its sheets have a heading `run`"),
     "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save it as .xlsx or CSV"),
     "a picture": (lambda _cells: b"\x89PNG\r\n" + bytes(range(256)), "save the sheet as .xlsx or CSV"),
-    "broken JSON": (lambda _cells: '{"runs": [', "is no JSON"),
+    "broken JSON": (lambda _cells: '{"runs": [', "is not JSON"),
 }
 
 

@@ -243,5 +243,5 @@ def test_json_of_a_bad_spec() -> None:
 
 def test_ending_of_a_spec_may_be_left_out(tmp_path: Path) -> None:
     shutil.copy(SMOKE, tmp_path / "pepper.yaml")
-    assert f"{tmp_path / 'pepper.yaml'}: right" in command("check", tmp_path / "pepper").stdout.replace("\n", "")
+    assert f"{tmp_path / 'pepper.yaml'}: OK" in command("check", tmp_path / "pepper").stdout.replace("\n", "")
     assert "cannot be read" in command("check", tmp_path / "salt").stderr

@@ -507,7 +507,7 @@ def test_digits_of_other_scripts_in_names(tmp_path: Path, name: str) -> None:
 def test_a_file_without_end(tmp_path: Path) -> None:
     if not Path("/dev/zero").exists():
         pytest.skip("needs /dev/zero")
-    assert "no plain file" in refused(Path("/dev/zero"), verb="diameters")
+    assert "not a plain file" in refused(Path("/dev/zero"), verb="diameters")
 
 
 def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:

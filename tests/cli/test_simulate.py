@@ -101,8 +101,8 @@ def test_json(calls: list[Any]) -> None:
         ("yeild_stress=18", "did you mean yield_stress?"),
         ("mass=3", "the study's factors are elastic_modulus"),
         ("yield_stress", "factor=value"),
-        ("yield_stress=18 MPa", "is no number"),
-        ("yield_stress=nan", "is no number"),
+        ("yield_stress=18 MPa", "is not a number"),
+        ("yield_stress=nan", "is not a number"),
     ],
 )
 def test_wrong_settings(calls: list[Any], setting: str, words: str) -> None:

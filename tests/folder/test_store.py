@@ -74,7 +74,7 @@ def test_missing_is_none(folder: StudyFolder) -> None:
 
 @pytest.mark.parametrize("key", ["../../etc/passwd", "", "g" * 32, "0" * 33, "0" * 31 + "\n"])
 def test_keys_are_no_paths(folder: StudyFolder, key: str) -> None:
-    with pytest.raises(ValueError, match="no key"):
+    with pytest.raises(ValueError, match="not the key"):
         folder.load(key)
 
 

@@ -84,7 +84,7 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
 def test_a_word_among_the_numbers_is_no_gap(tmp_path: Path) -> None:
     path = tmp_path / "7mm-1.csv"
     path.write_text("travel,force\n" + rows("{d},{f}\n").replace("60.0", "sixty"))
-    with pytest.raises(UsageError, match=r"data row 5, force: 'sixty' is no number"):
+    with pytest.raises(UsageError, match=r"data row 5, force: 'sixty' is not a number"):
         read_curves(path)
 
 

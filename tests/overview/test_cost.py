@@ -10,7 +10,7 @@ import pytest
 from fakes import FakeSolver, make_study
 
 from stemcal.folder.store import StudyFolder
-from stemcal.overview.cost import beside, costs_of, elapsed
+from stemcal.overview.cost import costs_of, elapsed, overhead
 from stemcal.overview.plan import plan
 from stemcal.runs.key import record_key
 from stemcal.solvers.protocol import Answer, Request
@@ -68,8 +68,8 @@ def test_a_stage_waits_for_the_one_before(tmp_path: Path) -> None:
 def test_a_plan_counts_preparing_and_page(tmp_path: Path) -> None:
     """On one core the runs one after the other; the 20 s of preparing come on top of what Python does."""
     study = make_study(tmp_path)
-    assert beside(TriedSolver()) == pytest.approx(20.0 + beside(FakeSolver()))
+    assert overhead(TriedSolver()) == pytest.approx(20.0 + overhead(FakeSolver()))
     one, two = (plan(study, None, TriedSolver(), workers) for workers in (1, 2))
     assert one.elapsed is not None and two.elapsed is not None and one.seconds is not None
-    assert one.elapsed - one.unit_suffix == pytest.approx(one.seconds)
-    assert two.elapsed - two.unit_suffix < 0.6 * one.seconds
+    assert one.elapsed - one.overhead == pytest.approx(one.seconds)
+    assert two.elapsed - two.overhead < 0.6 * one.seconds

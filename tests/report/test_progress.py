@@ -46,17 +46,19 @@ def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
     for watch in (bar(out), Lines(Console(file=lines, width=200))):
         with watch:
             watch(progress(0))
-            watch(progress(0, waiting_for="compiling kernels, about 30 s, once"))
-    assert "0/12 compiling kernels, about 30 s, once" in shown(out)
-    assert lines.getvalue().splitlines()[-1] == "Screening: compiling kernels, about 30 s, once"
+            watch(progress(0, preparing=31.4))
+    assert "0/12 compiling, once" in shown(out)
+    assert lines.getvalue().splitlines()[-1] == (
+        "Screening: compiling the solver for this machine, once for all studies; 31 s the last time"
+    )
 
 
 def test_a_wait_tells_how_long_it_has_lasted() -> None:
     out, now = io.StringIO(), [0.0]
     with Bar(Console(file=out, width=80, force_terminal=True, color_system=None), clock=lambda: now[0]) as watch:
-        watch(progress(0, waiting_for="compiling"))
+        watch(progress(0, preparing=20.0))
         now[0] = 17.0
-        watch(progress(0, waiting_for="compiling"))
+        watch(progress(0, preparing=20.0))
         watch.bars.refresh()
         assert "(17 s)" in shown(out)
         watch(progress(1))

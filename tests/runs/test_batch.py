@@ -7,14 +7,14 @@ import math
 import pytest
 
 from stemcal.naming import Named, Naming
-from stemcal.runs.batch import sound
+from stemcal.runs.batch import validated
 from stemcal.solvers.protocol import RESPONSES, Answer
 
 HEAP = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"), Named("density", "Bulk density", "ρ", "kg/m3")))
 
 
 def of(angle: float | None, density: float = 745.0) -> Answer:
-    return sound(Answer("ok", angle, details={RESPONSES: {"density": density}}), HEAP)
+    return validated(Answer("ok", angle, details={RESPONSES: {"density": density}}), HEAP)
 
 
 def test_an_answer_in_numbers_stands() -> None:

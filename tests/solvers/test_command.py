@@ -284,8 +284,8 @@ def problems(folder: Path, **options: str) -> str:
 
 def test_unknown_placeholder_is_told_with_file_and_line(tmp_path: Path) -> None:
     said = problems(tmp_path, template=TEMPLATE + "x = {{widht}}\ny = {{__import__('os')}}\n")
-    assert "study.yaml:8:15: solver.templates[1]: input.txt:4: {{widht}} is no factor; did you mean width?" in said
-    assert "input.txt:5: {{__import__('os')}} is no factor" in said
+    assert "study.yaml:8:15: solver.templates[1]: input.txt:4: {{widht}} is not a factor; did you mean width?" in said
+    assert "input.txt:5: {{__import__('os')}} is not a factor" in said
 
 
 def test_factor_that_no_template_holds_is_told(tmp_path: Path) -> None:

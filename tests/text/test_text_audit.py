@@ -60,7 +60,7 @@ def test_five_cells_are_told_in_full() -> None:
         (
             LevelDiffers("failure_strain", 1.682, "0.05", 0.0468179, 2.0, True, True),
             "Levels: failure_strain at coded 1.682 is printed 0.05, the runs have 0.0468179; as printed it would be "
-            "coded 2.000, a rounding that moves the level far from where the design has it.",
+            "coded 2.000. This rounding moves the level far from where the design has it.",
         ),
         (
             SurfaceContradictsScreening({"a": 20.0, "b": 0.01}, 172.2, 101.4, 105.8),
@@ -68,8 +68,8 @@ def test_five_cells_are_told_in_full() -> None:
         ),
         (
             SolverMissesTarget(169.0, 159.2, 6.156, (147.10, 171.30), False),
-            "Validation: where 159.2 N was solved for the solver gives 169 N (+6.2 %), inside the surface's 95 % "
-            "prediction interval 147.1 to 171.3 N: the parameters do not give the target.",
+            "Validation: where 159.2 N was solved for the solver gives 169 N (+6.2 %): the parameters do not give "
+            "the target. That is inside the surface's 95 % prediction interval, 147.1 to 171.3 N.",
         ),
         (
             SignDefiesLaw("screen", "strain_rate_c", 16.917, "-"),

@@ -79,7 +79,7 @@ def test_remarks_of_the_published_forces(results: Any) -> None:
         "better_curve": Weight.ASIDE,
         "from_table": Weight.USE,
     }
-    assert found["fitted"].sentence == "The parameters were fitted at 8 mm: an error there is no independent check."
+    assert found["fitted"].sentence == "The parameters were fitted at 8 mm: an error there is not an independent check."
     assert found["growth"].sentence == "The measured force grows as d^2.59, the simulated as d^2.20."
     assert found["error_trend"].sentence.startswith("The error changes by +4.3 % per mm of diameter")
     assert sentence(BetterCurve("straight_line", 3.21), NAMES).endswith(
@@ -147,4 +147,4 @@ def test_one_scale_for_what_the_model_misses(results: Any) -> None:
 
 def test_other_notes() -> None:
     assert "belongs to the levels the table was made with" in sentence(FromTable({}), NAMES)
-    assert sentence(RangesChosenAfter(), NAMES).endswith("is no independent check either.")
+    assert sentence(RangesChosenAfter(), NAMES).endswith("is not an independent check either.")

@@ -29,6 +29,7 @@ SPARED = {
     "solvers/sheet.py": "problems of a table, with their remedies",
     "doe/regression/surface.py": "remedies of an error",
     "stages/refine/stage.py": "an error",
+    "stages/repeating.py": "remedies of an error",
     "report/export/latex.py": "a comment in the document",
 }
 _OF_ERRORS = re.compile("Error|Failed|Problem|NoResult|Broken|Broke|^say")

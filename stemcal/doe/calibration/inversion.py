@@ -103,7 +103,7 @@ def solve_target(
     problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends))
     solutions = RULES[rule](problem)
     point = assess_point(surface, solutions[0], low, high, radius)
-    ranges = tuple(problem.range_of(j) for j in range(region.k))
+    ranges = tuple(problem.coded_range(j) for j in range(region.k))
     return Calibration(
         target=float(target),
         point=point,

@@ -28,7 +28,7 @@ class SolutionProblem:
         """Local optima over the solution set, best first."""
         return optimise(objective, self.seeds, self.region, self.surface, self.target)
 
-    def range_of(self, j: int) -> tuple[float, float]:
+    def coded_range(self, j: int) -> tuple[float, float]:
         """Least and greatest value of factor j over the solution set."""
         least, greatest = (self.best(coordinate(j, sign, self.region.k))[0][j] for sign in (1.0, -1.0))
         return float(least), float(greatest)

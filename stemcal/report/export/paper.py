@@ -13,7 +13,7 @@ from stemcal.report.tables.columns import ERROR, condition, simulated, starred, 
 from stemcal.report.tables.equation import equation
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table
 from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
-from stemcal.report.tables.stages import borne
+from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult, ValidateRow
@@ -82,7 +82,7 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         tables.append(replace(anova, caption=line(f"published {kind}")))
     if inversion is not None:
         heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
-        found = borne([calibration_table(inversion, labels, results.parameters)], holds)
+        found = visible([calibration_table(inversion, labels, results.parameters)], holds)
         beside = [*valid_for(inversion), *(assumptions(inversion, results.mesh is not None) if holds else ())]
         tables += [_printed("calibration", table, heads, " ".join(beside)) for table in found]
         tables.append(_parameters(study, labels, {**study.midlevels(), **results.parameters}))

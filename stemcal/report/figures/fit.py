@@ -63,7 +63,7 @@ def residuals(rsm: SurfaceResult) -> Figure:
 
 
 def diagnostics(rsm: SurfaceResult) -> Figure:
-    """Return residuals against the normal law and over the runs, and how much each run sways the surface.
+    """Return residuals against the normal law and over the runs, and how strongly each run influences the surface.
 
     Source: Montgomery, Design and Analysis of Experiments, ch. 10.
     """

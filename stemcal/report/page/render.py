@@ -22,7 +22,7 @@ from stemcal.report.page.headline import headline
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
-from stemcal.report.tables.stages import borne, tables_of
+from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
@@ -168,7 +168,7 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
-        borne(tables_of(result, labels, judged=True), verdict.holds),
+        visible(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
         [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
     )

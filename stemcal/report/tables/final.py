@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stemcal.files.rows import Column, Table
 from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
-from stemcal.report.tables.stages import borne
+from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.validate import ValidateResult
 from stemcal.text.names import Names
@@ -24,7 +24,7 @@ _AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, 
 
 def final_tables(study: Study, results: Results, holds: bool, taken: int) -> list[Table]:
     """Return parameters and forces for what is left of a screen of which `taken` lines are used otherwise."""
-    tables = borne([_parameters(study, results)], holds) if results.inversion is not None else []
+    tables = visible([_parameters(study, results)], holds) if results.inversion is not None else []
     if results.validation is not None:
         left = LINES - 1 - taken - _AROUND - sum(len(table.rows) for table in tables)
         first, *others = validation_tables(results.validation, Names(study.naming))

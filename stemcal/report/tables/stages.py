@@ -70,7 +70,7 @@ def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
     return tables
 
 
-def borne(tables: Iterable[Table], holds: bool) -> list[Table]:
+def visible(tables: Iterable[Table], holds: bool) -> list[Table]:
     """Return the tables as a study bears them: whole, or without what holds for a calibrated one only."""
     return [left for table in tables if (left := table if holds else table.unclaimed()) is not None]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Table
 from stemcal.report.tables.findings import spoken
-from stemcal.report.tables.stages import borne, tables_of
+from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
@@ -30,7 +30,7 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
     said = spoken(stage) if holds or not isinstance(stage, InvertResult | MeshResult) else []
-    return [*(part for table in borne(tables_of(stage), holds) for part in drawn(table)), *said]
+    return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *said]
 
 
 def drawn(table: Table) -> list[RenderableType]:

@@ -126,7 +126,7 @@ def _keyword(line: str, number: int) -> tuple[str, list[str]]:
     """Return the name of a keyword and the words behind it."""
     first, *rest = line.upper().split()
     if (found := _KEYWORD.fullmatch(first)) is None:
-        raise UsageError(f"line {number}: {line[:40]!r} is no keyword; write * and its name, or remove the line")
+        raise UsageError(f"line {number}: {line[:40]!r} is not a keyword; write * and its name, or remove the line")
     return found[1], rest
 
 

@@ -49,7 +49,7 @@ def settings_of(text: str) -> Settings:
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in first["loc"])[:40]
-        what = f"{where!r}: {first['msg'][:200]!r}" if where else "they are no JSON"
+        what = f"{where!r}: {first['msg'][:200]!r}" if where else "they are not JSON"
         raise UsageError(
             f"the lines that begin with {SETTINGS.strip()} are damaged ({what}); remove them or mend them"
         ) from None

@@ -141,7 +141,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
     try:
         header, *rows = csv.reader(text.splitlines())
     except (csv.Error, ValueError) as error:
-        raise NoResult("bad_result", f"the table of time histories is no CSV table: {error}") from None
+        raise NoResult("bad_result", f"the table of time histories is not a CSV table: {error}") from None
     names = [" ".join(name.split()) for name in header]
     chosen = [index for index, number in _columns(names) if number == interface]
     if len(chosen) != 2:
@@ -170,5 +170,5 @@ def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
 
 def _number(text: str) -> float:
     if (number := number_of(text)) is None:
-        raise NoResult("bad_result", f"{text[:40]!r} is no number")
+        raise NoResult("bad_result", f"{text[:40]!r} is not a number")
     return number

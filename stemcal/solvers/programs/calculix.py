@@ -79,5 +79,5 @@ def _value(block: _Block, component: str, node: int | None) -> float:
 
 def _number(text: str) -> float:
     if (number := number_of(text)) is None:
-        raise NoResult("bad_result", f"{text[:40]!r} is no number")
+        raise NoResult("bad_result", f"{text[:40]!r} is not a number")
     return number

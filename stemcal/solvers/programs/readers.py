@@ -29,7 +29,7 @@ def read_number(result: ResultReader, folder: Path) -> float:
     Raises
     ------
     NoResult
-        If it is not there (``no_result``), cannot be read (``bad_result``) or is no number (``nan``).
+        If it is not there (``no_result``), cannot be read (``bad_result``) or is not a number (``nan``).
     """
     series = READERS[result.kind](read_text(folder, result.file), result)
     return result.scale * reduce_series(series, result.reduction, result.at, result.over)
@@ -66,7 +66,7 @@ def read_text(folder: Path, name: str) -> str:
     if not content.strip():
         raise NoResult("no_result", f"{name} is empty")
     if b"\0" in content:
-        raise NoResult("bad_result", f"{name} is no text")
+        raise NoResult("bad_result", f"{name} is not text")
     return lenient(content)
 
 
@@ -74,7 +74,7 @@ def _json(text: str, result: Any) -> Series:
     try:
         data = json.loads(text, parse_int=float)  # a whole number of a thousand digits is infinite
     except (ValueError, RecursionError) as error:
-        raise NoResult("bad_result", f"{result.file} is no JSON: {str(error)[:200]}") from None
+        raise NoResult("bad_result", f"{result.file} is not JSON: {str(error)[:200]}") from None
     y = _numbers(_found(data, result.path, result.file), result.path)
     x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
     return Series(y, x)
@@ -103,7 +103,7 @@ def _number(value: Any, where: str) -> float:
     else:
         number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
     if number is None:
-        raise NoResult("bad_result", f"{where}: {str(value)[:40]!r} is no number")
+        raise NoResult("bad_result", f"{where}: {str(value)[:40]!r} is not a number")
     return number
 
 
@@ -113,7 +113,7 @@ def _csv(text: str, result: Any) -> Series:
     try:
         header, *rows = csv.reader(lines, delimiter=separator)
     except (csv.Error, ValueError) as error:
-        raise NoResult("bad_result", f"{result.file} is no CSV table: {error}") from None
+        raise NoResult("bad_result", f"{result.file} is not a CSV table: {error}") from None
     names = [name.strip() for name in header]
     y = _column(names, rows, result.column, result.file)
     return Series(y, None if result.along is None else _column(names, rows, result.along, result.file))

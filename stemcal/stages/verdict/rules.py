@@ -161,7 +161,7 @@ class Evidence:
     physics: Physics
 
     @property
-    def within(self) -> float:
+    def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
         return float(self.study.targets.equivalent_within_percent)
 
@@ -203,10 +203,10 @@ def _use(evidence: Evidence) -> Use | None:
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > MAJORITY:
         return None
-    off = [row for row in rows if row.size > evidence.within]
+    off = [row for row in rows if row.size > evidence.equivalent_percent]
     apart = {row.condition for row in off}
     good = tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart))
-    return Use(evidence.within, good, max(off, key=lambda row: row.size, default=None))
+    return Use(evidence.equivalent_percent, good, max(off, key=lambda row: row.size, default=None))
 
 
 # ---- the rules
@@ -240,9 +240,11 @@ def _conflict(evidence: Evidence) -> Iterator[Reason]:
     if joint is None:
         return
     apart = joint.contradiction
-    if joint.best_worst_error_percent <= evidence.within and apart is None:
+    if joint.best_worst_error_percent <= evidence.equivalent_percent and apart is None:
         return
-    beyond = joint.best_worst_error_percent > evidence.within or (apart is not None and apart.p < _BEYOND_DOUBT)
+    beyond = joint.best_worst_error_percent > evidence.equivalent_percent or (
+        apart is not None and apart.p < _BEYOND_DOUBT
+    )
     yield Conflict(
         weight="not_calibrated" if beyond else "with_reservations",
         remedy=_of_conflict(evidence, joint),
@@ -273,9 +275,9 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
     worst = max(fitted, key=lambda row: row.size)
     refine = evidence.study.refine
     tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
-    if worst.size <= (evidence.within if evidence.study.joint_targets else tolerance):
+    if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
-    far = [row for row in fitted if row.size > evidence.within]
+    far = [row for row in fitted if row.size > evidence.equivalent_percent]
     weight: Severity = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
     remedy = advice.AddRefinement() if refine is None else advice.RaiseBudget(2 * refine.budget)
     yield TargetMissed(weight=weight, remedy=remedy, worst=worst)
@@ -346,7 +348,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
     if failed:
         remedy = advice.RetryValidation()
         yield ValidationFailed(weight="with_reservations", remedy=remedy, conditions=failed)
-    off = [row for row in independent if row.size > evidence.within]
+    off = [row for row in independent if row.size > evidence.equivalent_percent]
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.invert.responses)
@@ -362,7 +364,7 @@ def _left_out(evidence: Evidence) -> bool:
         return False
     found = evidence.results.inversion
     error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
-    return error is not None and error <= evidence.within
+    return error is not None and error <= evidence.equivalent_percent
 
 
 def _solution_physics(evidence: Evidence) -> Iterator[Reason]:

@@ -112,7 +112,7 @@ def _batches(given: Any) -> Any:
     for count in given if isinstance(given, list | tuple) and 1 <= len(given) <= 20 else [given]:
         if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= 200:
             remedy = "write a whole number up to 200, or a list of them"
-            raise complain(f"{str(count)[:60]} is no number of runs", remedy)
+            raise complain(f"{str(count)[:60]} is not a number of runs", remedy)
     return given
 
 

@@ -44,7 +44,7 @@ class Target(Frozen):
     response: FirstResponse = Field(alias="force")
     """Mean of their maximum shear force."""
     sd: Annotated[float, OwnResponse("force", at_least=0)] | None = None
-    """Standard deviation of it over the stems; without it the mean is taken as exact."""
+    """Standard deviation of it over the stems; without it the mean is treated as exact."""
     n: Annotated[Whole, Field(ge=1)] | None = None
     """Number of stems."""
     travel: Size | None = None

@@ -36,7 +36,9 @@ def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
     for index, argument in enumerate(_command(draft)):
         for _, name in placeholders(argument.encode()):
             if name not in known or index == 0:
-                message = f"{{{{{name[:60]}}}}} is no factor" if index else "the program itself cannot be a placeholder"
+                message = (
+                    f"{{{{{name[:60]}}}}} is not a factor" if index else "the program itself cannot be a placeholder"
+                )
                 yield Finding(("solver", "command", index), message, did_you_mean(name, known) if index else "name it")
 
 
@@ -53,7 +55,7 @@ def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iter
         return
     unknown = [(line, name) for line, name in placeholders(content) if name not in known]
     for line, name in unknown[:_MOST_UNKNOWN]:
-        yield Finding(node, f"{path.name}:{line}: {{{{{name[:60]}}}}} is no factor", did_you_mean(name, known))
+        yield Finding(node, f"{path.name}:{line}: {{{{{name[:60]}}}}} is not a factor", did_you_mean(name, known))
 
 
 def placeholders_are_used(draft: Draft) -> Iterator[Finding]:

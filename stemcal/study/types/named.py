@@ -207,7 +207,9 @@ def _entry(entry: Mapping[str, Any], naming: Naming) -> tuple[dict[str, Any], li
         elif scatter in entry:
             findings.append(((scatter,), f"there is no {key} that it is the scatter of", f"add {key}: …"))
     if not (target["n"] is None or (isinstance(target["n"], int) and target["n"] >= 1)):
-        findings.append((("n",), f"{str(target['n'])[:60]} is no number of specimens", "write a whole number above 0"))
+        findings.append(
+            (("n",), f"{str(target['n'])[:60]} is not a number of specimens", "write a whole number above 0")
+        )
     findings += [
         ((key,), f"unknown key {str(key)[:60]!r}", f"use {', '.join(known)}") for key in entry if key not in known
     ]

@@ -16,7 +16,7 @@ _PLACEHOLDER = re.compile(rb"\{\{([^{}\r\n]{0,200})\}\}")
 
 
 def template_bytes(path: Path) -> bytes:
-    """Return the content of a template; raise `OSError` if it is no plain file, or too large."""
+    """Return the content of a template; raise `OSError` if it is not a plain file, or too large."""
     return read_plain(path, MAX_BYTES)
 
 

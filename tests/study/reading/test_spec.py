@@ -229,7 +229,7 @@ def test_a_force_far_from_its_neighbours_is_questioned(given: str, doubted: bool
     text = (ROOT / "configs" / "smoke.yaml").read_text(encoding="utf-8")
     warnings = study_of(text.replace("force: 213.8 N", f"force: {given}")).warnings
     assert len(warnings) == doubted
-    assert not doubted or re.search(r"lets expect 2[01]\d N or so; look for a slip", warnings[0])
+    assert not doubted or re.search(r"suggest about 2[01]\d N; look for a slip", warnings[0])
 
 
 @pytest.mark.parametrize("factor", [1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9])
