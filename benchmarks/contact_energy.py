@@ -49,6 +49,7 @@ HARD = {
     "E 629, yield stress 25.6 (sugarcane)": {"elastic_modulus": 629.0, "yield_stress": 25.6},
 }
 SOFT = {"yield_stress": 12.0, "failure_strain": 0.045, "elastic_modulus": 1500.0, "poisson_ratio": 0.25}
+STRONG = {"yield_stress": 20.0, "failure_strain": 0.05, "elastic_modulus": 1200.0}
 
 
 def crops() -> dict[str, ShearTest]:

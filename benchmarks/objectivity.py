@@ -3,7 +3,7 @@
 python benchmarks/objectivity.py phases        ten places of the mesh along the stem, at the centre of the design
 python benchmarks/objectivity.py edge          the edge over a row of nodes and over a row of elements
 python benchmarks/objectivity.py seeds         ten full models turned and shifted at random
-python benchmarks/objectivity.py sizes         elements of d/12 to d/32 with the same lengths
+python benchmarks/objectivity.py sizes         elements of d/12 to d/40 with the same lengths, three points (slow)
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
 python benchmarks/objectivity.py choices       friction, radii, bevel, wall, filter: one at a time
@@ -15,7 +15,7 @@ python benchmarks/objectivity.py hourglass     hourglass forms against the fully
 python benchmarks/objectivity.py crops         crops of `stemcal init --crop`: phases, d/24, hourglass forms (slow)
 python benchmarks/objectivity.py even          graded meshes against an even one, the 15 points of the design (slow)
 
-Without a name all but the last three are run.
+Without a name all but the slow ones are run.
 """
 
 from __future__ import annotations
@@ -26,8 +26,11 @@ from dataclasses import replace
 
 import numpy as np
 from cases import Case, agreement, paper_cases, simulate_all, tests_of
+from contact_energy import SOFT, STRONG
+from contact_energy import centre as centre_of_sizes
 from contact_energy import crops as tests_of_crops
 
+from stemcal import cutting
 from stemcal.cutting import CuttingResult, ShearTest, build, in_phases, perturbed
 from stemcal.fem.material import Hourglass
 from stemcal.fem.stepper import simulate
@@ -78,9 +81,10 @@ def seeds() -> None:
 
 
 def sizes() -> None:
-    """Print the force over the element size; the time step follows it."""
-    for parts in (12.0, 16.0, 20.0, 24.0, 32.0):
-        print(f"d/{parts:g}:", told(simulate_all([of_size(test, parts) for test in centre()])), flush=True)
+    """Print the force of the centre, a soft and a strong corner over the element size; the time step follows it."""
+    for name, changes in (("centre", {}), ("soft", SOFT), ("strong", STRONG)):
+        for parts in (12, 16, 24, 32, 40):
+            print(f"{name}, d/{parts}:", told([cutting.shear(centre_of_sizes(parts, **changes))]), flush=True)
 
 
 def of_size(test: ShearTest, parts: float) -> ShearTest:
@@ -259,5 +263,5 @@ ROWS = {
 }  # fmt: skip
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or [row for row in ROWS if row not in ("hourglass", "crops", "even")]:
+    for name in sys.argv[1:] or [row for row in ROWS if row not in ("sizes", "hourglass", "crops", "even")]:
         ROWS[name]()

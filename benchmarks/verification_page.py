@@ -2,7 +2,7 @@
 
     python benchmarks/verification_page.py [FOLDER]
 
-Takes a minute or two and needs `pip install "stemcal[test]"`. Ends with 1 if a case lies outside its tolerance.
+Takes some minutes and needs `pip install "stemcal[test]"`. Ends with 1 if a case lies outside its tolerance.
 """
 
 from __future__ import annotations
