@@ -1,6 +1,6 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
-python benchmarks/interval_coverage.py [laboratory] [mesh] [surfaces] [replicates] [coarse]
+python benchmarks/interval_coverage.py [laboratory] [mesh] [unequal] [surfaces] [replicates] [coarse]
 
 Draws laboratories at a known truth: five diameters, n forces at each about the true one with a coefficient of
 variation of 5 %. Counts how often the interval of each of two parameters holds the truth, by profile and by posterior,
@@ -241,9 +241,21 @@ def main() -> None:
         laboratory_rows()
     if "mesh" in wanted:
         mesh_rows()
-    for name, rows in (("surfaces", surface_rows), ("replicates", replicate_rows), ("coarse", coarse_rows)):
-        if name in wanted:
-            rows()
+    more = {"unequal": unequal_rows, "surfaces": surface_rows, "replicates": replicate_rows, "coarse": coarse_rows}
+    for name in wanted:
+        if name in more:
+            more[name]()
+
+
+def unequal_rows() -> None:
+    """Print studies in which one diameter scatters three times as much as the others; `unequal` alone runs these."""
+    for at in (0, 2, 4):
+        variation = np.full(len(DIAMETERS), VARIATION)
+        variation[at] *= 3.0
+        for n in SPECIMENS:
+            a, b, c, d, rejected = coverage("pooled", n, variation, 0.0)
+            label = f"pooled, cv × 3 at {DIAMETERS[at]:g} mm"
+            print(f"{n:3d}   {label:<30} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
 
 
 def laboratory_rows() -> None:

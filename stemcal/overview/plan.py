@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe.designs.definitive_screening import spare_column_note
 from stemcal.doe.designs.power import RATIOS, DesignQuality, judge_design
 from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
@@ -292,6 +293,7 @@ def foretell(design: Design) -> Iterator[Note]:
     yield DesignPower(design.stage, design.kind, found.runs, len(found.terms) + 1, found.residual_df, weakest, leverage)
     if design.stage == "screen":
         yield aliases_note(design.coded, design.names)
+        yield from spare_column_note(design.coded)
 
 
 def _quality(design: Design) -> DesignQuality | None:

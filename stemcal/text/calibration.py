@@ -8,13 +8,14 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
+from stemcal.stages.invert.joint import FlatDirection, UnequalScatter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete
 from stemcal.stages.invert.stage import ConstraintBroken
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, remark, states
+from stemcal.text.notes import Remark, remark, sentence, states
 from stemcal.text.numbers import fixed, interval, significant, unit_written
 
 KNOWN = "known"
@@ -126,12 +127,10 @@ def unseen_changes(part: Certainty, names: Names) -> list[str]:
     """Say what changes together without any measured response changing."""
     one = "Not seen: {changes:all} alone changes no measured response (to first order)."
     many = "Not seen: {changes:all} together change no measured response (to first order)."
-    each = [[_change(name, size, part, names) for name, size in found.items()] for found in part.unseen_changes]
+    each = [
+        [change(name, size, part.units[name], names) for name, size in found.items()] for found in part.unseen_changes
+    ]
     return [say_number(one, many, len(changes), changes=changes) for changes in each]
-
-
-def _change(factor: str, size: float, part: Certainty, names: Names) -> str:
-    return change(factor, size, part.units[factor], names)
 
 
 def change(factor: str, size: float, unit: str, names: Names) -> str:
@@ -318,6 +317,11 @@ _WEIGHTS = {
 }
 
 states(
+    UnequalScatter,
+    "The measured means do not scatter alike (Bartlett's test, p = {p:p}): the weights of the fit stay those of one "
+    "coefficient of variation, and the intervals rest on each mean's own standard deviation.",
+)
+states(
     FreeFactors,
     "The target leaves {factors:factors} free over the whole region.",
 )
@@ -330,3 +334,13 @@ states(
     ConstraintBroken,
     "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
 )
+
+
+@sentence.register
+def _(note: FlatDirection, names: Names) -> str:
+    changes = [change(name, size, note.units[name], names) for name, size in note.changes.items()]
+    return names.say(
+        "The measured values do not separate the parameters: {changes:all} together change the fit too little to tell. "
+        "Of all points that fit about as well the one nearest to the centre of the ranges is taken.",
+        changes=changes,
+    )

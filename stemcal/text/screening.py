@@ -12,6 +12,7 @@ from stemcal.doe.designs.aliases import (
     PartlyAliased,
     UniformlyAliased,
 )
+from stemcal.doe.designs.definitive_screening import OneSpareColumn
 from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.screening.fold import FoldOverPays
@@ -262,6 +263,13 @@ states(
     "{factor:factor} has the effect {effect:response +.4g} where the spec expects the sign {expected}: look for an "
     "alias or a wrong unit before trusting it.",
 )
+states(
+    OneSpareColumn,
+    "A definitive screening of {factors} factors in {runs} runs tests main effects against one degree of freedom: of "
+    "studies in which nothing matters, about three of ten end with a square or an interaction. Where repeated runs "
+    "differ, `screen.runs: {with_centre}` adds two centre runs; of a deterministic solver `screen.runs: "
+    "{with_columns}` adds two columns without a factor. Either leaves about one of ten.",
+)
 states(NoInteractions, "One factor has no interactions.")
 states(ClearOfInteractions, "In these {runs} runs the main effects are clear of two-factor interactions.")
 states(
@@ -301,16 +309,13 @@ def _(note: MethodsDisagree, names: Names) -> str:
 
 @sentence.register
 def _(note: UnusedContrasts, names: Names) -> str:
-    none = (
-        "With the unused columns, contrasts of {listed}, Lenth's margin of {count} is {margin:response}: no factor is "
-        "beyond it."
-    )
-    some = (
-        "With the unused columns, contrasts of {listed}, Lenth's margin of {count} is {margin:response}. Beyond it: "
-        "{beyond:factors}."
+    beside = "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them."
+    decides = (
+        "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them. It decides which "
+        "factors count, since F rests on these columns alone."
     )
     listed = all_of(names.quantity(value, "+.3g") for value in note.contrasts)
-    return names.say(some if note.beyond else none, listed=listed, **vars(note))
+    return names.say(decides if note.decides else beside, listed=listed, count=note.count)
 
 
 @sentence.register

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from stemcal.doe.regression.surface import PREDICTS
 from stemcal.doe.regression.surface_notes import (
     CopiesOnly,
     ExactSurface,
@@ -74,6 +75,13 @@ def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
         yield Remark(_correction(stage.coarse, names), Weight.TRUST, "coarse")
     if stage.canonical is not None:
         yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
+    if stage.canonical is not None and stage.predicted_r2 is not None and stage.predicted_r2 < PREDICTS:
+        withheld = (
+            "The shares of the variance (Sobol' indices) are withheld: the surface predicts runs left out too badly "
+            "(predicted R² {predicted:fixed 3}, at least {least:g} is asked)."
+        )
+        fields = {"predicted": stage.predicted_r2, "least": PREDICTS}
+        yield Remark(names.say(withheld, **fields), Weight.TRUST, "shares_withheld")
     if stage.box_cox is not None and stage.box_cox.advised != 1.0:
         yield Remark(_box_cox(stage.box_cox, names), Weight.TRUST, "box_cox")
     if stage.second_opinion is not None and stage.second_opinion.process_is_better:

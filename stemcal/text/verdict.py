@@ -124,7 +124,6 @@ def _size(percent: float) -> str:
 
 states(OnTheEdge, "The solution lies on the edge of the region searched.")
 states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p = {p:.2g}).")
-states(Conflict, "No parameters within the ranges bring all errors below {least_error_percent:.0f} %.")
 states(ValidationFromTable, "The validation is read from a table, not simulated with these parameters.")
 states(Unchecked, "Nothing checks the result independently.")
 
@@ -133,6 +132,26 @@ states(Unchecked, "Nothing checks the result independently.")
 def _(reason: Unfinished, names: Names) -> str:
     titles = ", ".join(stage_called(name).title for name in reason.stages)
     return names.say("Not done yet: {stages}.", stages=titles)
+
+
+@sentence.register
+def _(reason: Conflict, names: Names) -> str:
+    found = reason.contradiction
+    if found is None:
+        worst = "No parameters within the ranges bring all errors below {least_error_percent:.0f} %."
+        return names.say(worst, least_error_percent=reason.least_error_percent)
+    placed = (
+        "The measured {response} at {condition:condition}, {measured}, contradicts what else is fitted: that allows "
+        "{low} to {high}, {standard_errors:.1f} standard errors off."
+    )
+    plain = (
+        "The measured {response}, {measured}, contradicts what else is fitted: that allows {low} to {high}, "
+        "{standard_errors:.1f} standard errors off."
+    )
+    named = names.naming.named(found.response)
+    values = {end: named.text(getattr(found, end), ".4g") for end in ("measured", "low", "high")}
+    fields = {"condition": found.condition, "standard_errors": found.standard_errors, **values}
+    return names.say(placed if names.placed else plain, response=named.long, **fields)
 
 
 @sentence.register
@@ -277,17 +296,17 @@ def _(remedy: advice.NoRangeReaches, names: Names) -> str:
 
 
 @sentence.register
-def _(_remedy: advice.FitFewer, names: Names) -> str:
-    somewhere = (
+def _(remedy: advice.FitFewer, names: Names) -> str:
+    conditions = (
         "Vary a further factor, or fit only the {condition} of use (`{key}`): the model does not follow all that was "
         "measured."
     )
-    nowhere = (
-        "Vary a further factor, or fit fewer responses (`invert.responses`): the model does not follow all that was "
-        "measured."
+    responses = (
+        "Check these measurements; then vary a further factor, or fit fewer responses (`invert.responses`): the model "
+        "does not follow all that was measured."
     )
-    key = names.naming.fitted_at
-    return names.say(somewhere if names.placed else nowhere, condition=names.condition.long, key=key)
+    template = conditions if names.placed and remedy.over == "conditions" else responses
+    return names.say(template, condition=names.condition.long, key=names.naming.fitted_at)
 
 
 @sentence.register

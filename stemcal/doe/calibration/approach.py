@@ -20,8 +20,9 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.misfit import Misfit, best_fit
+from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.ridge import settled
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 
@@ -139,6 +140,6 @@ def through(misfit: Misfit, surfaces: Sequence[Surface], trial: JointTrial) -> M
 
 
 def next_joint_point(misfit: Misfit, region: Region, start: Array, reach: float) -> Array:
-    """Return the point of least misfit within `reach` of `start`, factor by factor, and inside the region."""
+    """Return the point that fits best within `reach` of `start`, factor by factor, and inside the region."""
     near = Region(np.maximum(region.low, start - reach), np.minimum(region.high, start + reach), region.radius)
-    return near.nearest(best_fit(misfit, near))
+    return near.nearest(settled(misfit, region, near)[0])

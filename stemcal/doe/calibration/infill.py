@@ -17,6 +17,7 @@ from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array, t_quantile
 
 _CLOUD, _HALVINGS = 12, 40
+_FINEST = 1e-12  # of what is predicted: errors below are rounding
 _APART = 0.05  # least coded distance between a point of a batch and any run
 
 
@@ -64,8 +65,10 @@ def _gap(points: Array, process: GaussianProcess) -> Array:
 
 
 def _most_telling(process: GaussianProcess, target: float, cloud: Array) -> Array:
-    error = np.maximum(process.standard_error(cloud), 1e-300)
-    worth = np.log(error) - 0.5 * ((process.predict(cloud) - target) / error) ** 2
+    predicted = process.predict(cloud)
+    finest = _FINEST * max(abs(target), float(np.abs(predicted).max()))
+    error = np.maximum(process.standard_error(cloud), finest)
+    worth = np.log(error) - 0.5 * ((predicted - target) / error) ** 2
     return np.asarray(cloud[int(np.argmax(worth))])
 
 

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from stemcal.doe.calibration.levelset import squared_distance
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.ridge import least_under, settled
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.terms import term_gradient
 
@@ -25,7 +27,7 @@ class JointFit:
     """The point of least misfit; errors are 100·(measured − predicted)/measured.
 
     `p_value` is the probability of a misfit as large by the known scatter alone; None where it is not known or
-    nothing is left to tell.
+    nothing is left to tell. `flat` are unit vectors (coded) along which the data leave the point free.
     """
 
     coded: Array
@@ -34,6 +36,7 @@ class JointFit:
     misfit: float
     df: int
     p_value: float | None
+    flat: Array
 
     @property
     def max_abs_error_percent(self) -> float:
@@ -44,9 +47,9 @@ class JointFit:
 def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
     """Find the parameters that fit all observations best, inside the region.
 
-    With fewer observations than factors a whole set does: then the one nearest to the centre.
+    Where these leave a direction flat, a whole valley does as well: then the point of it nearest to the centre.
     """
-    x = best_fit(misfit, region)
+    x, flat = settled(misfit, region)
     x = nearest_alike(misfit, region, x) if misfit.df < 0 else x
     least = misfit.value(x)
     return JointFit(
@@ -56,32 +59,19 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
         misfit=least,
         df=misfit.df,
         p_value=chance_of(misfit, least) if misfit.scale_known and misfit.df > 0 else None,
+        flat=flat,
     )
 
 
 def nearest_alike(misfit: Misfit, region: Region, x: Array) -> Array:
     """Return the point nearest to the centre at which the surfaces predict what they do at `x`."""
-    from scipy.optimize import minimize
-
     wanted = misfit.predict(x)[0]
     same = {
         "type": "eq",
         "fun": lambda z: (misfit.predict(z)[0] - wanted) / misfit.measured,
         "jac": lambda z: misfit.beta @ term_gradient(z) / misfit.measured[:, None],
     }
-    found = minimize(
-        lambda z: float(z @ z),
-        x,
-        jac=lambda z: 2.0 * z,
-        method="SLSQP",
-        bounds=list(zip(*region.bounds(), strict=True)),
-        constraints=[same, *region.rules()],
-        options={"maxiter": 300, "ftol": 1e-14},
-    )
-    z = np.asarray(found.x, dtype=float)
-    fits = found.success and region.contains(z[None, :], 1e-7)[0]
-    alike = fits and float(np.abs(misfit.predict(z)[0] / wanted - 1.0).max()) < 1e-6
-    return z if alike and z @ z < x @ x else x
+    return least_under(squared_distance(), x, region, same)
 
 
 def chance_of(misfit: Misfit, least: float) -> float:

@@ -14,10 +14,17 @@ that are sums the degrees of freedom are Satterthwaite's (Biometrics Bulletin 2 
 parts and their mean shares; of several kinds the least counts, since an interval may rest on one of them alone. An sd
 without its n counts as known.
 
+The coefficient of variation may differ between the diameters, and no test on a few specimens shows it. So the pooled
+one weighs the observations, but how far a factor may go rests on each diameter's own sd: the estimate of a factor is a
+weighted sum of the observations, whose variance adds up their own (after Welch, Biometrika 34 (1947) 28), with
+Satterthwaite's degrees of freedom for that factor (`Misfit.freedom`).
+
+So it is with the surfaces: those of a kind share one relative error, pooled by their degrees of freedom, which weighs
+them; a surface of few degrees of freedom that is sharp by luck would else have all the weight.
+
 The place of the mesh (`Misfit.with_mesh`) adds a variance to every force and one that they all share, uuᵀ: D = rᵀV⁻¹r
 with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. Travel and work have parts of their own, each kind its u.
-What all share is not averaged away over the diameters, so each factor then has degrees of freedom of its own
-(`Misfit.freedom`).
+What all share is not averaged away over the diameters; each factor's degrees of freedom know of it.
 """
 
 from __future__ import annotations
@@ -44,6 +51,8 @@ Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 _FINEST = 1e-4
 _CLOUD = 11
 _SEEN = 0.01
+UNEQUAL = 0.05
+"""Level of the test that all diameters scatter alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +71,8 @@ class VarianceSource:
     """One source of error: its variance at each observation, and the degrees of freedom behind it.
 
     A `shared` one moves all observations of its `kind` together, each by its own standard deviation; it was told by a
-    mean square over so many diameters, less the part of each diameter by itself.
+    mean square over so many diameters, less the part of each diameter by itself. Where `variance` is pooled, `apart` is
+    what each observation by itself says of it, with its own degrees of freedom `apart_df`.
     """
 
     name: str
@@ -71,10 +81,27 @@ class VarianceSource:
     shared: bool = False
     conditions: int = 1
     kind: str = FIRST
+    apart: Array | None = None
+    apart_df: Array | None = None
 
     def only(self, kept: Sequence[int]) -> VarianceSource:
         """Keep some of the observations."""
-        return replace(self, variance=self.variance[list(kept)])
+        apart, df = (None if part is None else part[list(kept)] for part in (self.apart, self.apart_df))
+        return replace(self, variance=self.variance[list(kept)], apart=apart, apart_df=df)
+
+    def parts(self, g: Array) -> tuple[Array, Array]:
+        """Return what the source adds to the variance of sums of observations with weights g, (observations, sums).
+
+        And the sum of its squared estimates over their degrees of freedom, as Satterthwaite's formula takes it.
+        """
+        if self.shared:
+            found = (np.sqrt(self.variance) @ g) ** 2
+            return found, found**2 / self.df
+        if self.apart is None or self.apart_df is None:
+            found = self.variance @ g**2
+            return found, found**2 / self.df
+        each = self.apart[:, None] * g**2
+        return each.sum(axis=0), (each**2 / self.apart_df[:, None]).sum(axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +125,12 @@ class Misfit:
     def scale_known(self) -> bool:
         """Whether D itself follows χ², or F with `scale_df`; else only ratios of D mean something."""
         return self.scatter != "misfit"
+
+    @property
+    def unequal(self) -> bool:
+        """Whether the diameters scatter by different coefficients of variation."""
+        p = self.equal_scatter_p
+        return p is not None and p < UNEQUAL
 
     @property
     def meshed(self) -> bool:
@@ -135,7 +168,7 @@ class Misfit:
     def many(self, points: Array) -> Array:
         """Return D at (m, k) points."""
         gap = self.measured - self.predict(points)
-        return np.asarray((gap * self._weighed(gap)).sum(axis=1))
+        return np.asarray((gap * self.weighed(gap)).sum(axis=1))
 
     @cached_property
     def kinds(self) -> list[Array]:
@@ -143,7 +176,7 @@ class Misfit:
         of = [observation.kind for observation in self.observations]
         return [np.array([float(kind == other) for other in of]) for kind in dict.fromkeys(of)]
 
-    def _weighed(self, gap: Array) -> Array:
+    def weighed(self, gap: Array) -> Array:
         """Return V⁻¹r of (m, observations) differences: V = diag(v) + uuᵀ, u of each kind by itself."""
         scaled = gap / self.variance
         if self.shared is None:
@@ -159,7 +192,7 @@ class Misfit:
 
     def gradient(self, x: Array) -> Array:
         """Return ∂D/∂x = −2 Σ (measured − ŷ)/variance·∂ŷ/∂x."""
-        weighted = self._weighed(self.measured - self.predict(x)[0])
+        weighted = self.weighed(self.measured - self.predict(x)[0])
         slopes = np.asarray(self.beta @ term_gradient(x))
         return np.asarray(-2.0 * weighted @ slopes)
 
@@ -234,14 +267,6 @@ class Misfit:
         """Return which source is the mesh's own part beside what the observations of its kind share."""
         return next((i for i, s in enumerate(self.sources) if s.name == "mesh" and s.kind == shared.kind), None)
 
-    def _as_mean_squares(self, parts: Array, g: Array) -> None:
-        """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
-        for i, source in enumerate(self.sources):
-            if source.shared and (own := self.own_part(source)) is not None:
-                moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.conditions
-                parts[i] += moved
-                parts[own] = np.maximum(parts[own] - moved, 0.0)
-
     def of_sources(self, sources: Sequence[VarianceSource]) -> Misfit:
         """Return it with these sources of error alone."""
         own = sum((s.variance for s in sources if not s.shared), start=np.zeros_like(self.variance))
@@ -254,28 +279,56 @@ class Misfit:
             scale_df=_satterthwaite([s.variance for s in sources], [s.df for s in sources]),
         )
 
-    def freedom(self, x: Array) -> Array:
-        """Return the degrees of freedom behind the interval of each factor at a point.
+    def freedom(self, x: Array) -> tuple[Array, Array]:
+        """Return for each factor the variance of its estimate over what D says of it, and its degrees of freedom.
 
-        The estimate of factor j is a weighted sum of the observations, g = V⁻¹J(JᵀV⁻¹J)⁻¹eⱼ with J = ∂ŷ/∂x; its
-        variance is the sum of gᵀV_s g over the sources, and its degrees of freedom are Satterthwaite's. Without a mesh,
-        or where no observation moves with the factor, they are those of the whole misfit.
+        The estimate of factor j is a weighted sum of the observations, g = V⁻¹J(JᵀV⁻¹J)⁻¹eⱼ with J = ∂ŷ/∂x; D takes its
+        variance for gᵀVg. What it is adds up over the sources, where V is pooled over each observation's own; the
+        degrees of freedom are Satterthwaite's. Where no observation moves with the factor they are those of the whole.
         """
-        whole = np.full(self.k, self.scale_df)
-        if not self.meshed:
-            return whole
         slopes = self.beta @ term_gradient(x)
-        weighed = self._weighed(slopes.T).T
+        weighed = self.weighed(slopes.T).T
         g = weighed @ np.linalg.pinv(slopes.T @ weighed)
-        parts = np.array(
-            [
-                (np.sqrt(source.variance) @ g) ** 2 if source.shared else source.variance @ g**2
-                for source in self.sources
-            ]
-        )
-        self._as_mean_squares(parts, g)
-        doubt = sum(part**2 / source.df for part, source in zip(parts, self.sources, strict=True))
-        return np.where(doubt > 0.0, parts.sum(axis=0) ** 2 / np.where(doubt > 0.0, doubt, 1.0), whole)
+        found = [source.parts(g) for source in self.sources]
+        self._as_mean_squares(found, g)
+        variance = sum((part for part, _ in found), start=np.zeros(self.k))
+        doubt = sum((part for _, part in found), start=np.zeros(self.k))
+        taken = sum((replace(source, apart=None).parts(g)[0] for source in self.sources), start=np.zeros(self.k))
+        known = (doubt > 0.0) & (taken > 0.0)
+        df = np.where(known, variance**2 / np.where(known, doubt, 1.0), self.scale_df)
+        return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
+
+    @property
+    def equal_scatter_p(self) -> float | None:
+        """Bartlett's test that each kind has one coefficient of variation at all diameters; None where none is told.
+
+        −Σ νᵢ·ln(sᵢ²/s²)/C over the observations follows χ²(m − 1), C = 1 + (Σ 1/νᵢ − 1/Σνᵢ)/(3(m − 1)); kinds add up.
+        Source: M. S. Bartlett, Proc. R. Soc. A 160 (1937) 268.
+        """
+        from scipy.special import chdtrc
+
+        statistic, df = 0.0, 0
+        for source in self.sources:
+            if source.name != "laboratory" or source.apart is None or source.apart_df is None:
+                continue
+            if not np.isfinite(source.df):
+                continue
+            told = (source.apart > 0.0) & (source.apart_df < source.df)
+            if (m := int(told.sum())) < 2:
+                continue
+            own, ratio = source.apart_df[told], source.apart[told] / source.variance[told]
+            correction = 1.0 + (float(np.sum(1.0 / own)) - 1.0 / float(own.sum())) / (3.0 * (m - 1))
+            statistic, df = statistic - float(own @ np.log(ratio)) / correction, df + m - 1
+        return float(chdtrc(df, statistic)) if df else None
+
+    def _as_mean_squares(self, found: list[tuple[Array, Array]], g: Array) -> None:
+        """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
+        for i, source in enumerate(self.sources):
+            if source.shared and (own := self.own_part(source)) is not None:
+                moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.conditions
+                shared, alone = found[i][0] + moved, np.maximum(found[own][0] - moved, 0.0)
+                found[i] = shared, shared**2 / source.df
+                found[own] = alone, alone**2 / self.sources[own].df
 
 
 def misfit_of(observations: Sequence[Observation], region: Region | None = None) -> Misfit:
@@ -299,17 +352,39 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         return Misfit(tuple(observations), measured**2, "misfit")
     scatter: Scatter = "measured" if known.all() else "pooled" if known.any() else "surface"
     kinds, n = np.array([o.kind for o in observations]), np.array([o.n or 1 for o in observations])
-    variation, freedom = _pooled((spread / measured) ** 2, n - 1, kinds)
+    own = (spread / measured) ** 2
+    variation, freedom = _pooled(own, n - 1, kinds)
     laboratory = variation * measured**2 / n
-    surface = np.array([_surface_variance(o.surface, point) for o in observations])
+    errors = np.array([_surface_variance(o.surface, point) for o in observations])
+    error_df = np.array([error.df if (error := o.surface.mean_error) else 0 for o in observations])
+    surface, surface_df = _pooled_errors(errors / measured**2, error_df, kinds)
+    surface *= measured**2
     floor = (_FINEST * measured) ** 2
-    surface_df = float(np.mean([error.df if (error := o.surface.mean_error) else 0 for o in observations]))
-    behind = [(laboratory[kinds == kind], surface[kinds == kind], df) for kind, df in freedom.items()]
-    df = min(_satterthwaite([of_mean, of_surface], [df, surface_df]) for of_mean, of_surface, df in behind)
+    df = min(
+        _satterthwaite([laboratory[kinds == kind], surface[kinds == kind]], [freedom[kind], surface_df[kind]])
+        for kind in freedom
+    )
+    apart = np.where(known & (n > 1), own, variation) * measured**2 / n
     sources = [
-        VarianceSource("laboratory", np.where(kinds == kind, laboratory, 0.0), df) for kind, df in freedom.items()
+        VarianceSource(
+            "laboratory",
+            np.where(kinds == kind, laboratory, 0.0),
+            df,
+            apart=np.where(kinds == kind, apart, 0.0),
+            apart_df=np.where(known & np.isfinite(df), np.maximum(n - 1, 1), df),
+        )
+        for kind, df in freedom.items()
     ]
-    sources.append(VarianceSource("surface", surface, surface_df))
+    sources += [
+        VarianceSource(
+            "surface",
+            np.where(kinds == kind, surface, 0.0),
+            df,
+            apart=np.where(kinds == kind, errors, 0.0),
+            apart_df=np.maximum(error_df, 1),
+        )
+        for kind, df in surface_df.items()
+    ]
     return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df, tuple(sources))
 
 
@@ -328,6 +403,21 @@ def _pooled(variation: Array, freedom: NDArray[np.int_], kinds: NDArray[np.str_]
         typical = float(np.average(variation[own], weights=freedom[own] if counted else None)) if own.any() else 0.0
         pooled[mine if counted else mine & ~known] = typical
         behind[kind] = float(freedom[own].sum()) if counted else np.inf
+    return pooled, behind
+
+
+def _pooled_errors(errors: Array, df: NDArray[np.int_], kinds: NDArray[np.str_]) -> tuple[Array, dict[str, float]]:
+    """Return relative variances of surfaces, one for each kind, and the degrees of freedom behind them.
+
+    A surface of few degrees of freedom does not know its error: weighed by its own each fit would follow the surfaces
+    that are sharp by luck.
+    """
+    pooled, behind = errors.copy(), {}
+    for kind in np.unique(kinds).tolist():
+        mine = kinds == kind
+        behind[kind] = float(df[mine].sum())
+        if behind[kind]:
+            pooled[mine] = np.average(errors[mine], weights=df[mine])
     return pooled, behind
 
 

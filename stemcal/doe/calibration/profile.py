@@ -8,7 +8,8 @@ holds all v whose D rises above the least by no more than
     Dmin·F(1, m − k; level)/(m − k)       where their common factor is told by the misfit of m observations
 
 See Venzon and Moolgavkar, Applied Statistics 37 (1988) 87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
-An end that reaches the edge of the region is an end of the region, not of what the data allow.
+each times the share by which the factor's variance, of each diameter's own scatter, differs from what D takes it for
+(`Misfit.freedom`). An end that reaches the edge of the region is an end of the region, not of what the data allow.
 """
 
 from __future__ import annotations
@@ -62,7 +63,8 @@ def profiles_of(misfit: Misfit, region: Region, best: Array, level: float = 0.95
 def allowed_rises(misfit: Misfit, best: Array, level: float = 0.95) -> list[float]:
     """Return for each factor how much the misfit may rise above its least within the confidence interval."""
     least = misfit.value(best)
-    return [allowed_rise(misfit, least, level, float(df)) for df in misfit.freedom(best)]
+    share, freedom = (part.tolist() for part in misfit.freedom(best))
+    return [s * allowed_rise(misfit, least, level, df) for s, df in zip(share, freedom, strict=True)]
 
 
 def allowed_rise(misfit: Misfit, least: float, level: float = 0.95, df: float | None = None) -> float:

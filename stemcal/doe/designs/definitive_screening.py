@@ -7,11 +7,29 @@ by conference matrices, L. Xiao, D. K. J. Lin and F. Bai, J. Quality Technology 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stemcal.doe.designs.hadamard import conference
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
+from stemcal.notes import Note, Weight
+
+
+@dataclass(frozen=True)
+class OneSpareColumn(Note):
+    """One column without a factor is all that main effects are tested against: one degree of freedom.
+
+    Two more centre runs make it three where repeated runs differ (`with_centre` runs in all), two more columns where
+    they do not (`with_columns`).
+    """
+
+    weight = Weight.USE
+    runs: int
+    factors: int
+    with_centre: int
+    with_columns: int
 
 
 def definitive_screening(k: int, runs: int | None = None) -> Array:
@@ -41,3 +59,17 @@ def definitive_screening(k: int, runs: int | None = None) -> Array:
     larger = (conference(m) for m in range((runs - 1) // 4 * 2, order, -2))
     matrix = next((found for found in larger if found is not None), matrix)
     return np.vstack([matrix, -matrix, np.zeros((runs - 2 * len(matrix), len(matrix)))])[:, :k] + 0.0
+
+
+def spare_column_note(design: Array) -> list[Note]:
+    """Warn of a definitive screening with one column without a factor and no repeated centre run.
+
+    Of studies in which nothing matters, such a design of five factors in 13 runs ends with a square or an interaction
+    in three of ten.
+    """
+    n, k = design.shape
+    centre = ~np.any(design, axis=1)
+    three_levels = bool(np.any(design[~centre] == 0.0))
+    if not three_levels or centre.sum() != 1 or k % 2 == 0 or n != 2 * k + 3:
+        return []
+    return [OneSpareColumn(n, k, n + 2, n + 4)]

@@ -31,6 +31,8 @@ from stemcal.errors import UsageError
 from stemcal.notes import Note
 
 ErrorSource = Literal["residual", "within"]
+PREDICTS = 0.5
+"""A surface that predicts less than this share of the variation between runs left out says nothing of its shares."""
 _REMEDY = {
     False: "repair those runs, or leave such terms out (rsm.inestimable: drop),",
     True: "repair those runs",

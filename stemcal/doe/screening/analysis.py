@@ -25,8 +25,9 @@ from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPo
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
 from stemcal.doe.screening.holm import adjusted_p
 from stemcal.doe.screening.lenth import Lenth, lenth
-from stemcal.doe.screening.notes import conclusion, screening_notes, stands_out
+from stemcal.doe.screening.notes import conclusion, margin_decides, screening_notes, stands_out
 from stemcal.doe.screening.two_stage_analysis import TwoStages, two_stages
+from stemcal.doe.screening.unused import unused_contrasts
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.notes import Note
 
@@ -135,11 +136,13 @@ def analyse_screening(
             "test the effects; repair those runs and start the stage again"
         )
     changes = _changes(fit)
-    size = lenth(changes, alpha)
+    unused = unused_contrasts(design[present], fit.response)
+    size = lenth(np.concatenate([changes, unused]), alpha)
     stages = two_stages(design[present], y[present], names, alpha)
     error_term = with_centre(choose_error(error, design[present], fit, changes, size), centre)
     curvature = curvature_of(y[present], centre, error_term, alpha)
     effects = _effects(fit, error_term, changes, names, symbols or names, size)
+    weak = margin_decides(error_term, fit, unused)
     signs = expected or {}
     judged = tuple(replace(e, conclusion=conclusion(e, size, alpha, signs.get(e.factor))) for e in effects)
     return Screening(
@@ -149,10 +152,10 @@ def analyse_screening(
         total_sum_of_squares=fit.total_ss,
         lenth=size,
         alpha=alpha,
-        significant=_significant(effects, size, alpha) if stages is None else stages.first.active,
+        significant=_significant(effects, size, alpha, weak) if stages is None else stages.first.active,
         runs_used=int(present.sum()) + len(centre),
         runs_failed=int(np.sum(~np.isfinite(responses))),
-        notes=screening_notes(fit, error_term, effects, size, design[present], n_failed, alpha),
+        notes=screening_notes(fit, error_term, effects, size, unused, design[present], n_failed, alpha),
         error=error_term,
         design=design[present],
         two_stages=stages,
@@ -210,8 +213,14 @@ def _effects(
     )
 
 
-def _significant(effects: Sequence[Effect], size: Lenth, alpha: float) -> tuple[str, ...]:
-    """By p where there is one, else by Lenth's margin of error."""
+def _significant(effects: Sequence[Effect], size: Lenth, alpha: float, weak: bool) -> tuple[str, ...]:
+    """By p; by Lenth's margin of error where there is none, or where F rests on a few unused columns alone.
+
+    Of nine factors in twelve runs, F has two degrees of freedom, while the margin is that of eleven contrasts.
+    """
+    by_margin = [weak or effect.p is None for effect in effects]
     return tuple(
-        effect.factor for effect in effects if (effect.p < alpha if effect.p is not None else stands_out(effect, size))
+        effect.factor
+        for effect, margin in zip(effects, by_margin, strict=True)
+        if (stands_out(effect, size) if margin else effect.p is not None and effect.p < alpha)
     )

@@ -3,8 +3,8 @@
 A main effect of such a design holds parts of two-factor interactions. The largest effects that were found stand for
 the truth, with interactions between them drawn as heredity has them, normal with half the size of the smaller parent.
 One further effect as large as Lenth's margin is put in, all others are normal with a quarter of it. Counted is how
-often it stays within the margin of the design as it is, and of the design with its mirrored half, in which main effects
-are clear of interactions.
+often it stays within the margin of the design as it is, the unused columns of a Plackett–Burman counted, and of the
+design with its mirrored half, in which main effects are clear of interactions.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.designs.d_optimal import fold_over
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.lenth import critical_t, pseudo_standard_error
+from stemcal.doe.screening.unused import unused_columns
 from stemcal.notes import Note
 
 _DRAWS, _SEED, _PARENT, _SMALL = 2000, 12, 0.5, 0.25
@@ -82,5 +83,9 @@ def _drawn(k: int, found: Sequence[tuple[int, float]], free: Sequence[int], effe
 
 def _missed(design: Array, truth: _Truth, alpha: float) -> float:
     seen = np.abs(truth.effects + truth.interactions @ alias_matrix(design).T)
+    unused = unused_columns(design)
+    if unused is not None:  # orthogonal columns: their aliases are Z'U/n, and no factor is in them
+        pairs = np.array([design[:, a] * design[:, b] for a, b in combinations(range(design.shape[1]), 2)])
+        seen = np.column_stack([seen, np.abs(truth.interactions @ (pairs @ unused) / len(design))])
     margin = critical_t(seen.shape[1], alpha)[0] * pseudo_standard_error(np.sort(seen, axis=1))
     return float(np.mean(seen[np.arange(len(seen)), truth.column] <= margin))

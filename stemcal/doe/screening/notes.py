@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe.designs.definitive_screening import spare_column_note
 from stemcal.doe.regression.least_squares import Array, LeastSquares
 from stemcal.doe.screening.effect_sizes import Conclusion, Effect
 from stemcal.doe.screening.error_term import ErrorTerm
 from stemcal.doe.screening.fold import fold_over_gain
-from stemcal.doe.screening.lenth import Lenth, lenth
-from stemcal.doe.screening.unused import contrasts, unused_columns
+from stemcal.doe.screening.lenth import Lenth
 from stemcal.notes import Note, Weight
 
 # With so few residual degrees of freedom an F test says little.
@@ -113,12 +113,14 @@ class InteractionOfStrongest(Note):
 
 @dataclass(frozen=True)
 class UnusedContrasts(Note):
-    """Lenth's margin over all contrasts of the design, the unused columns' among them."""
+    """Lenth's margin is that of so many contrasts of the design, these of the unused columns among them.
+
+    `decides` tells whether it chooses the factors, for F rests on these columns alone.
+    """
 
     contrasts: tuple[float, ...]
     count: int
-    margin: float
-    beyond: tuple[str, ...]
+    decides: bool
 
 
 def screening_notes(
@@ -126,6 +128,7 @@ def screening_notes(
     error: ErrorTerm,
     effects: Sequence[Effect],
     size: Lenth,
+    unused: Array,
     design: Array,
     n_failed: int,
     alpha: float,
@@ -137,8 +140,9 @@ def screening_notes(
         *([TooFewEffects()] if size.me is None else _disagreements(effects, size, alpha)),
         *_many_tests(effects, size, alpha),
         aliases_note(design, names),
+        *spare_column_note(design),
         *_interaction_note(design, effects),
-        *_unused_note(design, fit, effects, alpha),
+        *_unused_note(unused, size, margin_decides(error, fit, unused)),
         *_fold_over_note(design, effects, size, alpha),
     )
 
@@ -194,16 +198,10 @@ def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note
         yield InteractionOfStrongest(effects[a].factor, effects[b].factor, touched)
 
 
-def _unused_note(design: Array, fit: LeastSquares, effects: Sequence[Effect], alpha: float) -> Iterator[Note]:
-    """Lenth's margin with the unused columns of a Plackett–Burman design beside the effects."""
-    columns = unused_columns(design)
-    if columns is None or len(effects) < 3 or fit.flat:
-        return
-    left = contrasts(columns, fit.response)
-    size = lenth(np.concatenate([[e.effect for e in effects], left]), alpha)
-    if size.me is not None:
-        beyond = tuple(e.factor for e in effects if stands_out(e, size))
-        yield UnusedContrasts(tuple(left.tolist()), len(effects) + len(left), size.me, beyond)
+def _unused_note(unused: Array, size: Lenth, decides: bool) -> Iterator[Note]:
+    """The unused columns of a Plackett–Burman design as contrasts beside the effects."""
+    if len(unused) and size.me:
+        yield UnusedContrasts(tuple(unused.tolist()), size.m, decides)
 
 
 def _fold_over_note(design: Array, effects: Sequence[Effect], size: Lenth, alpha: float) -> Iterator[Note]:
@@ -214,6 +212,11 @@ def _fold_over_note(design: Array, effects: Sequence[Effect], size: Lenth, alpha
     gain = fold_over_gain(design, found, size.me, alpha)
     if gain is not None:
         yield gain
+
+
+def margin_decides(error: ErrorTerm, fit: LeastSquares, unused: Array) -> bool:
+    """Tell whether F rests on a few unused columns alone, whose contrasts Lenth's margin counts as well."""
+    return len(unused) > 0 and error.source == "residual" and not error.scatter and fit.df <= _WEAK_DF
 
 
 def conclusion(effect: Effect, size: Lenth, alpha: float, expected: str | None) -> Conclusion:

@@ -192,6 +192,9 @@ def _second_stage(pairs: Mirrored, active: Sequence[int], first: FirstStage) -> 
     for size in range(min(len(candidates), len(pairs.even) - 1) + 1):
         df = len(pairs.even) - size
         left = {way: _left(y, weights, [columns[c] for c in way]) for way in _subsets(candidates, size, chosen)}
+        left = {way: value for way, value in left.items() if np.isfinite(value)}
+        if not left:  # no set of so many terms can be told apart
+            break
         chosen = min(left, key=lambda way: (left[way], way))
         tests = (f_test(value / df, df, first.mean_square, first.df) for value in left.values())
         enough = sum(test is None or test[1] > _EXPLAINED for test in tests)

@@ -71,11 +71,13 @@ def certainty_of(
     best = best_fit(misfit, region)
     profiles = profiles_of(misfit, region, best)
     unseen = unseen_directions(misfit, point)
-    changes = tuple(_changes(coding, row) for row in unseen)
+    changes = tuple(changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
     moved = {name for row in unseen for name in _movers(coding.names, row)}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
-    loosest = changes[0] if changes else _changes(coding, loosest_direction(misfit, point)) if not_identified else {}
+    loosest = (
+        changes[0] if changes else changes_along(coding, loosest_direction(misfit, point)) if not_identified else {}
+    )
     return Certainty(
         source=source,
         scatter=misfit.scatter,
@@ -109,8 +111,8 @@ def _movers(names: Sequence[str], direction: Array) -> list[str]:
     return [name for name, part in zip(names, moved_together(direction), strict=True) if abs(part) >= _MOVED]
 
 
-def _changes(coding: Coding, direction: Array) -> dict[str, float]:
-    """Return how much each factor changes along a direction that no measurement sees, in its unit.
+def changes_along(coding: Coding, direction: Array) -> dict[str, float]:
+    """Return how much each factor changes along a coded direction, in its unit.
 
     The largest part changes by one half step; parts below a twentieth of it are left out.
     """

@@ -6,22 +6,54 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
+from stemcal.doe.calibration.consistency import contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.ridge import presses_outwards
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
-from stemcal.stages.invert.result import Desired, DesiredRow, InvertResult, JointFitted, JointRow, Point
+from stemcal.notes import Note, Weight
+from stemcal.stages.invert.certainty import Measured, certainty_of, changes_along, measured_of, misfit_over
+from stemcal.stages.invert.result import (
+    Contradicted,
+    Desired,
+    DesiredRow,
+    InvertResult,
+    JointFitted,
+    JointRow,
+    Mean,
+    Point,
+)
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.model import Study
+
+
+@dataclass(frozen=True)
+class UnequalScatter(Note):
+    """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
+
+    p: float
+
+
+@dataclass(frozen=True)
+class FlatDirection(Note):
+    """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
+
+    `changes` is by factor, in its unit, the largest by one half step of the design.
+    """
+
+    weight = Weight.USE
+    changes: dict[str, float]
+    units: dict[str, str]
 
 
 def measured_means(study: Study) -> list[Measured]:
@@ -72,6 +104,10 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
         desirability=_desired(study, means, misfit, region, coding),
+        notes=(
+            *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
+            *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
+        ),
     )
 
 
@@ -117,8 +153,20 @@ def _fitted(
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
         null=null_model(*measured) if naming.is_force_on_stems else None,
+        contradiction=_contradiction(means, misfit, region, fit),
+        out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(misfit, region)),
+        separated=not len(fit.flat),
+        presses_outwards=presses_outwards(misfit, region, fit.coded),
         ranges_chosen=study.invert.ranges_chosen,
     )
+
+
+def _contradiction(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit) -> Contradicted | None:
+    found = contradiction(misfit, region, fit.coded)
+    if found is None:
+        return None
+    mean, (low, high) = means[found.index], found.allowed
+    return Contradicted(mean.named.name, mean.condition, mean.value, low, high, found.standard_errors, found.p)
 
 
 def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -> list[JointRow]:

@@ -136,10 +136,34 @@ class JointRow:
 
 
 @dataclass(frozen=True)
+class Mean:
+    """Which measured mean: of a response at a condition."""
+
+    response: str
+    condition: float
+
+
+@dataclass(frozen=True)
+class Contradicted:
+    """A measured mean that the others contradict: what they allow it to be, and how many standard errors it is off."""
+
+    response: str
+    condition: float
+    measured: float
+    low: float
+    high: float
+    standard_errors: float
+    p: float
+
+
+@dataclass(frozen=True)
 class JointFitted:
     """What a joint fit comes to; `rows` are of the force, `further` of the other responses.
 
     `ranges_chosen` tells whether the factor ranges were chosen before or after the measured values were known.
+    `contradiction` is tested where no degree of freedom is left; `out_of_reach` are means that their own surface takes
+    nowhere in the region. `separated` is False where the data leave a direction of the parameters flat;
+    `presses_outwards` tells whether they ask for a point beyond the region.
     """
 
     rows: Rows[JointRow]
@@ -154,6 +178,10 @@ class JointFitted:
     best_worst_solution: dict[str, float]
     null: NullModel | None = None
     ranges_chosen: Literal["before", "after"] = "before"
+    contradiction: Contradicted | None = absent()
+    out_of_reach: Rows[Mean] = absent(Rows())
+    separated: bool = True
+    presses_outwards: bool = False
 
 
 @dataclass(frozen=True)

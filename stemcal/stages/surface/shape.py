@@ -12,7 +12,7 @@ from stemcal.doe.regression.canonical import Canonical, analyse_shape, ridge_pat
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import SecondOpinion, second_opinion
 from stemcal.doe.regression.sobol import SobolIndex, sobol_indices
-from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.surface import PREDICTS, Surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.regression.transform import BoxCox, box_cox
 from stemcal.files.rows import Rows
@@ -77,7 +77,8 @@ def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[st
     ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
     factors = [study.factor(name) for name in design.names]
     ends = (design.coding.to_coded([getattr(f, end) for f in factors]) for end in ("low", "high"))
-    indices = sobol_indices(surface.names, surface.beta.copy(), *ends)
+    predicts = (surface.predicted_r2 or 0.0) >= PREDICTS
+    indices = sobol_indices(surface.names, surface.beta.copy(), *ends) if predicts else ()
     return Beside(_shape(design.coding, shape), Rows(ridge), scale, other, indices)
 
 

@@ -56,8 +56,11 @@ class VaryAnother(Remedy):
     factor: str
 
 
+@dataclass(frozen=True)
 class FitFewer(Remedy):
-    """Vary a further factor, or fit less together."""
+    """Vary a further factor, or fit fewer responses, or conditions, together."""
+
+    over: Literal["responses", "conditions"] = "conditions"
 
 
 class AddRefinement(Remedy):
@@ -249,7 +252,7 @@ def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) 
 
 def to_identify(study: Study, known: Certainty) -> Remedy:
     """Return what would fix factors that the fit leaves free: the one to hold is that of the widest interval."""
-    widest = max(known.not_identified, key=lambda name: known.share[name])
+    widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.invert.responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
         return Identify(widest, "responses")

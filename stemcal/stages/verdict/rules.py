@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.base import stages_of
+from stemcal.stages.invert.result import Contradicted, JointFitted
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EqualRepeats
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, physics_of
-from stemcal.stages.verdict.result import Judged, Reason, Severity, Use, Verdict
+from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
 from stemcal.study.model import Study
 
 MAJORITY, SOME = 0.5, 0.1
@@ -22,6 +23,7 @@ MISSED_PERCENT = 2.0
 ROUGH_PERCENT = 3.0
 _FAR = 2.0  # times a limit
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+_BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,9 +44,14 @@ class OutOfReach(Reason):
 
 @dataclass(frozen=True, kw_only=True)
 class Conflict(Reason):
-    """In a joint fit no parameters bring the largest error within the given percentage: not calibrated."""
+    """In a joint fit no parameters bring the largest error within the given percentage: not calibrated.
+
+    Or a measured mean contradicts the others, where no degree of freedom is left for a test of the misfit: not
+    calibrated beyond p = 0.001, else a reservation.
+    """
 
     least_error_percent: float
+    contradiction: Contradicted | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +66,11 @@ class TargetMissed(Reason):
 
 
 class OnTheEdge(Reason):
-    """|x| of the solution is within 2 % of the radius, or a factor within 1 % of its range from an end: reservation."""
+    """|x| of the solution is within 2 % of the radius, or a factor within 1 % of its range from an end: reservation.
+
+    A range is to be widened only where the data ask for it: the point nearest to the centre of a flat valley, or one
+    that scatter has put on the edge, asks for measurements that tell the parameters apart.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,8 +225,7 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
     if surface is None:
         return
     if study.joint_targets:
-        if found is not None and found.joint is not None and found.joint.best_worst_error_percent > evidence.within:
-            yield _conflict(evidence)
+        yield from _conflict(evidence)
         return
     target = study.calibration_target.response
     low, high = advice.reach(surface) if found is None else (target, target)
@@ -224,13 +234,36 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
         yield OutOfReach(weight="not_calibrated", remedy=remedy, target=target, low=low, high=high)
 
 
-def _conflict(evidence: Evidence) -> Conflict:
-    surface, found = evidence.results.surface, evidence.results.inversion
-    assert surface is not None and found is not None and found.joint is not None
-    place = found.joint.best_worst_solution
+def _conflict(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.results.inversion
+    joint = found.joint if found is not None else None
+    if joint is None:
+        return
+    apart = joint.contradiction
+    if joint.best_worst_error_percent <= evidence.within and apart is None:
+        return
+    beyond = joint.best_worst_error_percent > evidence.within or (apart is not None and apart.p < _BEYOND_DOUBT)
+    yield Conflict(
+        weight="not_calibrated" if beyond else "with_reservations",
+        remedy=_of_conflict(evidence, joint),
+        least_error_percent=joint.best_worst_error_percent,
+        contradiction=apart,
+    )
+
+
+def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
+    """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
+    surface, place = evidence.results.surface, joint.best_worst_solution
+    assert surface is not None
     coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
-    edge = advice.from_the_edge(evidence.study, surface, coded) if _on_edge(evidence, coded) else advice.FitFewer()
-    return Conflict(weight="not_calibrated", remedy=edge, least_error_percent=found.joint.best_worst_error_percent)
+    if joint.out_of_reach and _on_edge(evidence, coded):
+        return advice.from_the_edge(evidence.study, surface, coded)
+    return _fit_fewer(joint)
+
+
+def _fit_fewer(joint: JointFitted) -> Remedy:
+    conditions = {row.condition for row in (*joint.rows, *joint.further)}
+    return advice.FitFewer("conditions" if len(conditions) > 1 else "responses")
 
 
 def _target(evidence: Evidence) -> Iterator[Reason]:
@@ -262,11 +295,24 @@ def _edge(evidence: Evidence) -> Iterator[Reason]:
     surface = evidence.results.surface
     if surface is None or evidence.results.inversion is None:
         return
+    joint = evidence.results.inversion.joint
+    if joint is not None and any(_conflict(evidence)):
+        return  # the conflict says what to do, at a place of its own
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
-        remedy = advice.from_the_edge(evidence.study, surface, coded)
+        remedy = _from_the_edge(evidence, coded)
         yield OnTheEdge(weight="with_reservations", remedy=remedy)
+
+
+def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
+    """Widen a range, unless a joint fit lies there by the scatter of its data or in a flat valley."""
+    surface, found = evidence.results.surface, evidence.results.inversion
+    assert surface is not None and found is not None
+    joint, known = found.joint, found.certainty
+    if joint is None or known is None or (joint.separated and joint.presses_outwards):
+        return advice.from_the_edge(evidence.study, surface, coded)
+    return advice.to_identify(evidence.study, known)
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
@@ -285,7 +331,7 @@ def _misfit(evidence: Evidence) -> Iterator[Reason]:
     if joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
     times = joint.misfit / joint.df
-    yield Misfit(weight="with_reservations", remedy=advice.FitFewer(), times=times, p=joint.p)
+    yield Misfit(weight="with_reservations", remedy=_fit_fewer(joint), times=times, p=joint.p)
 
 
 def _validation(evidence: Evidence) -> Iterator[Reason]:

@@ -71,3 +71,10 @@ def test_a_target_out_of_reach_gives_the_nearest_force() -> None:
     process = fit_process(design, step(design))
     found = nearest_crossing(process, 400.0, BOX)
     assert process.predict(found)[0] >= process.predict(BOX.cloud(10)).max() - 1e-6
+
+
+def test_an_error_of_nothing_raises_no_warning(recwarn: pytest.WarningsRecorder) -> None:
+    """Where many runs lie on a plane the error is rounding: the distance to the target over it must not overflow."""
+    design = latin_hypercube(2, 40, 2)
+    batch = next_batch(fit_process(design, 100.0 + design @ np.array([3.0, 1.0])), 500.0, BOX, 3)
+    assert batch and not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]

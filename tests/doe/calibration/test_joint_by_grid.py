@@ -37,6 +37,13 @@ def responses(seed):
         yield kind, measured, design, y, beta, s2 * (1.0 + 6.0 / len(design))
 
 
+def pooled_surfaces(found):
+    """The error of the surfaces of a kind: one part of the measured value, the mean of all, since all have 3 df."""
+    relative = [part[-1] / part[1] ** 2 for part in found]
+    mean = {kind: np.mean([r for r, k in zip(relative, KINDS, strict=True) if k == kind]) for kind in KINDS}
+    return np.array([mean[kind] * part[1] ** 2 for kind, part in zip(KINDS, found, strict=True)])
+
+
 def weights_by_hand(found, sd, n):
     """(cv·mean)²/n of the laboratory, cv of the kind or of all; the least degrees of freedom of sums with the surface.
 
@@ -58,12 +65,38 @@ def weights_by_hand(found, sd, n):
         pooled = sum(freedom * square for _, square, freedom in own) / df[kind]
         square = pooled if counted else (s / m) ** 2
         laboratory.append(square * m**2 / (count or 1))
-    surface = np.array([part[-1] for part in found])
+    surface = pooled_surfaces(found)
     share = np.array(laboratory) / (laboratory + surface)
     mean_share = {kind: share[[kind == other for other in KINDS]].mean() for kind in df}
     return laboratory + surface, min(
-        1.0 / (part**2 / df[kind] + (1 - part) ** 2 / 3) for kind, part in mean_share.items()
+        1.0 / (part**2 / df[kind] + (1 - part) ** 2 / (3 * KINDS.count(kind))) for kind, part in mean_share.items()
     )
+
+
+def allowed_by_hand(found, sd, n, x):
+    """F(1, ν) times the variance by each one's own sd over that by the pooled one, ν after Satterthwaite; by factor."""
+    variance, _ = weights_by_hand(found, sd, n)
+    surface = np.array([part[-1] for part in found])
+    step = 1e-5 * np.eye(2)
+    slopes = np.array([[(quadratic(x + e) - quadratic(x - e)) @ part[4] / 2e-5 for e in step] for part in found])
+    whitened = slopes / np.sqrt(variance)[:, None]
+    g = (np.linalg.pinv(whitened) / np.sqrt(variance)) ** 2
+    laboratory = variance - pooled_surfaces(found)
+    by_kind = {kind: [i for i, k in enumerate(KINDS) if k == kind] for kind in dict.fromkeys(KINDS)}
+    allowed = []
+    for weights in g:
+        total, doubt = float(weights @ surface), (weights * surface) @ (weights * surface) / 3
+        for members in by_kind.values():
+            given = [i for i in members if sd[i] is not None] or [i for i in range(len(found)) if sd[i] is not None]
+            counted = all((n[i] or 1) > 1 for i in given)
+            pooled_df = sum(n[i] - 1 for i in given) if counted else np.inf
+            for i in members:
+                own = sd[i] is not None and (n[i] or 1) > 1
+                part = weights[i] * (sd[i] ** 2 / n[i] if own else laboratory[i])
+                total += part
+                doubt += part**2 / ((n[i] - 1) if own and counted else pooled_df)
+        allowed.append(total / float(weights @ variance) * f_distribution.ppf(0.95, 1, total**2 / doubt))
+    return allowed
 
 
 @pytest.mark.parametrize("radius", [None, 1.2])
@@ -87,8 +120,9 @@ def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
     assert fit.misfit == pytest.approx(rise.min(), rel=1e-3, abs=1e-3) and fit.misfit <= rise.min()
     told = any(value is not None for value in sd)
     assert fit.p_value == (pytest.approx(f_distribution.sf(fit.misfit / 2, 2, df)) if told else None)
-    allowed = f_distribution.ppf(0.95, 1, df) if told else fit.misfit * f_distribution.ppf(0.95, 1, 2) / 2
+    flat = fit.misfit * f_distribution.ppf(0.95, 1, 2) / 2
+    allowed = allowed_by_hand(found, sd, n, fit.coded) if told else [flat, flat]
     for j, profile in enumerate(profiles_of(misfit, region, fit.coded)):
-        inside = axis[rise.min(axis=1 - j) - fit.misfit <= allowed]
+        inside = axis[rise.min(axis=1 - j) - fit.misfit <= allowed[j]]
         assert (profile.low, profile.high) == pytest.approx((inside[0], inside[-1]), abs=1.5 * STEP)
         assert profile.bounded == (inside[0] > -REACH, inside[-1] < REACH)

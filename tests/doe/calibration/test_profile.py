@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import bartlett
 from synthetic import exact, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
@@ -71,16 +72,29 @@ def test_sphere_and_single_factor() -> None:
 
 
 def test_few_specimens_give_the_t_interval() -> None:
-    """ŷ = 100 + 20a, two means of three: sd 2 of 110 and 4 of 110, pooled (4 + 16)/2 = 10 with 4 df, t = 2.776.
+    """ŷ = 100 + 20a, two means of three: sd 2 of 110 and 4 of 110, pooled (4 + 16)/2 = 10 with 4 df.
 
-    a = 0.5 ± 2.776·√(10/3/2)/20, and b = 0 with D = 0: the misfit says nothing against it.
+    Welch: the mean of both has (4/3 + 16/3)/4, Satterthwaite's df (4 + 16)²/((16 + 256)/2) = 2.941, t = 3.220, so that
+    a = 0.5 ± 3.220·√(10/3/2)/20, and b = 0 with D = 0: the misfit says nothing against it.
     """
     data = misfit_of([Observation(line(20, 0), 110.0, 2.0, 3), Observation(line(20, 0), 110.0, 4.0, 3)])
     assert data.scale_df == pytest.approx(4.0, rel=1e-6)
     a, _ = profiles_of(data, BOX, best_fit(data, BOX))
-    assert (a.low, a.high) == pytest.approx((0.5 - 0.17918, 0.5 + 0.17918), abs=1e-4)
-    assert holds(data, BOX, np.array([0.32, 0.0])) == [False, True]
-    assert holds(data, BOX, np.array([0.33, 0.0])) == [True, True]
+    assert (a.low, a.high) == pytest.approx((0.5 - 0.20777, 0.5 + 0.20777), abs=1e-4)
+    assert holds(data, BOX, np.array([0.287, 0.0])) == [False, True]
+    assert holds(data, BOX, np.array([0.297, 0.0])) == [True, True]
+
+
+def test_unequal_scatter_is_bartletts() -> None:
+    """Of samples with the same mean the test is scipy's on the samples themselves."""
+    random = np.random.default_rng(3)
+    samples = [sd * random.standard_normal(7) for sd in (1.0, 1.2, 6.0)]
+    samples = [100.0 + sample - sample.mean() for sample in samples]
+    data = misfit_of([Observation(line(20, 0), 100.0, float(s.std(ddof=1)), 7) for s in samples])
+    assert data.equal_scatter_p == pytest.approx(bartlett(*samples).pvalue, rel=1e-9)
+    assert data.unequal
+    assert misfit_of([Observation(line(20, 0), 100.0, 2.0, 7)] * 3).equal_scatter_p == pytest.approx(1.0)
+    assert misfit_of([Observation(line(20, 0), 100.0, 2.0, None)] * 3).equal_scatter_p is None
 
 
 def test_a_value_without_sd_beside_others_takes_theirs() -> None:

@@ -1,0 +1,87 @@
+"""Do measured values agree with each other, where a fit has no degree of freedom left to tell?
+
+As many values as factors are met exactly unless the region forbids it, so their misfit has no distribution to test. But
+each value may be held against what the others allow: leaving out value i lowers the least misfit by
+T = D_min − D_min(without i), which for values that agree is within χ²(1), or F(1, ν) with estimated variances; √T is
+how many standard errors apart they are. A value that its own surface takes nowhere in the region is no contradiction:
+it is out of reach.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.levelset import extremes, height
+from stemcal.doe.calibration.misfit import Misfit, best_fit
+from stemcal.doe.calibration.profile import allowed_rise
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.ridge import below, least_under
+from stemcal.doe.regression.least_squares import Array
+
+LEVEL = 0.05
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Observation `index` lies so many standard errors from what the others allow it, which has probability p."""
+
+    index: int
+    standard_errors: float
+    p: float
+    allowed: tuple[float, float]
+
+
+def contradiction(misfit: Misfit, region: Region, x: Array) -> Contradiction | None:
+    """Return the observation that the others contradict most, at `LEVEL`; `x` is the point of least misfit.
+
+    None where degrees of freedom are left (the misfit test tells), where no scatter is known, or where a value is out
+    of reach by itself.
+    """
+    m = len(misfit.observations)
+    if m < 2 or misfit.df > 0 or misfit.scatter not in ("measured", "pooled") or out_of_reach(misfit, region):
+        return None
+    least = misfit.value(x)
+    rest = [misfit.without(i) for i in range(m)]
+    best = [best_fit(others, region) for others in rest]
+    excess = [max(least - others.value(point), 0.0) for others, point in zip(rest, best, strict=True)]
+    i = max(range(m), key=lambda j: (round(excess[j], 6), j))
+    p = _chance(excess[i], misfit.scale_df)
+    if p >= LEVEL:
+        return None
+    return Contradiction(i, float(excess[i] ** 0.5), p, _allowed(misfit, rest[i], i, region, best[i]))
+
+
+def out_of_reach(misfit: Misfit, region: Region) -> list[int]:
+    """Return which observations their own surface misses everywhere in the region, by more than their scatter."""
+    beyond = []
+    for i, observation in enumerate(misfit.observations):
+        ends = [float(observation.surface.predict(end)[0]) for end in extremes(observation.surface, region)]
+        gap = max(ends[0] - observation.measured, observation.measured - ends[1], 0.0)
+        known = misfit.scatter in ("measured", "pooled")
+        most = allowed_rise(misfit, 0.0) * misfit.variance[i] if known else (1e-9 * observation.measured) ** 2
+        if gap**2 > most:
+            beyond.append(i)
+    return beyond
+
+
+def _chance(rise: float, df: float) -> float:
+    """Return the probability of a rise as large with one degree of freedom."""
+    from scipy.special import chdtrc, fdtrc
+
+    return float(fdtrc(1.0, df, rise) if np.isfinite(df) else chdtrc(1.0, rise))
+
+
+def _allowed(misfit: Misfit, others: Misfit, i: int, region: Region, best: Array) -> tuple[float, float]:
+    """Return the least and greatest ŷᵢ over the points that the other observations allow."""
+    surface, least = misfit.observations[i].surface, others.value(best)
+    rule = below(others, least + allowed_rise(misfit, least))
+    cloud = region.cloud(9)
+    held = np.vstack([best, cloud[others.many(cloud) <= least + allowed_rise(misfit, least)]])
+    ends = []
+    for sign in (1.0, -1.0):
+        objective = height(surface, sign)
+        start = held[int(np.argmin(objective.many(held)))]
+        ends.append(float(surface.predict(least_under(objective, start, region, rule))[0]))
+    return ends[0], ends[1]

@@ -1,0 +1,183 @@
+"""Studies with a planted trouble: what the verdict says of it, and what following its advice comes to.
+
+Forces and travels of a known law are measured by a laboratory with scatter, drawn with several seeds. The truth lies in
+the ranges; whatever is advised must not lead further from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fakes import TWO_FACTORS, SpecSolver
+
+from stemcal import workflow
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.solvers import SOLVERS
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert.joint import FlatDirection
+from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.verdict.advice import FitFewer, WidenRange
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import Conflict, verdict_of
+from stemcal.study.reading import load_study
+
+SPECIMENS, SEEDS = 8, (1, 2, 3)
+SPEC = TWO_FACTORS + "rsm: {factors: [yield_stress, failure_strain], centre_points: 1}\n"
+MIDDLE, HALF = np.array([15.0, 0.03]), np.array([5.0, 0.02])
+
+
+@dataclass(frozen=True)
+class Law(SpecSolver):
+    """F = (100 + 20a + 16b + b²)·(d/8)² and travel 1 + p·a + q·b + r·a·b; all diameters see the same of a and b."""
+
+    p: float = 0.02
+    q: float = -0.2
+    r: float = 0.0
+
+    def of(self, a: float, b: float, diameter: float) -> tuple[float, float]:
+        """Return force and travel."""
+        size = diameter / 8.0
+        return (100.0 + 20.0 * a + 16.0 * b + b * b) * size**2, (1.0 + self.p * a + self.q * b + self.r * a * b) * size
+
+    def solve(self, request: Request) -> Answer:
+        a, b = (np.array([request.levels[name] for name in ("yield_stress", "failure_strain")]) - MIDDLE) / HALF
+        force, travel = self.of(float(a), float(b), request.condition)
+        curve = {"travel": [0.0, travel, 2.0 * travel], "force": [0.0, force, 0.0]}
+        return Answer("ok", response=force, details={"peak_travel": travel, "curve": curve})
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A laboratory at a truth (coded by the ranges): scatter of a specimen, and by what travel is measured wrong."""
+
+    law: Law
+    truth: tuple[float, float]
+    scatter: float = 0.05
+    travel_off: float = 0.0
+
+    def targets(self, diameters: Sequence[float], seed: int) -> str:
+        """Return what the laboratory measures, as a spec has it."""
+        random, lines = np.random.default_rng(seed), []
+        for diameter in diameters:
+            true = np.array(self.law.of(*self.truth, diameter)) * (1.0, 1.0 + self.travel_off)
+            measured = true * (1.0 + self.scatter * random.standard_normal((SPECIMENS, 2)))
+            (force, travel), (sd, travel_sd) = measured.mean(axis=0), measured.std(axis=0, ddof=1)
+            lines.append(
+                f"    - {{diameter: {diameter:g} mm, force: {force:.4f} N, sd: {sd:.4f} N, n: {SPECIMENS}, "
+                f"travel: {travel:.6f} mm, travel_sd: {travel_sd:.6f} mm}}"
+            )
+        return "targets:\n  calibrate_at: 8 mm\n  forces:\n" + "\n".join(lines) + "\n"
+
+    def off(self, found: Results) -> float:
+        """Return how far the parameters of a study are from the truth, in half ranges."""
+        values = np.array([found.parameters[name] for name in ("yield_stress", "failure_strain")])
+        return float(np.linalg.norm((values - MIDDLE) / HALF - self.truth))
+
+    def force_off(self, found: Results) -> float:
+        """Return how far off the true force at 8 mm is with these parameters, per cent: what one force can fix."""
+        values = np.array([found.parameters[name] for name in ("yield_stress", "failure_strain")])
+        a, b = ((values - MIDDLE) / HALF).tolist()
+        true = self.law.of(*self.truth, 8.0)[0]
+        return abs(100.0 * (self.law.of(a, b, 8.0)[0] / true - 1.0))
+
+
+@dataclass(frozen=True)
+class Judged:
+    verdict: Verdict
+    results: Results
+
+
+@pytest.fixture
+def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    """Takes a planted study through its stages and judges it."""
+
+    def judged(plant: Plant, diameters: Sequence[float], seed: int, extra: str, spec: str = SPEC) -> Judged:
+        monkeypatch.setitem(SOLVERS, "embedded", lambda _study: plant.law)
+        folder = tmp_path / f"{len(list(tmp_path.iterdir()))}"
+        folder.mkdir()
+        (folder / "study.yaml").write_text(spec + plant.targets(diameters, seed) + extra, encoding="utf-8")
+        study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
+        workflow.calibrate(study, place, InlineExecutor())
+        return Judged(verdict_of(study, place), fresh_results(study, place))
+
+    return judged
+
+
+def widened(verdict: Verdict) -> list[WidenRange]:
+    return [reason.remedy for reason in verdict.reasons if isinstance(reason.remedy, WidenRange)]
+
+
+ALIKE = Plant(Law(), (0.3, -0.25))
+
+
+def test_a_ridge_gives_one_point_whatever_the_seed(judge) -> None:
+    """Three diameters see one combination, 20a + 16b = 2: nearest to the centre is (2/656)·(20, 16) = (0.06, 0.05)."""
+    found = [judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n") for seed in SEEDS]
+    points = [each.results.inversion.point.solution for each in found]
+    places = np.array([[point[name] for name in ("yield_stress", "failure_strain")] for point in points])
+    assert np.ptp((places - MIDDLE) / HALF, axis=0) == pytest.approx([0.0, 0.0], abs=0.12)
+    for each in found:
+        joint = each.results.inversion.joint
+        assert not joint.separated
+        (note,) = (note for note in each.results.inversion.notes if isinstance(note, FlatDirection))
+        rise, fall = note.changes["yield_stress"] / HALF[0], note.changes["failure_strain"] / HALF[1]
+        assert rise / fall == pytest.approx(-16.0 / 20.0, abs=0.12)
+        assert each.verdict.says("not_identified") and widened(each.verdict) == []
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_ridge_at_the_end_of_the_ranges_is_not_told_to_widen_them(judge, seed: int) -> None:
+    """High yield stress and high failure strain: even the point nearest to the centre lies near the edge."""
+    before = judge(Plant(Law(), (0.75, 0.6)), (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n")
+    assert not before.results.inversion.joint.separated
+    assert widened(before.verdict) == []
+    assert before.verdict.says("not_identified")
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_after_a_further_response_the_ridge_is_gone(judge, seed: int) -> None:
+    """Travel sees b alone: fitted with the force it separates the two, and the truth is nearer."""
+    before = judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n")
+    after = judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all, responses: [force, travel]}\n")
+    assert after.results.inversion.joint.separated and not after.verdict.says("not_identified")
+    assert ALIKE.off(after.results) < max(ALIKE.off(before.results), 0.15)
+    assert widened(after.verdict) == []
+
+
+CONFLICT = Plant(Law(p=0.2, q=0.14), (0.2, -0.1), scatter=0.03, travel_off=0.15)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_two_responses_in_conflict_where_nothing_is_left_to_test(judge, seed: int) -> None:
+    """Force and travel rise in nearly one direction, and the travel is measured 15 % too long: no point has both."""
+    before = judge(CONFLICT, (8.0,), seed, "invert: {responses: [force, travel]}\n")
+    (reason,) = (reason for reason in before.verdict.reasons if isinstance(reason, Conflict))
+    assert before.verdict.verdict == "not_calibrated" and before.verdict.reasons[0] is reason
+    found = reason.contradiction
+    assert found is not None and found.standard_errors > 4.0 and found.p < 0.001
+    assert not found.low <= found.measured <= found.high
+    assert reason.remedy == FitFewer("responses") and widened(before.verdict) == []
+    after = judge(CONFLICT, (8.0,), seed, "")
+    assert not after.verdict.says("conflict")
+    assert CONFLICT.force_off(after.results) < min(CONFLICT.force_off(before.results), 3.0)
+    assert CONFLICT.off(after.results) <= CONFLICT.off(before.results) + 0.05
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_same_responses_without_the_mistake_agree(judge, seed: int) -> None:
+    right = Plant(CONFLICT.law, CONFLICT.truth, CONFLICT.scatter)
+    assert not judge(right, (8.0,), seed, "invert: {responses: [force, travel]}\n").verdict.says("conflict")
+
+
+def test_one_verdict_never_asks_for_both_ends(judge) -> None:
+    """Conflicts to either side, at several truths: no two remedies widen a range, and none does in a conflict."""
+    planted = [(0.15, (0.2, -0.1)), (-0.15, (0.2, -0.1)), (0.25, (-0.5, 0.4)), (-0.25, (0.6, 0.1))]
+    for seed, (off, truth) in enumerate(planted):
+        found = judge(Plant(CONFLICT.law, truth, 0.03, off), (8.0,), seed, "invert: {responses: [force, travel]}\n")
+        assert found.verdict.says("conflict") and len(widened(found.verdict)) <= 1
+        assert not found.verdict.says("on_the_edge")
