@@ -1,6 +1,6 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
-python benchmarks/interval_coverage.py [laboratory] [mesh] [unequal]
+python benchmarks/interval_coverage.py [laboratory] [mesh] [unequal] [surfaces] [replicates] [coarse]
 
 Draws laboratories at a known truth: five diameters, n forces at each about the true one with a coefficient of
 variation of 5 %. Counts how often the interval of each of two parameters holds the truth, by profile and by posterior,
@@ -16,6 +16,13 @@ The mesh: the study's own mesh stands at a place drawn at random, as do n others
 the force differs by a part that all diameters share and a part of each diameter, both of 1 %. `mesh` takes the
 laboratory as known (30 specimens of 0.001 %), `both` has n specimens of 5 % and n places; the truth is the mean over
 all places. Half an hour for the laboratory, ten minutes for the mesh.
+
+`surfaces`: a deterministic solver whose response is a smooth function, drawn at random of three families (sums of
+cosines, products of powers, sums of hyperbolic tangents): how often the interval of the mean and that of one more run
+hold the function at points spread over the region, with six copies of the centre run counted each and once.
+`replicates`: a program with a scatter of 5 %, each run of the design made r times, the laboratory known: how often the
+profile holds the truth, and its median width. `coarse`: fine responses are a factor times quadratics of coarse runs and
+a tilt; m fine runs, and how often the mean's interval holds the fine response. Some minutes each.
 """
 
 from __future__ import annotations
@@ -32,10 +39,12 @@ from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises, holds
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.fidelity import corrected, correction_of, spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.doe.regression.terms import term_gradient
+from stemcal.doe.regression.terms import term_columns, term_gradient
 
 SEED, STUDIES, COMPARED = 31_415, 1000, 10
 SPECIMENS = (3, 6, 30)
@@ -72,7 +81,7 @@ def force(x: Array, diameter: float) -> float:
 
 def surfaces(error: float, random: np.random.Generator) -> list[Surface]:
     """Quadratics through the forces at a composite design; `error` is the part by which its runs miss them."""
-    coded = central_composite(2, 3, "rotatable")
+    coded = central_composite(2, 1, "rotatable")
     found = []
     for d in DIAMETERS:
         runs = np.array([force(x, d) for x in coded])
@@ -97,7 +106,7 @@ def observations(lab: Laboratory, fitted: list[Surface], told: bool) -> list[Obs
 
 def pooled(lab: Laboratory, fitted: list[Surface]) -> Held:
     """As stemcal does it."""
-    return _by_misfit(misfit_of(observations(lab, fitted, told=True)))
+    return _by_misfit(misfit_of(observations(lab, fitted, told=True), REGION))
 
 
 def as_known(lab: Laboratory, fitted: list[Surface]) -> Held:
@@ -189,7 +198,7 @@ def coverage(way: str, n: int, variation: Array, error: float, studies: int = ST
         lab = laboratory(n, variation, error, random)
         held = WAYS[way](lab, fitted)
         if way == "pooled" and study < COMPARED:
-            own = misfit_of(observations(lab, fitted, told=True))
+            own = misfit_of(observations(lab, fitted, told=True), REGION)
             assert holds(own, REGION, TRUTH) == held.profile, f"stemcal's own search disagrees in study {study}"
         counts += [*held.profile, *held.posterior, held.rejected]
     return np.asarray(100.0 * counts / studies)
@@ -232,8 +241,14 @@ def main() -> None:
         laboratory_rows()
     if "mesh" in wanted:
         mesh_rows()
-    if "unequal" in wanted:
-        unequal_rows()
+    for name, rows in (
+        ("unequal", unequal_rows),
+        ("surfaces", surface_rows),
+        ("replicates", replicate_rows),
+        ("coarse", coarse_rows),
+    ):
+        if name in wanted:
+            rows()
 
 
 def unequal_rows() -> None:
@@ -259,6 +274,138 @@ def laboratory_rows() -> None:
             for n in SPECIMENS:
                 a, b, c, d, rejected = coverage(way, n, variation, error)
                 print(f"{n:3d}   {way + label:<30} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
+
+
+# ---- deterministic surfaces
+
+Smooth = Callable[[Array], Array]
+
+
+def waves(k: int, random: np.random.Generator) -> Smooth:
+    """100 and twenty cosines whose waves are as long as the region or longer."""
+    direction, phase, size = random.normal(size=(20, k)) / 2.0, random.uniform(0, 2 * np.pi, 20), random.normal(size=20)
+    return lambda x: np.asarray(100.0 + 10.0 * np.cos(x @ direction.T + phase) @ size / 10**0.5)
+
+
+def powers(k: int, random: np.random.Generator) -> Smooth:
+    """100·Π(1 + sᵢxᵢ)^eᵢ·exp(xᵀGx/2)."""
+    exponent, step = random.uniform(-2.4, 2.4, size=k), random.uniform(0.1, 0.35, size=k)
+    bent = random.normal(size=(k, k)) * 0.05
+    return lambda x: np.asarray(
+        100.0 * np.prod((1.0 + step * x) ** exponent, axis=1) * np.exp(0.5 * np.einsum("ij,jk,ik->i", x, bent, x))
+    )
+
+
+def saturating(k: int, random: np.random.Generator) -> Smooth:
+    """150 and four hyperbolic tangents."""
+    slope, middle, size = random.normal(size=(4, k)) * 0.6, random.normal(size=4), random.normal(size=4) * 20.0
+    return lambda x: np.asarray(150.0 + np.tanh(x @ slope.T + middle) @ size)
+
+
+FAMILIES: dict[str, Callable[[int, np.random.Generator], Smooth]] = {
+    "waves": waves,
+    "powers": powers,
+    "saturating": saturating,
+}
+DESIGNS = {
+    "two factors, rotatable": (central_composite(2, 6, "rotatable"), np.inf),
+    "two factors, face": (central_composite(2, 6, "face"), 1.0),
+    "three factors, rotatable": (central_composite(3, 6, "rotatable"), np.inf),
+    "three factors, face": (central_composite(3, 6, "face"), 1.0),
+    "three factors, Box-Behnken": (box_behnken(3, 6), 1.0),
+}
+
+
+def within_region(design: Array, side: float, count: int, random: np.random.Generator) -> Array:
+    """Return points that fill the sphere of a design evenly, and its box."""
+    k = design.shape[1]
+    way = random.normal(size=(count, k))
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    points = way * np.linalg.norm(design, axis=1).max() * random.uniform(size=(count, 1)) ** (1.0 / k)
+    return np.asarray(points[np.all(np.abs(points) <= side, axis=1)])
+
+
+def coverage_of_surfaces(design: Array, side: float, family: str, each_once: bool, studies: int = 400) -> Array:
+    """Return shares in per cent: the mean's interval, that of one more run."""
+    random, held, tried = np.random.default_rng(SEED), np.zeros(2), 0
+    for _ in range(studies):
+        response = FAMILIES[family](design.shape[1], random)
+        names = [f"x{j}" for j in range(design.shape[1])]
+        surface = fit_surface(design, response(design), names, each_once=each_once)
+        points = within_region(design, side, 60, random)
+        true = response(points)
+        for i, ends in enumerate((surface.mean_interval(points), surface.prediction_interval(points))):
+            held[i] += np.sum((true >= ends[:, 0]) & (true <= ends[:, 1]))
+        tried += len(points)
+    return np.asarray(100.0 * held / tried)
+
+
+def surface_rows() -> None:
+    """Print one row per design and family."""
+    print("design and family                        copies: mean, one run   once: mean, one run")
+    for label, (design, side) in DESIGNS.items():
+        for family in FAMILIES:
+            shares = [*coverage_of_surfaces(design, side, family, False)]
+            shares += [*coverage_of_surfaces(design, side, family, True)]
+            print(f"{label + ', ' + family:<42}" + " ".join(f"{share:8.1f}" for share in shares), flush=True)
+
+
+# ---- a program with chance in it
+
+
+def noisy_surfaces(replicates: int, random: np.random.Generator) -> list[Surface]:
+    """Quadratics through runs made so many times over, each with its own scatter."""
+    coded = np.repeat(central_composite(2, 3, "rotatable"), replicates, axis=0)
+    found = []
+    for d in DIAMETERS:
+        runs = np.array([force(x, d) for x in coded])
+        found.append(fit_surface(coded, runs * (1.0 + VARIATION * random.standard_normal(len(runs))), ["a", "b"]))
+    return found
+
+
+def replicate_rows() -> None:
+    """Print coverage and median width of the profile's intervals over the replicates."""
+    print("  r   holds a, b, %    width a, b")
+    for replicates, studies in ((1, 600), (3, 300), (10, 100)):
+        random = np.random.default_rng([SEED, replicates])
+        held, widths = np.zeros(2), []
+        for _ in range(studies):
+            fitted = noisy_surfaces(replicates, random)
+            lab = laboratory(30, np.full(len(DIAMETERS), KNOWN), 0.0, random)
+            misfit = misfit_of(observations(lab, fitted, told=True), REGION)
+            best = _least(misfit, [])
+            least, allowed = misfit.value(best), allowed_rises(misfit, best)
+            held += [misfit.value(_least(misfit, [j])) - least <= allowed[j] for j in range(2)]
+            slopes = misfit.beta @ term_gradient(best)
+            spread = np.diag(np.linalg.inv(slopes.T @ (slopes / misfit.variance[:, None])))
+            widths.append(2.0 * np.sqrt(np.array(allowed) * spread))
+        (a, b), (wide_a, wide_b) = 100.0 * held / studies, np.median(widths, axis=0)
+        print(f"{replicates:3d}   {a:6.1f} {b:6.1f}    {wide_a:6.3f} {wide_b:6.3f}", flush=True)
+
+
+# ---- coarse runs corrected by few fine ones
+
+
+def coarse_rows() -> None:
+    """Print how often the mean's interval holds the fine response: a quadratic, a factor, a tilt of 2 a coded unit."""
+    print("factors, fine runs   mean's interval, %")
+    for k, counts in ((2, (3, 4, 5)), (3, (3, 4, 5, 6))):
+        for count in counts:
+            random, held, tried = np.random.default_rng([SEED, k, count]), 0, 0
+            design = central_composite(k, 6, "rotatable")
+            for _ in range(200):
+                beta = np.append(100.0, 4.0 * random.normal(size=term_columns(design[:1]).shape[1] - 1))
+                factor, tilt = random.uniform(0.93, 1.0), 2.0 * random.normal(size=k)
+                coarse, rows = term_columns(design) @ beta, spread_runs(design, count)
+                surface = fit_surface(design, coarse, [f"x{j}" for j in range(k)])
+                fine = factor * coarse + design @ tilt
+                found = corrected(surface, correction_of(surface, design[rows], coarse[rows], fine[rows]))
+                points = within_region(design, np.inf, 40, random)
+                true = factor * (term_columns(points) @ beta) + points @ tilt
+                ends = found.mean_interval(points) + np.array([-1e-6, 1e-6])  # what is exact is so but for rounding
+                held += int(np.sum((true >= ends[:, 0]) & (true <= ends[:, 1])))
+                tried += len(points)
+            print(f"{k:7d} {count:10d} {100.0 * held / tried:18.1f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import pytest
 from stemcal.files.typed import Tagged
 from stemcal.naming import Named, Naming
 from stemcal.stages.verdict import advice, rules
-from stemcal.stages.verdict.physics import Doubt, DoubtKind
+from stemcal.stages.verdict.physics import Doubt, DoubtAt, DoubtKind
 from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
@@ -55,6 +55,35 @@ def test_reasons() -> None:
     ]
 
 
+def test_what_is_not_identified_names_the_combination() -> None:
+    units = {"yield_stress": "MPa", "failure_strain": "1"}
+    changes = {"yield_stress": -0.682, "failure_strain": 0.0141}
+    both = said(rules.NotIdentified, factors=("yield_stress", "failure_strain"), changes=changes, units=units)
+    assert both == (
+        "Not identified: yield_stress and failure_strain. One combination is known, not each: yield_stress −0.682 MPa "
+        "and failure_strain +0.0141 together change hardly anything that was fitted."
+    )
+    one = said(rules.NotIdentified, factors=("failure_strain",), changes={"failure_strain": 0.01}, units=units)
+    assert one == "Not identified: failure_strain. What was fitted hardly changes with it."
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "text"),
+    [
+        ("hourglass", STEM, "With the calibrated parameters hourglass energy is 40 % at 8 mm."),
+        ("inertia", HEAP, "With the calibrated parameters inertia carries 40 % of the force."),
+        (
+            "stroke",
+            STEM,
+            "With the calibrated parameters the force was not clearly past its maximum when the stroke ended at 8 mm.",
+        ),
+    ],
+)
+def test_the_physics_of_the_solution(kind: DoubtKind, names: Names, text: str) -> None:
+    at = DoubtAt(8.0, fitted=True, doubt=Doubt(kind, 1, None if kind == "stroke" else 40.0))
+    assert said(rules.SolutionDoubtful, names, at=at) == text
+
+
 def test_misses_have_a_side_and_a_place() -> None:
     high = Judged("bulk", 12.0, -4.23, fitted=False)
     assert said(rules.CheckMissed, worst=LOW) == "The simulated maximum force is 42 % low at 11 mm."
@@ -94,6 +123,18 @@ def test_remedies_have_their_numbers() -> None:
         advice.MendInput("inertia"): "Mend it in the solver's own input: less mass scaling or a slower blade.",
     }
     assert {remedy: sentence(remedy, STEM) for remedy in told} == told
+
+
+@pytest.mark.parametrize(
+    ("unfitted", "names", "start"),
+    [
+        ("responses", STEM, "`invert: {responses: all}` fits what else was measured; if"),
+        ("conditions", STEM, "`invert: {diameters: all}` fits all that was measured; if"),
+        (None, HEAP, "Measure another response or another kind of test, or hold b at a value from the literature."),
+    ],
+)
+def test_what_identifies(unfitted: Any, names: Names, start: str) -> None:
+    assert sentence(advice.Identify("b", unfitted), names).startswith(start)
 
 
 def test_remedies_name_the_keys_of_the_study() -> None:

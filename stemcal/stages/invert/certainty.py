@@ -65,12 +65,15 @@ def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], regio
 
 
 def certainty_of(
-    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"]
+    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"], point: Array
 ) -> Certainty:
-    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone."""
+    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone.
+
+    Directions that change nothing are those at `point`, the solution.
+    """
     best = best_fit(misfit, region)
     posterior = _posterior(coding, misfit, region) if study.invert.posterior else None
-    directions = unseen_directions(misfit, best), loosest_direction(misfit, best)
+    directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
     found = _told(study, coding, profiles_of(misfit, region, best), *directions)
     df = misfit.scale_df if isfinite(misfit.scale_df) else None
     return replace(found, source=source, scatter=misfit.scatter, posterior=posterior, df=df)

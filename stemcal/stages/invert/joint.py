@@ -87,7 +87,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     first = measured_of(target, [FIRST], study.naming)
     there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
     single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted], region)
-    known = certainty_of(study, coding, misfit, region, "joint")
+    known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
     return InvertResult(
         head=head,
         target=target.response,
@@ -102,7 +102,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         target_n=target.n,
         parameters={**study.midlevels(), **point.solution},
         joint=_fitted(study, means, misfit, region, fit, coding),
-        certainty_alone=certainty_of(study, coding, single, region, "single"),
+        certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
         desirability=_desired(study, means, misfit, region, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),

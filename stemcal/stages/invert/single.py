@@ -56,7 +56,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         if surface.process is None:
             raise
         return _solve_by_process(study, head, surface, surface.process, misfit, region, unreachable)
-    known = certainty_of(study, coding, misfit, region, "single")
+    known = certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
     return InvertResult(
         head=head,

@@ -52,25 +52,24 @@ class Carried:
         `further` has the scatter of travel and work.
         """
         coding, target = surface.scales, study.calibration_target
-        region = Region(*box_of(study, coding), surface.radius)
+        region, point = Region(*box_of(study, coding), surface.radius), coding.point(solution.point.coded)
         response = measured_of(target, [FIRST], study.naming)
         jointly = bool(study.joint_targets)
         means = measured_means(study) if jointly else response
         plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region)
         misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
-        known = certainty_of(study, coding, misfit, region, "joint" if jointly else "single")
+        known = certainty_of(study, coding, misfit, region, "joint" if jointly else "single", point)
         alone = None
         if jointly:
             there = response[0] in means
             own = misfit_over(response, [surface.fitted], region)
             single = misfit.only([means.index(response[0])]) if there else own.with_mesh(mesh, 0.0)
-            alone = certainty_of(study, coding, single, region, "single")
+            alone = certainty_of(study, coding, single, region, "single", point)
             coded, ranges = known.coded_intervals, known.intervals
         else:
             coded = _ranges(misfit, region, coding.names)
             ends = coding.to_natural(np.array([coded[name] for name in coding.names]).T).T
             ranges = {name: (float(a), float(b)) for name, (a, b) in zip(coding.names, ends, strict=True)}
-        point = coding.point(solution.point.coded)
         return cls(
             means,
             misfit,

@@ -406,11 +406,10 @@ def _signs(evidence: Evidence) -> Iterator[Reason]:
 
 
 def _sign_found(evidence: Evidence, factor: str) -> str | None:
-    """Return the sign of a significant effect: by the surface, else by the screening; None where there is none."""
+    """Return the sign of an effect that is sure: by the interval of the surface's slope, else by the screening."""
     surface, screen = evidence.results.surface, evidence.results.screen
-    row = None if surface is None else surface.anova_row(factor)
     slope = None if surface is None else surface.coefficient(factor)
-    if row is not None and slope is not None and row.p is not None and row.p < evidence.study.screen.alpha:
+    if slope is not None and slope.low is not None and slope.high is not None and slope.low * slope.high > 0.0:
         return "+" if slope.value > 0.0 else "-"
     if screen is not None and factor in screen.significant:
         return "+" if screen.effect(factor).effect > 0.0 else "-"
@@ -421,8 +420,7 @@ def _rough(evidence: Evidence) -> Iterator[Reason]:
     surface = evidence.results.surface
     if surface is None or not isinstance(surface.pure_error, EqualRepeats) or surface.cv_percent is None:
         return
-    bends = surface.second_opinion is not None and surface.second_opinion.process_is_better
-    if surface.cv_percent > ROUGH_PERCENT and not bends:
+    if surface.cv_percent > ROUGH_PERCENT:
         yield RoughResponse(weight="with_reservations", remedy=advice.SmoothResponse(), cv_percent=surface.cv_percent)
 
 

@@ -22,8 +22,8 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
             yield draft.unknown_factor(path, name, at_key=False)
         elif name in chosen[:index]:
             yield Finding(path, f"{name} stands here twice", "remove one")
-    if len(chosen) < 2:
-        yield Finding(("rsm", "factors"), "a response surface needs two factors or more", "add another")
+    if not chosen:
+        yield Finding(("rsm", "factors"), "a response surface needs a factor", "name one")
     if len(chosen) > MOST_CCD_FACTORS:
         message = f"{len(chosen)} factors make {2 ** min(len(chosen), 60)} corner runs"
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")

@@ -39,6 +39,18 @@ def test_few_fine_runs_give_a_factor_alone() -> None:
     assert made(coarse, fine, 3).beta == pytest.approx(ratio * COARSE)
 
 
+def test_the_mean_has_what_an_unfitted_tilt_may_be() -> None:
+    """Exact coarse runs, three fine ones: both intervals are ŷ ± t(2)·s_ε·√(1 + z(ZᵀZ)⁻¹z), Z the coarse responses."""
+    coarse = term_columns(CODED) @ COARSE
+    fine, rows = 0.9 * coarse + CODED @ [3.0, -2.0], spread_runs(CODED, 3)
+    found, point = made(coarse, fine, 3), np.array([0.4, -0.7])
+    left = fine[rows] - coarse[rows] * float(coarse[rows] @ fine[rows] / (coarse[rows] @ coarse[rows]))
+    at = float(term_columns(point)[0] @ COARSE)
+    spread = (left @ left / 2.0 * (1.0 + at**2 / float(coarse[rows] @ coarse[rows]))) ** 0.5
+    for low, high in (found.mean_interval(point)[0], found.prediction_interval(point)[0]):
+        assert (high - low) / 2.0 == pytest.approx(4.302653 * spread, rel=1e-6)
+
+
 def test_coefficients_and_errors_are_those_of_the_sum_of_both_parts() -> None:
     """The variance at a point by numpy: ρ²s²h of the coarse surface and that of the regression of the fine runs."""
     random = np.random.default_rng(2)

@@ -1,0 +1,211 @@
+"""Studies with a known truth planted in them: the verdict, its advice, and the verdict after following it.
+
+Every forward model is analytic: F = (100 + 20a + 8b + 3b²)·(d/8)^(2 + g·b), travel = 2 + t·a − 0.3b, with a and b coded
+by the ranges. The measured values are those of the truth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fakes import TWO_FACTORS, SpecSolver
+
+from stemcal import workflow
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.solvers import SOLVERS
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.verdict.advice import CheckModel, Identify, IntegrateFully, SmoothResponse
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import (
+    NotIdentified,
+    RoughResponse,
+    SignAgainstExpectation,
+    SolutionDoubtful,
+    verdict_of,
+)
+from stemcal.study.reading import load_study
+
+TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
+RSM = "rsm: {factors: [yield_stress, failure_strain], centre_points: 4}\n"
+
+
+@dataclass(frozen=True)
+class Planted(SpecSolver):
+    """The forward model; `checks` are told of runs of a stage at a diameter, `rough` is the part of its roughness."""
+
+    growth: float = 0.0
+    slope: float = 0.05
+    rough: float = 0.0
+    checks: dict[tuple[str, float], dict[str, float]] = field(default_factory=dict)
+
+    def at(self, a: float, b: float, diameter: float) -> tuple[float, float]:
+        """Return force and travel."""
+        force = (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b) * (diameter / 8.0) ** (2.0 + self.growth * b)
+        return force, 2.0 + self.slope * a - 0.3 * b
+
+    def solve(self, request: Request) -> Answer:
+        """Answer: rough responses are the same whenever they are asked for."""
+        a = (request.levels["yield_stress"] - 15.0) / 5.0
+        b = (request.levels.get("failure_strain", 0.03) - 0.03) / 0.02
+        force, travel = self.at(a, b, request.condition)
+        if self.rough:
+            seed = [round(1e6 * (value + 2.0)) for value in (a, b)]
+            force *= 1.0 + self.rough * np.random.default_rng(seed).standard_normal()
+        told = {"hourglass_ratio_percent": 1.0, "inertia_percent": 1.0, "stroke_was_enough": True, "travel": travel}
+        return Answer("ok", response=force, details=told | self.checks.get((request.stage, request.condition), {}))
+
+
+@dataclass(frozen=True)
+class Plant:
+    """Writes studies of a truth and takes them through their stages."""
+
+    folder: Path
+    monkeypatch: pytest.MonkeyPatch
+    solver: Planted
+    truth: tuple[float, float]
+
+    def measured(self, travel: bool = False) -> str:
+        """Return the targets, exactly the truth's; each with a small standard deviation."""
+        rows = []
+        for diameter in (7.0, 8.0, 11.0):
+            force, way = self.solver.at(*self.truth, diameter)
+            more = f", travel: {way:.9g} mm, travel_sd: 0.01 mm" if travel else ""
+            rows.append(f"    - {{diameter: {diameter:g} mm, force: {force:.9g} N, sd: 1 N, n: 6{more}}}\n")
+        return f"targets:\n  calibrate_at: 8 mm\n  forces:\n{''.join(rows)}"
+
+    def judged(self, name: str, more: str, change: tuple[str, str] = ("", "")) -> tuple[Verdict, Results]:
+        """Take a study as far as it comes."""
+        place = self.folder / name
+        place.mkdir()
+        path = place / "study.yaml"
+        path.write_text((TWO_FACTORS + more).replace(*change), encoding="utf-8")
+        self.monkeypatch.setitem(SOLVERS, "embedded", lambda _study: self.solver)
+        study, out = load_study(path), StudyFolder(place / "out")
+        workflow.calibrate(study, out, InlineExecutor())
+        return verdict_of(study, out), fresh_results(study, out)
+
+    def away(self, results: Results) -> float:
+        """Return how far the solution is from the truth, coded."""
+        place = results.parameters
+        found = (place["yield_stress"] - 15.0) / 5.0, (place["failure_strain"] - 0.03) / 0.02
+        return float(np.hypot(found[0] - self.truth[0], found[1] - self.truth[1]))
+
+
+def not_identified(verdict: Verdict) -> NotIdentified | None:
+    return next((reason for reason in verdict.reasons if isinstance(reason, NotIdentified)), None)
+
+
+@pytest.mark.parametrize("truth", TRUTHS)
+def test_one_force_knows_a_combination_and_a_second_response_each(tmp_path, monkeypatch, truth) -> None:
+    """Nothing sees the direction along which ∂F/∂a·da + ∂F/∂b·db = 0; the travel was measured, so it is advised."""
+    plant = Plant(tmp_path, monkeypatch, Planted(), truth)
+    targets = plant.measured(travel=True)
+    before, results = plant.judged("one", targets + RSM)
+    reason = not_identified(before)
+    assert before.verdict == "with_reservations" and reason is not None
+    assert reason.factors == ("yield_stress", "failure_strain")
+    b = (results.parameters["failure_strain"] - 0.03) / 0.02
+    da, db = reason.changes["yield_stress"] / 5.0, reason.changes["failure_strain"] / 0.02
+    assert da / db == pytest.approx(-(8.0 + 6.0 * b) / 20.0, rel=0.02)
+    assert isinstance(reason.remedy, Identify) and reason.remedy.unfitted == "responses"
+    after, again = plant.judged("two", targets + RSM + "invert: {responses: [force, travel]}\n")
+    assert (after.verdict, after.reasons) == ("calibrated", ())
+    assert plant.away(again) < 0.02 and plant.away(again) <= plant.away(results)
+
+
+@pytest.mark.parametrize("truth", TRUTHS)
+def test_diameters_that_grow_apart_identify(tmp_path, monkeypatch, truth) -> None:
+    """Where b changes the growth with the diameter, all diameters together fix both."""
+    plant = Plant(tmp_path, monkeypatch, Planted(growth=0.4), truth)
+    before, results = plant.judged("one", plant.measured() + RSM)
+    reason = not_identified(before)
+    assert reason is not None and isinstance(reason.remedy, Identify) and reason.remedy.unfitted == "conditions"
+    after, again = plant.judged("all", plant.measured() + RSM + "invert: {diameters: all}\n")
+    assert after.verdict == "calibrated" and not_identified(after) is None
+    assert plant.away(again) < 0.1 and plant.away(again) <= plant.away(results) + 0.02
+
+
+@pytest.mark.parametrize("truth", TRUTHS)
+def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(tmp_path, monkeypatch, truth) -> None:
+    plant = Plant(tmp_path, monkeypatch, Planted(), truth)
+    joint, _ = plant.judged("all", plant.measured() + RSM + "invert: {diameters: all}\n")
+    reason = not_identified(joint)
+    assert joint.verdict == "with_reservations" and reason is not None
+    assert isinstance(reason.remedy, Identify) and reason.remedy.unfitted is None
+    assert reason.remedy.factor == "failure_strain"
+    known = f"failure_strain: {0.03 + 0.02 * truth[1]:.6g}, hardening_parameter"
+    held = RSM.replace("[yield_stress, failure_strain]", "[yield_stress]").replace("centre_points: 4", "alpha: 1")
+    drop = "  - {name: failure_strain, low: 0.01, high: 0.05}\n"
+    text = plant.measured() + held
+    monkeypatch.setattr(f"{__name__}.TWO_FACTORS", TWO_FACTORS.replace(drop, "").replace("hardening_parameter", known))
+    plant = Plant(tmp_path, monkeypatch, _Held(truth[1]), truth)
+    after, again = plant.judged("held", text)
+    assert (after.verdict, after.reasons) == ("calibrated", ())
+    assert again.parameters["yield_stress"] == pytest.approx(15.0 + 5.0 * truth[0], abs=0.05)
+
+
+class _Held(Planted):
+    """The forward model with b held at a value from elsewhere."""
+
+    def __init__(self, b: float) -> None:
+        super().__init__()
+        object.__setattr__(self, "b", b)
+
+    def solve(self, request: Request) -> Answer:
+        levels = {**request.levels, "failure_strain": 0.03 + 0.02 * self.b}  # type: ignore[attr-defined]
+        return super().solve(Request(request.stage, request.row, levels, request.condition))
+
+
+@pytest.mark.parametrize(("percent", "word"), [(40.0, "not_calibrated"), (12.0, "with_reservations")])
+def test_the_physics_of_the_calibrated_run_alone_is_judged(tmp_path, monkeypatch, percent, word) -> None:
+    doubtful = {("validate", 8.0): {"hourglass_ratio_percent": percent}}
+    plant = Plant(tmp_path, monkeypatch, Planted(checks=doubtful), TRUTHS[0])
+    more = plant.measured(travel=True) + RSM + "invert: {responses: [force, travel]}\n"
+    before, _ = plant.judged("one", more + "solver: {kind: embedded, element_size: d/16}\n")
+    (reason,) = before.reasons
+    assert before.verdict == word and isinstance(reason, SolutionDoubtful)
+    assert (reason.at.condition, reason.at.fitted, reason.at.doubt.worst) == (8.0, True, percent)
+    assert isinstance(reason.remedy, IntegrateFully)
+    mended = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
+    after, _ = mended.judged("full", more + "solver: {kind: embedded, element_size: d/16, element: full}\n")
+    assert after.verdict == "calibrated"
+
+
+def test_the_physics_of_a_check_is_a_reservation(tmp_path, monkeypatch) -> None:
+    doubtful = {("validate", 11.0): {"inertia_percent": 30.0}}
+    plant = Plant(tmp_path, monkeypatch, Planted(checks=doubtful), TRUTHS[0])
+    more = plant.measured(travel=True) + RSM + "invert: {responses: [force, travel]}\n"
+    found, _ = plant.judged("one", more)
+    (reason,) = found.reasons
+    assert found.verdict == "with_reservations" and isinstance(reason, SolutionDoubtful)
+    assert (reason.at.condition, reason.at.fitted, reason.at.doubt.kind) == (11.0, False, "inertia")
+
+
+def test_an_effect_of_the_wrong_sign_reaches_the_verdict(tmp_path, monkeypatch) -> None:
+    plant = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
+    more = plant.measured(travel=True) + RSM + "invert: {responses: [force, travel]}\n"
+    for sign, against in (("-", ("failure_strain",)), ("+", ())):
+        change = ("low: 0.01, high: 0.05", f'low: 0.01, high: 0.05, expected_sign: "{sign}"')
+        found, _ = plant.judged(f"sign{sign}", more, change)
+        reasons = [reason for reason in found.reasons if isinstance(reason, SignAgainstExpectation)]
+        assert tuple(name for reason in reasons for name in reason.factors) == against
+        assert all(reason.remedy == CheckModel(against) for reason in reasons)
+
+
+def test_rough_but_repeatable_answers_show_in_the_misfit_of_the_surface(tmp_path, monkeypatch) -> None:
+    """Roughness of 5 % at nine runs, 3 residual df: above 3 % of the mean in 78 % of studies, χ²(3) > 1.08."""
+    plant = Plant(tmp_path, monkeypatch, Planted(rough=0.05), TRUTHS[0])
+    seen = []
+    for number in range(12):
+        change = ("low: 10, high: 20", f"low: 10, high: {20.0 + 0.01 * number}")
+        found, results = plant.judged(str(number), plant.measured() + RSM + "runs: {quorum: 0}\n", change)
+        assert results.surface is not None and results.surface.fitted.df == 3
+        seen += [reason for reason in found.reasons if isinstance(reason, RoughResponse)]
+    assert len(seen) >= 6 and all(isinstance(reason.remedy, SmoothResponse) for reason in seen)
+    smooth, _ = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0]).judged("smooth", plant.measured() + RSM)
+    assert not any(isinstance(reason, RoughResponse) for reason in smooth.reasons)
