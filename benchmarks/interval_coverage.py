@@ -130,7 +130,7 @@ def _by_misfit(misfit: Misfit, axes: list[Array] | None = None) -> Held:
     best = _least(misfit, [])
     least, allowed = misfit.value(best), allowed_rises(misfit, best)
     profile = [misfit.value(_least(misfit, [j])) - least <= allowed[j] for j in range(2)]
-    return Held(profile, _in_middle(density, axes), chance_of(misfit, least) < 0.05)
+    return Held(profile, _in_middle(density, axes), chance_of(misfit, best) < 0.05)
 
 
 def _least(misfit: Misfit, held: list[int]) -> Array:

@@ -69,7 +69,7 @@ def test_words_come_first(page: str) -> None:
 
 def test_the_first_screen_shows_verdict_parameters_and_what_was_measured(page: str) -> None:
     first = page[page.index('<div class="first">') : page.index("What came out")]
-    assert first.index("Calibrated, with reservations") < first.index("15.86 to 19.75 (95 %)")
+    assert first.index("Calibrated, with reservations") < first.index("16.63 to 19.42 (95 %)")
     assert (
         first.index("Why, and what next") < first.index("<svg") < first.index("Which parameters make a simulated stem")
     )

@@ -23,6 +23,8 @@ TEXTS = sorted((PACKAGE / "text").glob("*.py"))
 
 for stage in STAGES:
     import_module(stage.module)
+for text in TEXTS:
+    import_module(f"stemcal.text.{text.stem}")
 KINDS = sorted(kind for kind, found in Tagged.kinds.items() if issubclass(found, Note) and found is not Note)
 PACKAGE_KINDS = [kind for kind in KINDS if Tagged.kinds[kind].__module__.startswith("stemcal.")]
 

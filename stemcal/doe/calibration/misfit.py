@@ -298,6 +298,31 @@ class Misfit:
         df = np.where(known, variance**2 / np.where(known, doubt, 1.0), self.scale_df)
         return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
 
+    def moments(self, x: Array) -> tuple[float, float, float]:
+        """Return E = tr(QΩ) of the least misfit, its degrees of freedom tr(QΩ)²/tr(QΩQΩ), and those behind E.
+
+        Q and Ω are those of `joint_fit.chance_of`.
+        """
+        slopes = self.beta @ term_gradient(x)
+        weighed = self.weighed(slopes.T).T
+        q = self.weighed(np.eye(len(self.measured))) - weighed @ np.linalg.pinv(slopes.T @ weighed) @ weighed.T
+        by_itself = sum((s.variance for s in self.sources if not s.shared), start=np.zeros_like(self.variance))
+        omega, doubt = np.diag(np.maximum(self.variance - by_itself, 0.0)), 0.0  # at least what no force is better than
+        for source in self.sources:
+            if source.shared:
+                u = np.sqrt(source.variance)
+                omega += np.outer(u, u)
+                doubt += float(u @ q @ u) ** 2 / source.df
+            elif source.apart is None or source.apart_df is None:
+                omega += np.diag(source.variance)
+                doubt += float(np.diag(q) @ source.variance) ** 2 / source.df
+            else:
+                omega += np.diag(source.apart)
+                doubt += float(np.sum((np.diag(q) * source.apart) ** 2 / source.apart_df))
+        spread = q @ omega
+        expected = float(np.trace(spread))
+        return expected, expected**2 / float(np.trace(spread @ spread)), expected**2 / max(doubt, 1e-300)
+
     @property
     def equal_scatter_p(self) -> float | None:
         """Bartlett's test that each kind has one coefficient of variation at all diameters; None where none is told.
