@@ -409,6 +409,7 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
             apart_df=np.maximum(error_df, 1),
         )
         for kind, df in surface_df.items()
+        if df  # a saturated surface knows no error
     ]
     return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df, tuple(sources))
 
