@@ -130,7 +130,7 @@ def _by_misfit(misfit: Misfit, axes: list[Array] | None = None) -> Held:
     best = _least(misfit, [])
     least, allowed = misfit.value(best), allowed_rises(misfit, best)
     profile = [misfit.value(_least(misfit, [j])) - least <= allowed[j] for j in range(2)]
-    return Held(profile, _in_middle(density, axes), chance_of(misfit, least) < 0.05)
+    return Held(profile, _in_middle(density, axes), chance_of(misfit, best) < 0.05)
 
 
 def _least(misfit: Misfit, held: list[int]) -> Array:
@@ -241,14 +241,10 @@ def main() -> None:
         laboratory_rows()
     if "mesh" in wanted:
         mesh_rows()
-    for name, rows in (
-        ("unequal", unequal_rows),
-        ("surfaces", surface_rows),
-        ("replicates", replicate_rows),
-        ("coarse", coarse_rows),
-    ):
-        if name in wanted:
-            rows()
+    more = {"unequal": unequal_rows, "surfaces": surface_rows, "replicates": replicate_rows, "coarse": coarse_rows}
+    for name in wanted:
+        if name in more:
+            more[name]()
 
 
 def unequal_rows() -> None:

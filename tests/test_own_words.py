@@ -80,6 +80,8 @@ def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
     (at,) = surface.conditions
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
     bulk = np.array([run.outcome.of("bulk") for run in at.runs], dtype=float)
+    coded, first = np.unique(np.round(coded, 9), axis=0, return_index=True)  # copies count once
+    bulk = bulk[first]
     beta, *_ = np.linalg.lstsq(term_columns(coded), bulk, rcond=None)
     fit = (at.responses or {})["bulk"]
     assert [row.value for row in fit.coefficients] == pytest.approx(beta.tolist(), rel=1e-8, abs=1e-8 * abs(beta[0]))

@@ -10,7 +10,7 @@ from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
 from stemcal.stages.invert.joint import FlatDirection, UnequalScatter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
-from stemcal.stages.invert.single import PublishedIncomplete
+from stemcal.stages.invert.single import PublishedIncomplete, SolvedByProcess
 from stemcal.stages.invert.stage import ConstraintBroken
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
@@ -318,6 +318,12 @@ _WEIGHTS = {
     "surface": "No SD was given: the measured values are treated as exact, and only the surface's own error counts.",
 }
 
+states(
+    SolvedByProcess,
+    "The quadratic reaches {low:.4g} to {high:response} only, but it predicts its own runs badly (predicted R² "
+    "{quadratic_predicted_r2:fixed 3}). A Gaussian process predicts them better ({process_predicted_r2:fixed 3}) and "
+    "may reach the target: the values are where it does. Confirm them with `refine: {{model: process}}`.",
+)
 states(
     UnequalScatter,
     "The measured means do not scatter alike (Bartlett's test, p = {p:p}): the weights of the fit stay those of one "

@@ -38,6 +38,8 @@ def test_the_last_screen_holds_verdict_table_and_path(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
+    one = spec.read_text(encoding="utf-8").replace("[yield_stress, failure_strain]", "[yield_stress]")
+    spec.write_text(one, encoding="utf-8")
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 0
     lines = said.stdout.splitlines()
@@ -121,5 +123,7 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
 def test_forces_of_a_table_are_a_reservation(finished: tuple[Path, Any]) -> None:
     folder, said = finished
     ending = " ".join(said.stdout.split())
-    assert "Calibrated, with reservations. The validation is read from a table" in ending
+    assert "Calibrated, with reservations. Not identified: " in ending
+    told = json.loads(command("status", REPLAY, "--out", folder, "--json").stdout)
+    assert {"not_identified", "validation_from_table"} <= {reason["kind"] for reason in told["verdict_reasons"]}
     assert "Calibrated, with reservations" in command("status", REPLAY, "--out", folder).stdout

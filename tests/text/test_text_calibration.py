@@ -75,7 +75,7 @@ def test_one_force_leaves_two_factors_free(results: Any) -> None:
     assert free == "It leaves failure_strain and strain_rate_c free."
     assert assumed == "The measured value is treated as exact because no SD was given."
     assert calibration.unseen_changes(stage.certainty, LABELLED)[0] == (
-        "Not seen: Yield stress −0.409 MPa and failure_strain +0.01 together change no measured response (to first "
+        "Not seen: Yield stress −0.483 MPa and failure_strain +0.01 together change no measured response (to first "
         "order)."
     )
 

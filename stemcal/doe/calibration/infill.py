@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stemcal.doe.calibration.levelset import neighbours_across
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array, t_quantile
@@ -31,16 +32,25 @@ def nearest_crossing(process: GaussianProcess, target: float, region: Region) ->
 
 
 def crossings(process: GaussianProcess, target: float, region: Region) -> Array:
-    """Return where the process takes the target on the ways from the middle to all points beyond it, (m, k)."""
+    """Return where the process takes the target, (m, k): on the ways from the middle, and between near neighbours.
+
+    A branch that the ways from the middle miss lies between points of the cloud on either side of it.
+    """
     cloud = region.cloud(_CLOUD)
-    start, side = cloud[0], np.sign(process.predict(cloud) - target)
+    side = np.sign(process.predict(cloud) - target)
     beyond = cloud[side != side[0]]
-    low, high = np.zeros(len(beyond)), np.ones(len(beyond))
+    below, above = cloud[side <= 0.0], cloud[side > 0.0]
+    if not len(below) or not len(above):
+        return np.empty((0, region.k))
+    starts, stops = neighbours_across(below, above)
+    low = np.vstack([np.repeat(cloud[:1], len(beyond), axis=0), starts])
+    high = np.vstack([beyond, stops])
+    from_low = np.sign(process.predict(low) - target)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        same = np.sign(process.predict(start + middle[:, None] * (beyond - start)) - target) == side[0]
+        same = (np.sign(process.predict(middle) - target) == from_low)[:, None]
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return np.asarray(start + high[:, None] * (beyond - start))
+    return np.asarray(high)
 
 
 def next_batch(process: GaussianProcess, target: float, region: Region, count: int) -> list[Array]:

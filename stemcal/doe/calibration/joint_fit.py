@@ -58,7 +58,7 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
         errors_percent=misfit.errors_percent(x),
         misfit=least,
         df=misfit.df,
-        p_value=chance_of(misfit, least) if misfit.scale_known and misfit.df > 0 else None,
+        p_value=chance_of(misfit, x) if misfit.scale_known and misfit.df > 0 else None,
         flat=flat,
     )
 
@@ -74,13 +74,20 @@ def nearest_alike(misfit: Misfit, region: Region, x: Array) -> Array:
     return least_under(squared_distance(), x, region, same)
 
 
-def chance_of(misfit: Misfit, least: float) -> float:
-    """Return the probability of a least misfit as large: χ², or F where the variances were estimated."""
+def chance_of(misfit: Misfit, x: Array) -> float:
+    """Return the probability of a misfit as large at the point of the least: χ², or F where variances were estimated.
+
+    D = rᵀV⁻¹r is a quadratic form in the errors, E = tr(QΩ) on average, Q = V⁻¹ − V⁻¹J(JᵀV⁻¹J)⁻¹JᵀV⁻¹ and Ω each
+    observation's own variance. D/E is taken for F with tr(QΩ)²/tr(QΩQΩ) degrees of freedom (G. E. P. Box, Ann. Math.
+    Statist. 25 (1954) 290) over Satterthwaite's of E. With Ω = V these are D/df and df.
+    """
     from scipy.special import chdtrc, fdtrc
 
-    if np.isfinite(misfit.scale_df):
-        return float(fdtrc(misfit.df, misfit.scale_df, least / misfit.df))
-    return float(chdtrc(misfit.df, least))
+    least = misfit.value(x)
+    if not np.isfinite(misfit.scale_df):
+        return float(chdtrc(misfit.df, least))
+    expected, form_df, df = misfit.moments(x)
+    return float(fdtrc(form_df, df, least / expected))
 
 
 def leave_one_out(misfit: Misfit, region: Region, groups: Sequence[object] | None = None) -> list[float]:

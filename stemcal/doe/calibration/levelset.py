@@ -73,15 +73,21 @@ def level_points(surface: Surface, target: float, region: Region, ends: tuple[Ar
 
 def _pairs(below: Array, above: Array) -> tuple[Array, Array]:
     """Pair each point with its nearest on the other side, and with a few far away."""
-    from scipy.spatial import cKDTree
-
-    starts = [below, above]
-    stops = [above[cKDTree(above).query(below)[1]], below[cKDTree(below).query(above)[1]]]
+    near = neighbours_across(below, above)
+    starts, stops = [near[0]], [near[1]]
     longest = max(len(below), len(above))
     for shift in range(_PARTNERS):
         starts.append(below[np.arange(longest) % len(below)])
         stops.append(above[(np.arange(longest) * (2 * shift + 1) + shift) % len(above)])
     return np.vstack(starts), np.vstack(stops)
+
+
+def neighbours_across(below: Array, above: Array) -> tuple[Array, Array]:
+    """Pair each point with its nearest on the other side: starts and stops, (m, k) each."""
+    from scipy.spatial import cKDTree
+
+    stops = above[cKDTree(above).query(below)[1]], below[cKDTree(below).query(above)[1]]
+    return np.vstack([below, above]), np.vstack(stops)
 
 
 def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> Array:

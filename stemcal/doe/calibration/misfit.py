@@ -19,6 +19,9 @@ one weighs the observations, but how far a factor may go rests on each diameter'
 weighted sum of the observations, whose variance adds up their own (after Welch, Biometrika 34 (1947) 28), with
 Satterthwaite's degrees of freedom for that factor (`Misfit.freedom`).
 
+So it is with the surfaces: those of a kind share one relative error, pooled by their degrees of freedom, which weighs
+them; a surface of few degrees of freedom that is sharp by luck would else have all the weight.
+
 The place of the mesh (`Misfit.with_mesh`) adds a variance to every force and one that they all share, uuᵀ: D = rᵀV⁻¹r
 with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. Travel and work have parts of their own, each kind its u.
 What all share is not averaged away over the diameters; each factor's degrees of freedom know of it.
@@ -295,6 +298,31 @@ class Misfit:
         df = np.where(known, variance**2 / np.where(known, doubt, 1.0), self.scale_df)
         return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
 
+    def moments(self, x: Array) -> tuple[float, float, float]:
+        """Return E = tr(QΩ) of the least misfit, its degrees of freedom tr(QΩ)²/tr(QΩQΩ), and those behind E.
+
+        Q and Ω are those of `joint_fit.chance_of`.
+        """
+        slopes = self.beta @ term_gradient(x)
+        weighed = self.weighed(slopes.T).T
+        q = self.weighed(np.eye(len(self.measured))) - weighed @ np.linalg.pinv(slopes.T @ weighed) @ weighed.T
+        by_itself = sum((s.variance for s in self.sources if not s.shared), start=np.zeros_like(self.variance))
+        omega, doubt = np.diag(np.maximum(self.variance - by_itself, 0.0)), 0.0  # at least what no force is better than
+        for source in self.sources:
+            if source.shared:
+                u = np.sqrt(source.variance)
+                omega += np.outer(u, u)
+                doubt += float(u @ q @ u) ** 2 / source.df
+            elif source.apart is None or source.apart_df is None:
+                omega += np.diag(source.variance)
+                doubt += float(np.diag(q) @ source.variance) ** 2 / source.df
+            else:
+                omega += np.diag(source.apart)
+                doubt += float(np.sum((np.diag(q) * source.apart) ** 2 / source.apart_df))
+        spread = q @ omega
+        expected = float(np.trace(spread))
+        return expected, expected**2 / float(np.trace(spread @ spread)), expected**2 / max(doubt, 1e-300)
+
     @property
     def equal_scatter_p(self) -> float | None:
         """Bartlett's test that each kind has one coefficient of variation at all diameters; None where none is told.
@@ -306,7 +334,9 @@ class Misfit:
 
         statistic, df = 0.0, 0
         for source in self.sources:
-            if source.apart is None or source.apart_df is None or not np.isfinite(source.df):
+            if source.name != "laboratory" or source.apart is None or source.apart_df is None:
+                continue
+            if not np.isfinite(source.df):
                 continue
             told = (source.apart > 0.0) & (source.apart_df < source.df)
             if (m := int(told.sum())) < 2:
@@ -350,11 +380,15 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
     own = (spread / measured) ** 2
     variation, freedom = _pooled(own, n - 1, kinds)
     laboratory = variation * measured**2 / n
-    surface = np.array([_surface_variance(o.surface, point) for o in observations])
+    errors = np.array([_surface_variance(o.surface, point) for o in observations])
+    error_df = np.array([error.df if (error := o.surface.mean_error) else 0 for o in observations])
+    surface, surface_df = _pooled_errors(errors / measured**2, error_df, kinds)
+    surface *= measured**2
     floor = (_FINEST * measured) ** 2
-    surface_df = float(np.mean([error.df if (error := o.surface.mean_error) else 0 for o in observations]))
-    behind = [(laboratory[kinds == kind], surface[kinds == kind], df) for kind, df in freedom.items()]
-    df = min(_satterthwaite([of_mean, of_surface], [df, surface_df]) for of_mean, of_surface, df in behind)
+    df = min(
+        _satterthwaite([laboratory[kinds == kind], surface[kinds == kind]], [freedom[kind], surface_df[kind]])
+        for kind in freedom
+    )
     apart = np.where(known & (n > 1), own, variation) * measured**2 / n
     sources = [
         VarianceSource(
@@ -366,7 +400,17 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         )
         for kind, df in freedom.items()
     ]
-    sources.append(VarianceSource("surface", surface, surface_df))
+    sources += [
+        VarianceSource(
+            "surface",
+            np.where(kinds == kind, surface, 0.0),
+            df,
+            apart=np.where(kinds == kind, errors, 0.0),
+            apart_df=np.maximum(error_df, 1),
+        )
+        for kind, df in surface_df.items()
+        if df  # a saturated surface knows no error
+    ]
     return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df, tuple(sources))
 
 
@@ -385,6 +429,21 @@ def _pooled(variation: Array, freedom: NDArray[np.int_], kinds: NDArray[np.str_]
         typical = float(np.average(variation[own], weights=freedom[own] if counted else None)) if own.any() else 0.0
         pooled[mine if counted else mine & ~known] = typical
         behind[kind] = float(freedom[own].sum()) if counted else np.inf
+    return pooled, behind
+
+
+def _pooled_errors(errors: Array, df: NDArray[np.int_], kinds: NDArray[np.str_]) -> tuple[Array, dict[str, float]]:
+    """Return relative variances of surfaces, one for each kind, and the degrees of freedom behind them.
+
+    A surface of few degrees of freedom does not know its error: weighed by its own each fit would follow the surfaces
+    that are sharp by luck.
+    """
+    pooled, behind = errors.copy(), {}
+    for kind in np.unique(kinds).tolist():
+        mine = kinds == kind
+        behind[kind] = float(df[mine].sum())
+        if behind[kind]:
+            pooled[mine] = np.average(errors[mine], weights=df[mine])
     return pooled, behind
 
 

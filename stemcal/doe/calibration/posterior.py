@@ -3,8 +3,8 @@
 The log likelihood of a point is −D/2 where the variances are known. Where they were estimated with ν degrees of freedom
 their common factor is integrated out under Jeffreys' prior: −((ν + m)/2)·ln(1 + D/ν), Student's t; where they are known
 up to that factor alone, −(m/2)·ln D. Outside the region it is −∞. Where several variances were estimated each for
-itself (the laboratory's, that of every surface, what the place of the mesh adds), each is integrated out by itself: it
-is drawn as s²·ν/χ²(ν), and the likelihood, |V|^(−1/2)·exp(−D/2), is the mean over the draws. One factor common to all
+itself (the laboratory's, the surfaces', what the place of the mesh adds), each is integrated out by itself: it is
+drawn as s²·ν/χ²(ν), and the likelihood, |V|^(−1/2)·exp(−D/2), is the mean over the draws. One factor common to all
 would take the weights of the observations for known.
 Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
 emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
@@ -122,18 +122,15 @@ def density_of(misfit: Misfit, region: Region) -> Callable[[Array], Array]:
 
 
 def _apart(misfit: Misfit) -> Misfit:
-    """Return it with a source for the surface of each observation, which has residuals of its own; none of no part.
-
-    Where the diameters scatter unequally each has a source of its own variance too.
-    """
+    """Return it without sources of no part; where the diameters scatter unequally each has a source of its own."""
     sources = []
     for source in misfit.sources:
-        if misfit.unequal and source.apart is not None and source.apart_df is not None:
+        unequal = misfit.unequal and source.name == "laboratory"
+        if unequal and source.apart is not None and source.apart_df is not None:
             own = zip(np.diag(source.apart), source.apart_df.tolist(), strict=True)
             sources += [replace(source, variance=of, df=df, apart=None) for of, df in own if of.any()]
-            continue
-        each = np.diag(source.variance) if source.name == "surface" else source.variance[None]
-        sources += [replace(source, variance=of) for of in each if np.any(of > _NO_PART * misfit.variance)]
+        elif np.any(source.variance > _NO_PART * misfit.variance):
+            sources.append(source)
     return replace(misfit, sources=tuple(sources))
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Literal
 
+import numpy as np
+
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import Posterior, sample_posterior
+from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
@@ -69,18 +72,35 @@ def certainty_of(
     Directions that change nothing are those at `point`, the solution.
     """
     best = best_fit(misfit, region)
-    profiles = profiles_of(misfit, region, best)
-    unseen = unseen_directions(misfit, point)
+    posterior = _posterior(coding, misfit, region) if study.invert.posterior else None
+    directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
+    found = _told(study, coding, profiles_of(misfit, region, best), *directions)
+    df = misfit.scale_df if isfinite(misfit.scale_df) else None
+    return replace(found, source=source, scatter=misfit.scatter, posterior=posterior, df=df)
+
+
+def certainty_by_process(
+    study: Study, coding: Coding, found: ProcessSolution, slope: Array, misfit: Misfit
+) -> Certainty:
+    """Return what the calibration target leaves possible by a process with this gradient at the solution.
+
+    `misfit` tells what is known of the measured mean.
+    """
+    _, _, rows = np.linalg.svd(slope[None, :])
+    told = _told(study, coding, found.profiles, rows[1:], rows[-1])
+    df = misfit.scale_df if isfinite(misfit.scale_df) else None
+    return replace(told, scatter=misfit.scatter, df=df)
+
+
+def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Array, loosest: Array) -> Certainty:
+    """Return what profiles tell: intervals, what is free, along which (coded) directions nothing is known."""
     changes = tuple(changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
     moved = {name for row in unseen for name in _movers(coding.names, row)}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
-    loosest = (
-        changes[0] if changes else changes_along(coding, loosest_direction(misfit, point)) if not_identified else {}
-    )
     return Certainty(
-        source=source,
-        scatter=misfit.scatter,
+        source="single",
+        scatter="surface",
         level=0.95,
         intervals={p.factor: _natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)},
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
@@ -88,12 +108,10 @@ def certainty_of(
         share={p.factor: p.share for p in profiles},
         free=free,
         not_identified=not_identified,
-        loosest=loosest,
+        loosest=changes[0] if changes else changes_along(coding, loosest) if not_identified else {},
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
         unseen_changes=changes,
-        posterior=_posterior(coding, misfit, region) if study.invert.posterior else None,
-        df=misfit.scale_df if isfinite(misfit.scale_df) else None,
         units={name: study.factor(name).unit for name in coding.names},
     )
 

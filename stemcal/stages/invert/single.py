@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stemcal.doe.calibration.inversion import solve_target
+from stemcal.doe.calibration.misfit import Misfit
+from stemcal.doe.calibration.process_inversion import reach_of, solve_by_process
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.gaussian_process import GaussianProcess
+from stemcal.errors import TargetUnreachable
 from stemcal.naming import FIRST
-from stemcal.notes import Note
-from stemcal.stages.invert.certainty import certainty_of, measured_of, misfit_over
+from stemcal.notes import Note, Weight
+from stemcal.stages.invert.certainty import certainty_by_process, certainty_of, measured_of, misfit_over
 from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult, box_of
@@ -24,24 +30,39 @@ class PublishedIncomplete(Note):
     factors: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class SolvedByProcess(Note):
+    """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
+
+    `low` and `high` are what the quadratic reaches; both predicted R² are given.
+    """
+
+    weight = Weight.USE
+    low: float
+    high: float
+    quadratic_predicted_r2: float | None
+    process_predicted_r2: float | None
+
+
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
     (low, high), unit = box_of(study, coding), study.naming.response.unit_suffix
-    found = solve_target(surface.fitted, target.response, low, high, surface.radius, study.invert.rule, unit)
     region = Region(low, high, surface.radius)
     misfit = misfit_over(measured_of(target, [FIRST], study.naming), [surface.fitted], region)
+    try:
+        found = solve_target(surface.fitted, target.response, low, high, surface.radius, study.invert.rule, unit)
+    except TargetUnreachable as unreachable:
+        if surface.process is None:
+            raise
+        return _solve_by_process(study, head, surface, surface.process, misfit, region, unreachable)
     known = certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
-    natural = coding.to_natural(np.array(found.ranges).T).T
-    ranges: dict[str, Interval] = {
-        name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)
-    }
     return InvertResult(
         head=head,
         target=found.target,
         point=point,
-        ranges=ranges,
+        ranges=_by_factor(coding, found.ranges),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         reachable=found.reachable,
         rule=found.rule,
@@ -54,6 +75,67 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         parameters={**study.midlevels(), **point.solution},
         notes=found.notes,
     )
+
+
+def _solve_by_process(
+    study: Study,
+    head: Head,
+    surface: SurfaceResult,
+    process: GaussianProcess,
+    misfit: Misfit,
+    region: Region,
+    unreachable: TargetUnreachable,
+) -> InvertResult:
+    """Solve by the process, which predicts runs left out better than the quadratic that does not reach the target.
+
+    Raises
+    ------
+    TargetUnreachable
+        If the process, its errors counted, does not reach it either.
+    """
+    coding, target = surface.scales, study.calibration_target
+    low, high = reach_of(process, region)
+    if not low <= target.response <= high:
+        raise TargetUnreachable(target.response, low, high, study.naming.response.beside)
+    laboratory = float(sum(source.variance[0] for source in misfit.sources if source.name == "laboratory"))
+    df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
+    found = solve_by_process(process, coding.names, target.response, laboratory, df, region)
+    known = certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
+    assessed = replace(
+        surface.assess(study, found.coded),
+        predicted=found.predicted,
+        mean_interval=found.mean_interval,
+        prediction_interval=found.prediction_interval,
+    )
+    point = Point.of(assessed, coding)
+    opinion = surface.second_opinion
+    note = SolvedByProcess(
+        unreachable.low,
+        unreachable.high,
+        surface.predicted_r2,
+        None if opinion is None else opinion.process_predicted_r2,
+    )
+    return InvertResult(
+        head=head,
+        target=target.response,
+        point=point,
+        ranges=known.intervals,
+        coded_ranges=known.coded_intervals,
+        reachable=found.reachable,
+        rule="process_nearest_to_centre",
+        radius=surface.radius,
+        certainty=known,
+        condition=target.condition,
+        target_sd=target.sd,
+        target_n=target.n,
+        parameters={**study.midlevels(), **point.solution},
+        notes=(note,),
+    )
+
+
+def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:
+    natural = coding.to_natural(np.array(coded).T).T
+    return {name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)}
 
 
 def assess_published(study: Study, surface: SurfaceResult) -> tuple[PublishedPoint | None, list[Note]]:

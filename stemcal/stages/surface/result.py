@@ -14,7 +14,7 @@ from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
 from stemcal.doe.regression.fit_statistics import Coefficient
-from stemcal.doe.regression.gaussian_process import SecondOpinion
+from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpinion, fit_process
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import ReductionStep
@@ -254,6 +254,13 @@ class SurfaceResult(StageResult):
         point = self.scales.to_coded([levels[name] for name in self.names])
         found = assess_point(self.fitted, point, radius=self.radius)
         return Prediction(found.predicted, found.mean_interval, found.prediction_interval, found.inside)
+
+    @cached_property
+    def process(self) -> GaussianProcess | None:
+        """The process through the runs where it predicts runs left out clearly better than the surface; else None."""
+        if self.second_opinion is None or not self.second_opinion.process_is_better:
+            return None
+        return fit_process(self.fitted.design, self.fitted.response)
 
     def assess(self, study: Study, coded: Array) -> Assessment:
         """Return what the surface says of a coded point, and whether it lies inside ranges and design."""

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from stemcal.doe.calibration.levelset import extremes
+from stemcal.doe.calibration.process_inversion import reach_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.invert.result import Certainty
@@ -166,7 +167,12 @@ def region_of(surface: SurfaceResult) -> Region:
 
 
 def reach(surface: SurfaceResult) -> tuple[float, float]:
-    """Return the least and the greatest response of a surface within ranges and design region."""
+    """Return the least and the greatest response of a surface within ranges and design region.
+
+    Where a Gaussian process predicts better, they are what that leaves possible.
+    """
+    if surface.process is not None:
+        return reach_of(surface.process, region_of(surface))
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, region_of(surface)))
     return float(low[0]), float(high[0])
 

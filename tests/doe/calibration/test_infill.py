@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.infill import nearest_crossing, next_batch, possible
+from stemcal.doe.calibration.infill import crossings, nearest_crossing, next_batch, possible
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.space_filling import latin_hypercube
 from stemcal.doe.regression.gaussian_process import fit_process
@@ -78,3 +78,14 @@ def test_an_error_of_nothing_raises_no_warning(recwarn: pytest.WarningsRecorder)
     design = latin_hypercube(2, 40, 2)
     batch = next_batch(fit_process(design, 100.0 + design @ np.array([3.0, 1.0])), 500.0, BOX, 3)
     assert batch and not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
+
+
+def test_every_branch_stays_possible() -> None:
+    """F = 100 + 20·cos(2πa) is 100 N on four lines, a = ±0.25 and ±0.75; from the middle one looks across two."""
+    design = latin_hypercube(2, 40, 5)
+    ring = 100.0 + 20.0 * np.cos(2.0 * np.pi * design[:, 0])
+    found = crossings(fit_process(design, ring), 100.0, BOX)
+    branches = [found[np.abs(found[:, 0] - a) < 0.05] for a in (-0.75, -0.25, 0.25, 0.75)]
+    assert all(len(branch) > 20 and np.ptp(branch[:, 1]) > 1.5 for branch in branches)
+    low, high = possible(fit_process(design, ring), 100.0, BOX)[0]
+    assert (low, high) == pytest.approx((-0.75, 0.75), abs=0.06)

@@ -37,6 +37,13 @@ def responses(seed):
         yield kind, measured, design, y, beta, s2 * (1.0 + 6.0 / len(design))
 
 
+def pooled_surfaces(found):
+    """The error of the surfaces of a kind: one part of the measured value, the mean of all, since all have 3 df."""
+    relative = [part[-1] / part[1] ** 2 for part in found]
+    mean = {kind: np.mean([r for r, k in zip(relative, KINDS, strict=True) if k == kind]) for kind in KINDS}
+    return np.array([mean[kind] * part[1] ** 2 for kind, part in zip(KINDS, found, strict=True)])
+
+
 def weights_by_hand(found, sd, n):
     """(cv·mean)²/n of the laboratory, cv of the kind or of all; the least degrees of freedom of sums with the surface.
 
@@ -58,38 +65,55 @@ def weights_by_hand(found, sd, n):
         pooled = sum(freedom * square for _, square, freedom in own) / df[kind]
         square = pooled if counted else (s / m) ** 2
         laboratory.append(square * m**2 / (count or 1))
-    surface = np.array([part[-1] for part in found])
+    surface = pooled_surfaces(found)
     share = np.array(laboratory) / (laboratory + surface)
     mean_share = {kind: share[[kind == other for other in KINDS]].mean() for kind in df}
     return laboratory + surface, min(
-        1.0 / (part**2 / df[kind] + (1 - part) ** 2 / 3) for kind, part in mean_share.items()
+        1.0 / (part**2 / df[kind] + (1 - part) ** 2 / (3 * KINDS.count(kind))) for kind, part in mean_share.items()
     )
+
+
+def own_by_hand(found, sd, n):
+    """Each observation's variance by its own sd with its degrees of freedom; the surfaces' variances, of 3 df."""
+    variance, _ = weights_by_hand(found, sd, n)
+    surface = np.array([part[-1] for part in found])
+    laboratory, freedom = variance - pooled_surfaces(found), []
+    for i, kind in enumerate(KINDS):
+        members = [j for j, other in enumerate(KINDS) if other == kind and sd[j] is not None]
+        members = members or [j for j in range(len(KINDS)) if sd[j] is not None]
+        counted = all((n[j] or 1) > 1 for j in members)
+        own = sd[i] is not None and (n[i] or 1) > 1
+        laboratory[i] = sd[i] ** 2 / n[i] if own else laboratory[i]
+        freedom.append((n[i] - 1 if own else sum(n[j] - 1 for j in members)) if counted else np.inf)
+    return variance, laboratory, np.array(freedom), surface
+
+
+def slopes_by_hand(found, x):
+    step = 1e-5 * np.eye(2)
+    return np.array([[(quadratic(x + e) - quadratic(x - e)) @ part[4] / 2e-5 for e in step] for part in found])
 
 
 def allowed_by_hand(found, sd, n, x):
     """F(1, ν) times the variance by each one's own sd over that by the pooled one, ν after Satterthwaite; by factor."""
-    variance, _ = weights_by_hand(found, sd, n)
-    surface = np.array([part[-1] for part in found])
-    step = 1e-5 * np.eye(2)
-    slopes = np.array([[(quadratic(x + e) - quadratic(x - e)) @ part[4] / 2e-5 for e in step] for part in found])
-    whitened = slopes / np.sqrt(variance)[:, None]
-    g = (np.linalg.pinv(whitened) / np.sqrt(variance)) ** 2
-    laboratory = variance - surface
-    by_kind = {kind: [i for i, k in enumerate(KINDS) if k == kind] for kind in dict.fromkeys(KINDS)}
+    variance, laboratory, freedom, surface = own_by_hand(found, sd, n)
+    root = np.sqrt(variance)
     allowed = []
-    for weights in g:
-        total, doubt = float(weights @ surface), (weights @ surface) ** 2 / 5
-        for members in by_kind.values():
-            given = [i for i in members if sd[i] is not None] or [i for i in range(len(found)) if sd[i] is not None]
-            counted = all((n[i] or 1) > 1 for i in given)
-            pooled_df = sum(n[i] - 1 for i in given) if counted else np.inf
-            for i in members:
-                own = sd[i] is not None and (n[i] or 1) > 1
-                part = weights[i] * (sd[i] ** 2 / n[i] if own else laboratory[i])
-                total += part
-                doubt += part**2 / ((n[i] - 1) if own and counted else pooled_df)
-        allowed.append(total / float(weights @ variance) * f_distribution.ppf(0.95, 1, total**2 / doubt))
+    for g in (np.linalg.pinv(slopes_by_hand(found, x) / root[:, None]) / root) ** 2:
+        total = float(g @ (laboratory + surface))
+        doubt = float(np.sum((g * laboratory) ** 2 / freedom)) + float(np.sum((g * surface) ** 2)) / 3
+        allowed.append(total / float(g @ variance) * f_distribution.ppf(0.95, 1, total**2 / doubt))
     return allowed
+
+
+def chance_by_hand(found, sd, n, x, least):
+    """The misfit over its mean tr(QΩ), F of tr(QΩ)²/tr(QΩQΩ) over Satterthwaite's degrees of freedom."""
+    variance, laboratory, freedom, surface = own_by_hand(found, sd, n)
+    slopes, root = slopes_by_hand(found, x), np.sqrt(variance)
+    left = np.eye(len(found)) - (slopes / root[:, None]) @ np.linalg.pinv(slopes / root[:, None])
+    form = left / root[:, None] / root @ np.diag(laboratory + surface)
+    mean, q = float(np.trace(form)), np.diag(left) / variance
+    doubt = float(np.sum((q * laboratory) ** 2 / freedom)) + float(np.sum((q * surface) ** 2)) / 3
+    return f_distribution.sf(least / mean, mean**2 / float(np.trace(form @ form)), mean**2 / doubt)
 
 
 @pytest.mark.parametrize("radius", [None, 1.2])
@@ -101,7 +125,7 @@ def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
         for (kind, measured, design, y, *_), s, count in zip(found, sd, n, strict=True)
     ]
     misfit, region = misfit_of(observations), Region(np.full(2, -REACH), np.full(2, REACH), radius)
-    variance, df = weights_by_hand(found, sd, n)
+    variance, _ = weights_by_hand(found, sd, n)
     assert misfit.variance == pytest.approx(variance, rel=1e-9)
     fit = fit_jointly(misfit, region)
 
@@ -112,7 +136,8 @@ def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
     rise = np.where(np.linalg.norm(points, axis=-1) <= (radius or np.inf), rise, np.inf)
     assert fit.misfit == pytest.approx(rise.min(), rel=1e-3, abs=1e-3) and fit.misfit <= rise.min()
     told = any(value is not None for value in sd)
-    assert fit.p_value == (pytest.approx(f_distribution.sf(fit.misfit / 2, 2, df)) if told else None)
+    by_hand = chance_by_hand(found, sd, n, fit.coded, fit.misfit) if told else None
+    assert fit.p_value == (pytest.approx(by_hand, rel=1e-4) if told else None)
     flat = fit.misfit * f_distribution.ppf(0.95, 1, 2) / 2
     allowed = allowed_by_hand(found, sd, n, fit.coded) if told else [flat, flat]
     for j, profile in enumerate(profiles_of(misfit, region, fit.coded)):

@@ -65,14 +65,14 @@ def test_few_specimens_give_t() -> None:
     assert logs[0] - logs[1] == pytest.approx(3.0 * np.log(1.0 + 24.0 / 5.0), rel=1e-6)
 
 
-def test_surfaces_each_with_residuals_of_its_own_give_a_t_each() -> None:
-    """Two measured forces taken as exact: the density is the product of Student's t of both surfaces, 3 df each."""
+def test_surfaces_of_two_kinds_give_a_t_each() -> None:
+    """A force and a travel taken as exact: the density is the product of Student's t of both surfaces, 3 df each."""
     random, coded = np.random.default_rng(3), central_composite(2, 1, "rotatable")
     fitted = [
         fit_surface(coded, coded @ slopes + 100.0 + error * random.standard_normal(len(coded)), ["a", "b"])
         for slopes, error in (([20.0, 0.0], 1.0), ([0.0, 10.0], 4.0))
     ]
-    data = misfit_of([Observation(fitted[0], 108.0), Observation(fitted[1], 97.0)])
+    data = misfit_of([Observation(fitted[0], 108.0), Observation(fitted[1], 97.0, kind="travel")])
     points = np.random.default_rng(4).uniform(-0.5, 1.0, (60, 2))
     found = log_posterior(data, BOX, points)
     scale = [(s.mean_square * (1.0 + 6 / len(coded))) ** 0.5 for s in fitted if s.mean_square]

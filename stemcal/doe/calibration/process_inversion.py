@@ -1,0 +1,88 @@
+"""Where does a Gaussian process take the target, and what does that leave possible, where a quadratic predicts badly?
+
+A point agrees with a measured mean F of variance v where |F − ŷ(x)| ≤ t·√(v + s²(x)), s the standard error of the
+process there: its own uncertainty is part of the likelihood. The profile of factor j is the least value of
+D(x) = (F − ŷ)²/(v + s²) over all others, taken over points that fill the region densely; every branch is among them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.infill import crossings, nearest_crossing
+from stemcal.doe.calibration.profile import GRID, Profile
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.gaussian_process import GaussianProcess
+from stemcal.doe.regression.least_squares import Array, t_quantile
+
+_CLOUD = 13
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessSolution:
+    """The point where a process takes the target, what it says there, and what the target leaves possible.
+
+    `reachable` are the least and greatest response that the region may have, by the process and its 95 % errors.
+    """
+
+    coded: Array
+    predicted: float
+    mean_interval: tuple[float, float]
+    prediction_interval: tuple[float, float]
+    reachable: tuple[float, float]
+    profiles: tuple[Profile, ...]
+
+
+def reach_of(process: GaussianProcess, region: Region) -> tuple[float, float]:
+    """Return the least and greatest response that a region may have: ŷ ∓ t·s, and never less than the runs show."""
+    cloud = region.cloud(_CLOUD)
+    middle = process.predict(cloud)
+    half = t_quantile(0.95, len(process.response) - 1) * process.standard_error(cloud)
+    seen = process.response[region.contains(process.design, 1e-6)]
+    return float(np.append(middle - half, seen).min()), float(np.append(middle + half, seen).max())
+
+
+def solve_by_process(
+    process: GaussianProcess, names: tuple[str, ...], target: float, variance: float, df: float, region: Region
+) -> ProcessSolution:
+    """Return the point nearest to the centre where the process takes the target, or comes nearest to it.
+
+    Parameters
+    ----------
+    variance, df : float
+        Of the measured mean; the fewer of these degrees of freedom and of the process's count.
+    """
+    x = nearest_crossing(process, target, region)
+    t = t_quantile(0.95, int(min(df, len(process.response) - 1)))
+    middle, error = float(process.predict(x)[0]), float(process.standard_error(x)[0])
+    one_more = (error**2 + process.nugget * process.variance) ** 0.5
+    points = np.vstack([x, crossings(process, target, region), region.cloud(_CLOUD)])
+    total = np.maximum(variance + process.standard_error(points) ** 2, (1e-9 * target) ** 2)
+    misfit = (target - process.predict(points)) ** 2 / total
+    return ProcessSolution(
+        coded=x,
+        predicted=middle,
+        mean_interval=(middle - t * error, middle + t * error),
+        prediction_interval=(middle - t * one_more, middle + t * one_more),
+        reachable=reach_of(process, region),
+        profiles=tuple(_profile(points, misfit, j, name, t**2, region) for j, name in enumerate(names)),
+    )
+
+
+def _profile(points: Array, misfit: Array, j: int, name: str, allowed: float, region: Region) -> Profile:
+    """Return the least rise of the misfit in each of `GRID` bins of factor j, and where it is allowed."""
+    low, high = (float(end[j]) for end in region.bounds())
+    least = float(misfit.min())
+    edges = np.linspace(low, high, GRID + 1)
+    bins = np.clip(np.searchsorted(edges, points[:, j], side="right") - 1, 0, GRID - 1)
+    rise = np.full(GRID, np.inf)
+    np.minimum.at(rise, bins, misfit - least)
+    held = points[misfit - least <= allowed, j]
+    bottom, top = float(held.min()), float(held.max())
+    margin = 0.5 * (edges[1] - edges[0])
+    bounded = bottom > low + margin, top < high - margin
+    return Profile(
+        name, 0.5 * (edges[1:] + edges[:-1]), rise, allowed, bottom, top, bounded, (top - bottom) / (high - low)
+    )
