@@ -38,11 +38,12 @@ def export_deck(
     from stemcal.cli.console import note, warn
     from stemcal.cli.session import read_study
     from stemcal.errors import UsageError
+    from stemcal.study.reading.checked import typed_size
 
     study = read_study(spec)
-    levels = chosen_levels(study.midlevels(), settings or [])
+    levels = chosen_levels(study, study.midlevels(), settings or [])
     require_material(study, levels)
-    chosen = study.specimen.outer_diameter if diameter is None else diameter
+    chosen = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
     if not out.absolute().parent.is_dir():
         raise UsageError(f"{out}: the folder {out.parent} does not exist")
 

@@ -136,12 +136,11 @@ def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) ->
     from stemcal.overview.foresight import excess, scarce
     from stemcal.text.plan import sentences
 
-    for said in sentences(scarce(demand, workers, free_memory()) if here else ()):
-        warn(said)
-
     for said in sentences(excess(demand, workers, machine_memory() if here else None)):
         if not yes:
             raise UsageError(f"{said} --yes begins it all the same.")
+        warn(said)
+    for said in sentences(scarce(demand, workers, free_memory()) if here else ()):
         warn(said)
 
 

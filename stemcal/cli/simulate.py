@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SPARK = 30  # columns of the curve drawn while a test goes on
 
-Diameter = Annotated[float | None, typer.Option(min=0, metavar="MM", help="Outer diameter.", show_default="the spec's")]
+Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="FACTOR=VALUE", help="A factor's value in the spec's unit; repeatable."),
@@ -59,16 +59,18 @@ def simulate(
     from stemcal.cli.console import note, say_json, waiting, warn
     from stemcal.cli.session import read_study, require_sense
     from stemcal.executors.machine import require_address_space
+    from stemcal.study.reading.checked import typed_size
 
     require_address_space()
     study = read_study(spec)
-    levels = study.midlevels()
+    levels, at = study.midlevels(), study.specimen.outer_diameter
     if from_run is not None:
         from stemcal.cli.repeat import recorded_run
 
-        levels, recorded_diameter = recorded_run(study, out, from_run)
-        diameter = recorded_diameter if diameter is None else diameter
-    levels = chosen_levels(levels, settings or [])
+        levels, at = recorded_run(study, out, from_run)
+    if diameter is not None:
+        at = typed_size(diameter, "--diameter")
+    levels = chosen_levels(study, levels, settings or [])
     require_material(study, levels)
     _check_outputs(study, csv_file, figure)
 
@@ -77,12 +79,11 @@ def simulate(
     from stemcal.solvers.embedded import simulate as shear_test
     from stemcal.text.runs import compiling, warning_text
 
-    at = study.specimen.outer_diameter if diameter is None else diameter
     require_sense(demand_of_one(study, [at], symmetry), 1, yes)
     if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
         note(compiling(seconds))
     with waiting("one virtual shear test", quiet) as status:
-        result = shear_test(study, levels, diameter, symmetry, watch=live(status, study.loading.stroke), frames=frames)
+        result = shear_test(study, levels, at, symmetry, watch=live(status, study.loading.stroke), frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -124,9 +125,10 @@ def live(
     return watch
 
 
-def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
+def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
     """Return every factor's value: those to start from, with the settings laid over them."""
     from stemcal.errors import UsageError
+    from stemcal.study.reading.checked import typed_level
 
     levels = dict(start)
     for setting in settings:
@@ -136,7 +138,7 @@ def chosen_levels(start: Mapping[str, float], settings: list[str]) -> dict[str, 
             raise UsageError(f"--set {setting}: write it as factor=value")
         if name not in levels:
             raise UsageError(f"--set {setting}: no factor {name!r}{_suggestion(name, list(levels))}")
-        levels[name] = _number(setting, text)
+        levels[name] = typed_level(study.factor(name), text.strip())
     return levels
 
 
@@ -147,20 +149,6 @@ def require_material(study: Study, levels: Mapping[str, float]) -> None:
 
     if wrong := list(wrong_levels(study, levels)):
         raise UsageError("\n".join(wrong))
-
-
-def _number(setting: str, text: str) -> float:
-    import math
-
-    from stemcal.errors import UsageError
-
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise UsageError(f"--set {setting}: {text!r} is not a number; give the value in the spec's unit, without it")
-    return value
 
 
 def _suggestion(name: str, known: list[str]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,13 +23,12 @@ from stemcal.report.progress import notebook_watch
 from stemcal.report.records import Curve as DrawnCurve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
-from stemcal.study.model import EmbeddedSolver, Factor, Study
+from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.frozen import Size
 from stemcal.study.reading import load_study as read_spec
-from stemcal.study.reading.checked import checked
+from stemcal.study.reading.checked import checked, level_of
 from stemcal.study.rules.factors import wrong_levels
-from stemcal.study.types.field_types import Number, Quantity, Whole
-from stemcal.study.types.units import from_internal, parse_unit
+from stemcal.study.types.field_types import Whole
 from stemcal.text.plan import sentences
 from stemcal.words import did_you_mean
 
@@ -217,16 +215,8 @@ def simulate(
             raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
     chosen = study.specimen.outer_diameter if diameter is None else checked(Size, diameter, "diameter")
     symmetry = checked(_Symmetry, symmetry, "symmetry")
-    whole = {**study.midlevels(), **{name: _level(study.factor(name), value) for name, value in levels.items()}}
+    whole = {**study.midlevels(), **{name: level_of(study.factor(name), value) for name, value in levels.items()}}
     if wrong := list(wrong_levels(study, whole)):
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
     _require_sense(demand_of_one(study, [chosen], symmetry), 1, yes)
     return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))
-
-
-def _level(factor: Factor, given: float | str) -> float:
-    """Return a level in the unit of its factor."""
-    if not isinstance(given, str):
-        return float(checked(Number, float(given) if isinstance(given, Real) else given, factor.name))
-    inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], given, factor.name)
-    return from_internal(inside, factor.unit)

@@ -122,13 +122,16 @@ def _(note: TooMuchMemory, names: Names) -> str:
 
 @sentence.register
 def _(note: ScarceMemory, names: Names) -> str:
-    return names.say(
-        "About {needed} of memory are needed for {count} runs at a time, and {free} are free now: close other programs "
-        "or take fewer workers (--workers); a run that finds none fails and is tried again by the next command.",
-        needed=in_bytes(note.needed),
-        count=note.at_a_time,
-        free=in_bytes(note.free),
+    one = (
+        "About {needed} of memory are needed for a run, and {free} are free now: close other programs; a run that "
+        "finds none fails and is tried again by the next command."
     )
+    several = (
+        "About {needed} of memory are needed for {count} runs at a time, and {free} are free now: close other programs "
+        "or take fewer workers (--workers); a run that finds none fails and is tried again by the next command."
+    )
+    fields = {"needed": in_bytes(note.needed), "free": in_bytes(note.free)}
+    return names.say_number(one, several, note.at_a_time, **fields)
 
 
 @sentence.register

@@ -101,8 +101,12 @@ def test_json(calls: list[Any]) -> None:
         ("yeild_stress=18", "did you mean yield_stress?"),
         ("mass=3", "the study's factors are elastic_modulus"),
         ("yield_stress", "factor=value"),
-        ("yield_stress=18 MPa", "is not a number"),
-        ("yield_stress=nan", "is not a number"),
+        ("yield_stress=18 mm", "yield_stress"),
+        ("yield_stress=nan", "yield_stress"),
+        ("yield_stress=1_8", "yield_stress"),
+        ("yield_stress=１８", "yield_stress"),
+        ("yield_stress=٣", "yield_stress"),
+        ("yield_stress=1e400", "yield_stress"),
     ],
 )
 def test_wrong_settings(calls: list[Any], setting: str, words: str) -> None:
@@ -110,6 +114,20 @@ def test_wrong_settings(calls: list[Any], setting: str, words: str) -> None:
     assert result.exit_code == 2
     assert words in result.stderr
     assert calls == []
+
+
+@pytest.mark.parametrize("given", ["0", "inf", "nan", "-3", "1e400", "٣", "8_0", "8 s"])
+def test_wrong_diameters(calls: list[Any], given: str) -> None:
+    result = command("simulate", SMOKE, "--diameter", given)
+    assert result.exit_code == 2
+    assert "--diameter" in result.stderr
+    assert calls == []
+
+
+def test_levels_and_diameter_may_have_their_unit(calls: list[Any]) -> None:
+    assert command("simulate", SMOKE, "--set", "yield_stress=18000 kPa", "--diameter", "0.9 cm").exit_code == 0
+    ((levels, diameter, _),) = calls
+    assert levels["yield_stress"] == pytest.approx(18.0) and diameter == pytest.approx(9.0)
 
 
 def test_history_and_figures(calls: list[Any], tmp_path: Path) -> None:

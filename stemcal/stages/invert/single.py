@@ -96,7 +96,7 @@ def _solve_by_process(
     coding, target = surface.scales, study.calibration_target
     low, high = reach_of(process, region)
     if not low <= target.response <= high:
-        raise TargetUnreachable(target.response, low, high, study.naming.response.beside)
+        raise TargetUnreachable(target.response, low, high, study.naming.response.unit_suffix)
     laboratory = float(sum(source.variance[0] for source in misfit.sources if source.name == "laboratory"))
     df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
     found = solve_by_process(process, coding.names, target.response, laboratory, df, region)

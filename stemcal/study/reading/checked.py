@@ -1,13 +1,21 @@
-"""Single values from Python, checked as those of a spec are."""
+"""Single values from Python and from the command line, checked as those of a spec are."""
 
 from __future__ import annotations
 
-from typing import Any
+import re
+from numbers import Real
+from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
+from stemcal.study.model import Factor
+from stemcal.study.model.frozen import Size
 from stemcal.study.reading.messages import finding_of
+from stemcal.study.types.field_types import Number, Quantity
+from stemcal.study.types.units import from_internal, parse_unit
+
+_TYPED = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 
 
 def checked(kind: Any, given: object, name: str) -> Any:
@@ -23,3 +31,25 @@ def checked(kind: Any, given: object, name: str) -> Any:
     except ValidationError as error:
         wrong = finding_of(error.errors(include_url=False)[0], (name,), (name,))
         raise UsageError(f"{name}: {wrong.message}; {wrong.remedy}") from None
+
+
+def level_of(factor: Factor, given: float | str) -> float:
+    """Return a level in the unit of its factor: a number, or a quantity such as ``"18 MPa"``."""
+    if not isinstance(given, str):
+        return float(checked(Number, float(given) if isinstance(given, Real) else given, factor.name))
+    inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], given, factor.name)
+    return from_internal(inside, factor.unit)
+
+
+def typed_level(factor: Factor, text: str) -> float:
+    """Return a level typed on the command line; a number has the unit of the factor."""
+    return level_of(factor, _number_or_text(text))
+
+
+def typed_size(text: str, name: str) -> float:
+    """Return a length typed on the command line, mm."""
+    return float(checked(Size, _number_or_text(text), name))
+
+
+def _number_or_text(text: str) -> float | str:
+    return float(text) if _TYPED.fullmatch(text) else text

@@ -21,7 +21,7 @@ from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.named import as_in_spec
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
-from stemcal.words import did_you_mean
+from stemcal.words import did_you_mean, nearest
 
 
 def load_study(path: str | Path) -> Study:
@@ -107,8 +107,11 @@ def _content(path: Path) -> bytes:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        problem = SpecProblem(str(path), 1, 1, "", f"cannot be read: {reason}", "check the name of the spec")
-        raise SpecError([problem]) from None
+        meant = (
+            nearest(path.name, (beside.name for beside in path.parent.glob("*.y*ml"))) if not path.exists() else None
+        )
+        remedy = f"did you mean {path.with_name(meant)}?" if meant else "check the name of the spec"
+        raise SpecError([SpecProblem(str(path), 1, 1, "", f"cannot be read: {reason}", remedy)]) from None
 
 
 def _draft(data: Any, sections: Sections) -> Draft:
