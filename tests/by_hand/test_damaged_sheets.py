@@ -302,7 +302,7 @@ def test_refused_whole(damage: str, heap: Study, sheet: Cells, tmp_path: Path) -
 def test_a_quote_that_is_left_open_swallows_no_rows(heap: Study, sheet: Cells, tmp_path: Path) -> None:
     lines = text_of(sheet).splitlines()
     lines[HURT] += '"too wet'
-    with pytest.raises(UsageError, match="sheet.csv:"):
+    with pytest.raises(UsageError, match=r"sheet\.csv:"):
         entered(heap, StudyFolder(tmp_path / "study"), "\n".join(lines))
 
 
