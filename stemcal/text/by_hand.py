@@ -63,7 +63,7 @@ def refused(found: Entered, names: Names) -> list[str]:
 
 
 states(UnknownRun, "{place}: the study asks for no run {run!r}; write its name as on the sheet, such as screen 3")
-states(OtherReplicate, "{place}: {run} has no replicate {replicate}; write the number that `stemcal ask` gives")
+states(OtherReplicate, "{place}: {run} has no replicate {replicate!r}; write the number as on the sheet")
 states(Incomplete, "{place}: {run} has no {response}; write its value too, or `failed: why`")
 states(FailedWithValue, "{place}: {run} is said to have failed and has a value; delete one of the two")
 states(NoReason, "{place}: {run} is said to have failed; write why, as `failed: the stem slipped`")

@@ -14,7 +14,6 @@ from typer.testing import CliRunner, Result
 
 import stemcal
 from stemcal.by_hand.awaited import gone_on, sheet_rows
-from stemcal.by_hand.form import Field
 from stemcal.by_hand.handing_out import hand_out
 from stemcal.cli.app import app
 from stemcal.errors import UsageError, Waiting
@@ -89,11 +88,10 @@ def test_python_asks_and_tells(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ({"run": "rsm 1"}, "rsm 1 has no angle"),
         ({"run": "rsm 1", "responses": {"angel": 3}}, "no response 'angel'; did you mean angle?"),
         ({"run": "rsm 1", "responses": {"angle": float("nan")}}, "'nan' is no number"),
         ({"run": "rsm 1", "levels": {"wall": 0.7}, "responses": {"angle": 3}}, "was asked for at wall = 0.5"),
-        ({"run": "rsm 1", "replicate": 2, "responses": {"angle": 3}}, "has no replicate 2"),
+        ({"run": "rsm 1", "replicate": 2, "responses": {"angle": 3}}, "has no replicate '2'"),
         ({"responses": {"angle": 3}}, "has no name"),
         ("rsm 1", "has no name"),
     ],
@@ -150,19 +148,22 @@ def test_a_sheet_that_is_being_filled_in_is_left_alone(tmp_path: Path) -> None:
     assert len(cells_of(sheet.read_text("utf-8"))) == 15
 
 
-def test_replicates_have_a_column_each_and_may_come_one_by_one(tmp_path: Path) -> None:
+def test_replicates_are_rows_of_their_own(tmp_path: Path) -> None:
     study = stemcal.load_study(spec_of(tmp_path, deterministic="replicates: 2"))
     folder = StudyFolder(tmp_path / "study")
-    head, *rows = awaited(study, folder)
-    assert head[4:6] == ["angle 1 (deg)", "angle 2 (deg)"] and len(rows) == 15
-    first = [[*row[:4], f"{20 + i}", "", *row[6:]] for i, row in enumerate(rows)]
-    assert len(entered(study, folder, text_of([head, *first])).taken) == 15
-    both = [[*row[:4], f"{20 + i}", f"{20.5 + i}", *row[6:]] for i, row in enumerate(rows)]
-    found = entered(study, folder, text_of([head, *both]))
-    assert (len(found.known), len(found.taken), found.refused) == (15, 15, ())
-    awaited(study, folder)
+    sizes = []
+    while sheet := awaited(study, folder):
+        head, *rows = sheet
+        assert head[4:6] == ["replicate", "angle (deg)"]
+        for row in rows:
+            level = angle(dict(zip(head[1:4], map(float, row[1:4]), strict=True)))
+            row[5] = str(level + float(row[4]) / 10)
+        sizes.append(len(rows))
+        assert len(entered(study, folder, text_of([head, *rows])).taken) == len(rows)
+    assert sizes == [30, 2, 2]
     runs = folder.read_stage("rsm")["design"]["runs"]
-    assert sorted(run["response"] for run in runs) == [20.25 + i for i in range(15)]
+    assert [round(run["response"] - angle(run["levels"]), 6) for run in runs] == [0.1] * 15 + [0.2] * 15
+    assert len(folder.read_stage("validate")["rows"][0]["replicates"]["values"]) == 2
 
 
 def test_order_is_drawn_by_chance_where_there_is_chance(tmp_path: Path) -> None:
@@ -184,8 +185,3 @@ def test_templates_are_filled_in_for_every_run(tmp_path: Path) -> None:
     inputs = tmp_path / "study" / "inputs"
     assert len(list(inputs.iterdir())) == 15
     assert (inputs / "rsm 2" / "heap.in").read_text("utf-8") == "friction 0.2 0.2\n"
-
-
-def test_levels_are_written_to_a_hundred_thousandth_of_their_range() -> None:
-    assert Field("density", "kg/m3", "factor").heading == "density (kg/m3)"
-    assert Field("angle", "deg", "response", replicate=2).heading == "angle 2 (deg)"
