@@ -48,9 +48,14 @@ class UnknownRun(Refused):
 
 @dataclass(frozen=True)
 class OtherReplicate(Refused):
-    """The run has no such replicate, or it is not told which of several is meant."""
+    """The run has no such replicate."""
 
     replicate: str
+
+
+@dataclass(frozen=True)
+class SeveralMeant(Refused):
+    """Several runs are called so, and neither condition nor replicate tells which is meant."""
 
 
 @dataclass(frozen=True)
@@ -244,8 +249,8 @@ def _request(study: Study, runs: Sequence[Request], filled: Filled) -> Request |
         return OtherReplicate(filled.place, filled.run, told)
     wrong = [_other_level(study, run, filled) for run in replicates]
     meant = [run for run, other in zip(replicates, wrong, strict=True) if other is None]
-    if len(meant) > 1 and not told and study.replicates > 1:
-        return OtherReplicate(filled.place, filled.run, told)
+    if len({(run.condition, run.replicate) for run in meant}) > 1:
+        return SeveralMeant(filled.place, filled.run)
     return meant[0] if meant else wrong[0] or replicates[0]
 
 

@@ -15,12 +15,13 @@ from stemcal.errors import UsageError
 from stemcal.files.plain import read_plain
 from stemcal.folder.store import StudyFolder
 from stemcal.outputs import make_folder, write_output
+from stemcal.overview.status import SHEET
 from stemcal.solvers import make_solver
 from stemcal.solvers.manual import Manual
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 
-SHEET, WORKBOOK = "sheet.csv", "sheet.xlsx"
+WORKBOOK = "sheet.xlsx"
 OLD, INPUTS = "sheets", "inputs"
 
 
