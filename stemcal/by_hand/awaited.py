@@ -1,9 +1,6 @@
-"""Which runs a study waits for, and which it knows: rows of a sheet, each with a request for every replicate."""
+"""Which runs a study waits for, and which it knows."""
 
 from __future__ import annotations
-
-from collections.abc import Iterable
-from dataclasses import dataclass
 
 from stemcal.errors import Waiting
 from stemcal.executors.inline import InlineExecutor
@@ -20,24 +17,6 @@ from stemcal.stages.fresh import make
 from stemcal.study.model import ManualSolver, Study
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of the sheet: where a run is to be done, and the request of each of its replicates."""
-
-    run: str
-    requests: tuple[Request, ...]
-
-    @property
-    def levels(self) -> dict[str, float]:
-        """The level of every factor, in the units of the spec."""
-        return dict(self.requests[0].levels)
-
-    @property
-    def condition(self) -> float:
-        """The condition at which the run is done."""
-        return self.requests[0].condition
-
-
 def run_name(request: Request) -> str:
     """Return what the sheet calls a run.
 
@@ -45,14 +24,6 @@ def run_name(request: Request) -> str:
     'screen 3'
     """
     return f"{request.stage} {request.row + 1}"
-
-
-def rows_of(requests: Iterable[Request]) -> list[Row]:
-    """Return a row for the replicates of each run, in the order in which they come."""
-    found: dict[tuple[str, float, tuple[float, ...]], list[Request]] = {}
-    for request in requests:
-        found.setdefault((run_name(request), request.condition, tuple(request.levels.values())), []).append(request)
-    return [Row(run, tuple(replicates)) for (run, *_), replicates in found.items()]
 
 
 def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting | None:
@@ -71,7 +42,7 @@ def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting
     return None
 
 
-def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Row]:
+def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
     """Return the rows of the sheet: all that the waiting stage will ask for, if that is known already.
 
     A program with chance in it gets them in random order, so that nothing that drifts is taken for an effect.
@@ -82,16 +53,15 @@ def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Row]
         left = {record_key(solver, request): request for request in missing(part, study, solver, folder)}
         if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
             wanted = left
-    rows, options = rows_of(wanted.values()), study.solver
+    rows, options = list(wanted.values()), study.solver
     if isinstance(options, ManualSolver) and options.by_chance:
-        rows.sort(key=lambda row: seed_of(row.requests[0], options.seed))
+        rows.sort(key=lambda row: seed_of(row, options.seed))
     return rows
 
 
-def known_rows(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Row]:
-    """Return the rows whose results may be entered: those that are awaited, and those that have some."""
+def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
+    """Return the runs whose results may be entered: those that are awaited, and those that have some."""
     solver = make_solver(study)
     awaited = [] if waiting is None else list(waiting.requests)
     asked_for = [entry.request for entry in ledger(study, folder, solver)]
-    distinct = {record_key(solver, request): request for request in (*awaited, *asked_for)}
-    return rows_of(distinct.values())
+    return list({record_key(solver, request): request for request in (*awaited, *asked_for)}.values())

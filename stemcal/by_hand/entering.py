@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from stemcal.by_hand.awaited import Row
-from stemcal.by_hand.form import FAILED, WITHDRAWN, entered_responses
+from stemcal.by_hand.awaited import run_name
+from stemcal.by_hand.form import FAILED, REPLICATE, WITHDRAWN, entered_responses
 from stemcal.by_hand.numbers import Unread, number_in, readings
 from stemcal.by_hand.reading import Filled
 from stemcal.files.typed import Tagged
@@ -50,7 +50,12 @@ class UnknownRun(Refused):
 class OtherReplicate(Refused):
     """The run has no such replicate."""
 
-    replicate: int
+    replicate: str
+
+
+@dataclass(frozen=True)
+class SeveralMeant(Refused):
+    """Several runs are called so, and neither condition nor replicate tells which is meant."""
 
 
 @dataclass(frozen=True)
@@ -171,14 +176,14 @@ class _Sorted:
 
 
 def enter(
-    study: Study, folder: StudyFolder, rows: Sequence[Row], sheet: Sequence[Filled], how: Correction = Correction()
+    study: Study, folder: StudyFolder, runs: Sequence[Request], sheet: Sequence[Filled], how: Correction = Correction()
 ) -> Entered:
-    """Record what a sheet tells of the runs in `rows`; the folder must be locked.
+    """Record what a sheet tells of the `runs` that may be entered; the folder must be locked.
 
     Rows that are right are taken, whatever is wrong with the others.
     """
     solver = make_solver(study)
-    found = _sorted(study, folder, solver, rows, [one for one in sheet if not one.is_empty], how)
+    found = _sorted(study, folder, solver, runs, [one for one in sheet if not one.is_empty], how)
     if not how.sure:
         found = _without_far_off(study, folder, found)
     for result in (*found.new, *found.others):
@@ -192,17 +197,16 @@ def enter(
 
 
 def _name(result: _Result) -> str:
-    replicate = result.request.replicate
-    return f"{result.filled.run} ({replicate})" if replicate > 1 else result.filled.run
+    return run_name(result.request)
 
 
 def _sorted(
-    study: Study, folder: StudyFolder, solver: Solver, rows: Sequence[Row], sheet: Sequence[Filled], how: Correction
+    study: Study, folder: StudyFolder, solver: Solver, runs: Sequence[Request], sheet: Sequence[Filled], how: Correction
 ) -> _Sorted:
     """Check every row by itself, then against the others and against the records."""
     found, seen = _Sorted(), dict[str, _Result]()
     for filled in sheet:
-        result = _result(study, solver, rows, filled)
+        result = _result(study, solver, runs, filled)
         if isinstance(result, Refused):
             found.refused.append(result)
         elif result.key not in seen:
@@ -222,42 +226,45 @@ def _sorted(
 # ---- a row by itself
 
 
-def _result(study: Study, solver: Solver, rows: Sequence[Row], filled: Filled) -> _Result | Refused:
+def _result(study: Study, solver: Solver, runs: Sequence[Request], filled: Filled) -> _Result | Refused:
     place = filled.place, filled.run
     if filled.extra:
         return BrokenRow(*place)
-    row = _row(study, rows, filled)
-    if isinstance(row, Refused):
-        return row
-    request = next((one for one in row.requests if one.replicate == filled.replicate), None)
-    if request is None and filled.replicate <= 1 and row.requests[0].replicate <= 1:
-        request = row.requests[0]
-    if request is None:
-        return OtherReplicate(*place, filled.replicate)
+    request = _request(study, runs, filled)
+    if isinstance(request, Refused):
+        return request
     answer = _answer(study, filled)
     return answer if isinstance(answer, Refused) else _Result(filled, request, record_key(solver, request), answer)
 
 
-def _row(study: Study, rows: Sequence[Row], filled: Filled) -> Row | Refused:
-    """Return the row that is meant: of the same name, and of the same levels as far as they are told."""
-    named = [row for row in rows if row.run.casefold() == " ".join(filled.run.split()).casefold()]
+def _request(study: Study, runs: Sequence[Request], filled: Filled) -> Request | Refused:
+    """Return the run that is meant: of the same name, and of the same levels as far as they are told."""
+    called = " ".join(filled.run.split()).casefold()
+    named = [run for run in runs if run_name(run) == called]
     if not named:
         return UnknownRun(filled.place, filled.run)
-    wrong = [_other_level(study, row, filled) for row in named]
-    return next((row for row, other in zip(named, wrong, strict=True) if other is None), None) or wrong[0] or named[0]
+    told = filled.levels.get(REPLICATE, "")
+    replicates = [run for run in named if not told or told == str(run.replicate)]
+    if not replicates:
+        return OtherReplicate(filled.place, filled.run, told)
+    wrong = [_other_level(study, run, filled) for run in replicates]
+    meant = [run for run, other in zip(replicates, wrong, strict=True) if other is None]
+    if len({(run.condition, run.replicate) for run in meant}) > 1:
+        return SeveralMeant(filled.place, filled.run)
+    return meant[0] if meant else wrong[0] or replicates[0]
 
 
-def _other_level(study: Study, row: Row, filled: Filled) -> OtherLevels | None:
+def _other_level(study: Study, run: Request, filled: Filled) -> OtherLevels | None:
     """Return the first level of a run that is told otherwise than it was asked for."""
     at = study.naming.condition
     for factor in study.factors:
-        asked, near = row.levels[factor.name], _LEVEL * (factor.high - factor.low)
+        asked, near = run.levels[factor.name], _LEVEL * (factor.high - factor.low)
         if not _is_level(filled, factor.name, asked, near, factor.unit):
             return OtherLevels(
                 filled.place, filled.run, factor.name, filled.levels[factor.name], asked, _shown(factor.unit)
             )
-    if at is not None and not _is_level(filled, at.name, row.condition, _LEVEL * abs(row.condition), at.unit):
-        return OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], row.condition, at.written)
+    if at is not None and not _is_level(filled, at.name, run.condition, _LEVEL * abs(run.condition), at.unit):
+        return OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], run.condition, at.written)
     return None
 
 

@@ -6,35 +6,35 @@ import getpass
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from stemcal.by_hand.awaited import Row, gone_on, known_rows
+from stemcal.by_hand.awaited import gone_on, known_runs, run_name
 from stemcal.by_hand.entering import Correction, Entered, Refused, enter
 from stemcal.by_hand.form import entered_responses
 from stemcal.by_hand.reading import Filled
 from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
+from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 1
 
 
-def asked_runs(study: Study, rows: Sequence[Row]) -> list[dict[str, Any]]:
+def asked_runs(study: Study, runs: Sequence[Request]) -> list[dict[str, Any]]:
     """Return each run that is awaited, with its levels as they were asked for and its responses still empty."""
     names = [response.name for response in entered_responses(study)]
     return [
         {
-            "run": row.run,
-            "levels": row.levels,
-            **({} if study.naming.condition is None else {"condition": row.condition}),
-            **({"replicate": request.replicate} if study.replicates > 1 else {}),
+            "run": run_name(run),
+            "levels": dict(run.levels),
+            **({} if study.naming.condition is None else {"condition": run.condition}),
+            **({"replicate": run.replicate} if study.replicates > 1 else {}),
             "responses": dict.fromkeys(names),
         }
-        for row in rows
-        for request in row.requests
+        for run in runs
     ]
 
 
-def asked_json(study: Study, waiting: Waiting | None, rows: Sequence[Row]) -> dict[str, Any]:
+def asked_json(study: Study, waiting: Waiting | None, runs: Sequence[Request]) -> dict[str, Any]:
     """Return what `stemcal ask --json` prints; `waiting_for` names the stage, None at the end."""
     return {
         "schema_version": SCHEMA_VERSION,
@@ -42,7 +42,7 @@ def asked_json(study: Study, waiting: Waiting | None, rows: Sequence[Row]) -> di
         "study": study.name,
         "waiting_for": None if waiting is None else waiting.stage,
         "naming": to_json(study.naming),
-        "runs": asked_runs(study, rows),
+        "runs": asked_runs(study, runs),
     }
 
 
@@ -58,7 +58,7 @@ def enter_filled(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how
         waiting = gone_on(study, folder)
     except StemcalError:  # results may be the remedy; if not, it is told when the study goes on
         waiting = None
-    return enter(study, folder, known_rows(study, folder, waiting), sheet, how)
+    return enter(study, folder, known_runs(study, folder, waiting), sheet, how)
 
 
 def require_manual(study: Study) -> None:

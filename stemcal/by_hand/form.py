@@ -9,41 +9,37 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.by_hand.awaited import Row
+from stemcal.by_hand.awaited import run_name
 from stemcal.naming import Named
+from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 
-RUN, WHO, WHEN, REMARK = "run", "who", "when", "remark"
+RUN, REPLICATE, WHO, WHEN, REMARK = "run", "replicate", "who", "when", "remark"
 FAILED, WITHDRAWN = "failed", "withdrawn"
 _ROUND = 1e-5  # of a factor's range: what a level on the sheet may differ from the one that is asked for
 
-Kind = Literal["run", "factor", "condition", "response", "said"]
+Kind = Literal["run", "factor", "condition", "replicate", "response", "said"]
+ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
 
 
 @dataclass(frozen=True)
 class Field:
-    """A column of the sheet: what it is called, its unit, what it holds; of a response for which replicate, from 1."""
+    """A column of the sheet: what it is called, its unit, what it holds."""
 
     name: str
     unit: str
     kind: Kind
     label: str = ""
-    replicate: int = 0
     decimals: int | None = None
-
-    @property
-    def title(self) -> str:
-        """The heading without the unit."""
-        return f"{self.name} {self.replicate}" if self.replicate else self.name
 
     @property
     def heading(self) -> str:
         """The heading.
 
-        >>> Field("force", "N", "response", replicate=2).heading, Field("ratio", "1", "factor").heading
-        ('force 2 (N)', 'ratio')
+        >>> Field("force", "N", "response").heading, Field("ratio", "1", "factor").heading
+        ('force (N)', 'ratio')
         """
-        return f"{self.title} ({self.unit})" if self.unit not in ("", "1") else self.title
+        return f"{self.name} ({self.unit})" if self.unit not in ("", "1") else self.name
 
 
 def fields_of(study: Study) -> list[Field]:
@@ -51,10 +47,10 @@ def fields_of(study: Study) -> list[Field]:
     factors = [Field(f.name, f.unit, "factor", f.label, decimals=_decimals(f.high - f.low)) for f in study.factors]
     at = study.naming.condition
     conditions = [] if at is None else [Field(at.name, at.unit, "condition", at.label)]
-    times = range(1, study.replicates + 1) if study.replicates > 1 else range(1)
-    responses = [Field(r.name, r.unit, "response", r.label, n) for n in times for r in entered_responses(study)]
+    replicates = [Field(REPLICATE, "", "replicate")] if study.replicates > 1 else []
+    responses = [Field(r.name, r.unit, "response", r.label) for r in entered_responses(study)]
     said = [Field(name, "", "said") for name in (WHO, WHEN, REMARK)]
-    return [Field(RUN, "", "run"), *factors, *conditions, *responses, *said]
+    return [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses, *said]
 
 
 def entered_responses(study: Study) -> tuple[Named, ...]:
@@ -71,25 +67,24 @@ def _decimals(width: float) -> int:
     return max(0, -math.floor(math.log10(width * _ROUND)))
 
 
-def cells(row: Row, fields: Sequence[Field]) -> list[str | float]:
-    """Return the cells of a row, those to be filled in empty."""
-    return [_cell(row, field) for field in fields]
+def cells(run: Request, fields: Sequence[Field]) -> list[str | float]:
+    """Return the cells of a run's row, those to be filled in empty."""
+    return [_cell(run, field) for field in fields]
 
 
-def _cell(row: Row, field: Field) -> str | float:
+def _cell(run: Request, field: Field) -> str | float:
     if field.kind == "factor":
-        return round(row.levels[field.name], field.decimals)
-    if field.kind == "condition":
-        return row.condition
-    return row.run if field.kind == "run" else ""
+        return round(run.levels[field.name], field.decimals)
+    told: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
+    return told.get(field.kind, "")
 
 
-def sheet_text(study: Study, rows: Sequence[Row]) -> str:
+def sheet_text(study: Study, runs: Sequence[Request]) -> str:
     """Return the sheet as CSV, with the mark by which Excel knows UTF-8."""
     fields, text = fields_of(study), io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([field.heading for field in fields])
-    writer.writerows([[plain(cell) for cell in cells(row, fields)] for row in rows])
+    writer.writerows([[plain(cell) for cell in cells(run, fields)] for run in runs])
     return "\ufeff" + text.getvalue()
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stemcal.by_hand import workbook
-from stemcal.by_hand.form import REMARK, RUN, WHEN, WHO, Field, entered_responses, fields_of
+from stemcal.by_hand.form import ASKED, REMARK, REPLICATE, RUN, WHEN, WHO, Field, entered_responses, fields_of
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
 from stemcal.measured.encodings import decoded
@@ -25,14 +25,13 @@ _WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}
 
 @dataclass(frozen=True)
 class Filled:
-    """What stands on the sheet of one run: texts by factor, condition and response, with the units of their columns.
+    """What stands on the sheet of one run: texts by response, and by factor, condition and replicate as `levels`.
 
-    `replicate` counts from 1 where there are several. Without `levels` nothing tells that the run is the one asked for.
+    `units` are those of the columns. Without `levels` nothing tells that the run is the one that was asked for.
     """
 
     place: str
     run: str
-    replicate: int
     values: dict[str, str]
     levels: dict[str, str] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
@@ -112,13 +111,12 @@ def _told(run: object, place: str, study: Study) -> Filled:
     values = {name: _text(responses.get(name)) for name in names}
     if run.get("failed"):
         values[names[0]] = f"failed: {_text(run['failed'])}"
-    replicate = run.get("replicate") or 0
+    replicate = {} if run.get(REPLICATE) is None else {REPLICATE: _text(run[REPLICATE])}
     return Filled(
         place,
         run["run"],
-        replicate if isinstance(replicate, int) else -1,
         values,
-        {str(name): _text(level) for name, level in levels.items()} | places,
+        {str(name): _text(level) for name, level in levels.items()} | places | replicate,
         who=_text(run.get(WHO)),
         when=_text(run.get(WHEN)),
         remark=_text(run.get(REMARK)),
@@ -168,7 +166,6 @@ def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
         raise UsageError(f"{source}: no line has the heading `{RUN}`; fill in the sheet that stemcal has written")
     columns, units = _columns(lines[head][1], source, study)
     rows = [(number, cells) for number, cells in lines[head + 1 :] if any(cell.strip() for cell in cells)]
-    replicates = dict.fromkeys(column.replicate for column in columns if column.kind == "response")
     factors = [column for column in columns if column.kind == "factor"]
     numbers = [cells[columns[c]] for _, cells in rows for c in factors if columns[c] < len(cells)]
     decimal = "," if any("," in n for n in numbers) and not any("." in n for n in numbers) else "."
@@ -177,11 +174,8 @@ def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
         Filled(
             place=f"{source}:{number}",
             run=_of(cells, columns, RUN),
-            replicate=replicate,
-            values={
-                c.name: _at(cells, columns[c]) for c in columns if (c.kind, c.replicate) == ("response", replicate)
-            },
-            levels={c.name: _at(cells, i) for c, i in columns.items() if c.kind in ("factor", "condition")},
+            values={c.name: _at(cells, i) for c, i in columns.items() if c.kind == "response"},
+            levels={c.name: _at(cells, i) for c, i in columns.items() if c.kind in ASKED},
             units=units,
             who=_of(cells, columns, WHO),
             when=_of(cells, columns, WHEN),
@@ -190,7 +184,6 @@ def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
             extra=max(0, len(cells) - width),
         )
         for number, cells in rows
-        for replicate in replicates
     ]
 
 
@@ -213,9 +206,7 @@ def _columns(head: Sequence[str], source: str, study: Study) -> tuple[dict[Field
 
 
 def _titles(column: Field) -> Iterator[str]:
-    yield column.title
-    if column.label:
-        yield f"{column.label} {column.replicate}" if column.replicate else column.label
+    yield from filter(None, (column.name, column.label))
 
 
 def _parted(heading: str) -> tuple[str, str]:

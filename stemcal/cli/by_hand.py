@@ -57,7 +57,7 @@ def ask(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = Fal
     else:
         say_whole(*sheet_text(work.study, rows).removeprefix("\ufeff").splitlines())
         if not quiet:
-            note(waiting_for(sum(len(row.requests) for row in rows), waiting.stage, str(sheet), str(spec)))
+            note(waiting_for(len(rows), waiting.stage, str(sheet), str(spec)))
 
 
 def tell(

@@ -127,7 +127,7 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
     rows = sheet_rows(work.study, work.folder, waiting)
     sheet = hand_out(work.study, work.folder, rows)
     work.folder.remember_spec(work.study.source)
-    return waiting_for(sum(len(row.requests) for row in rows), waiting.stage, str(sheet), str(spec))
+    return waiting_for(len(rows), waiting.stage, str(sheet), str(spec))
 
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:

@@ -17,7 +17,7 @@ from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.key import answer_of, record_key
 from stemcal.runs.policy import is_censored, judged, stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Request, Solver
+from stemcal.solvers.protocol import ByHand, Request, Solver
 from stemcal.stages.base import STAGES, stage_called
 from stemcal.stages.fresh import CODE, changes_since, read
 from stemcal.stages.verdict.result import Verdict
@@ -25,6 +25,7 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 2
+SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: those that are awaited
 _SHORTEST_KEY = 4
 
 
@@ -82,7 +83,10 @@ class StageStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """How far a study is and what it comes to; `working` is what the process at work tells of itself, or None."""
+    """How far a study is and what it comes to; `working` is what the process at work tells of itself, or None.
+
+    `sheet` is where the runs stand whose results somebody has to enter, if runs are done by hand and some are awaited.
+    """
 
     schema_version: int
     stage: str
@@ -91,6 +95,7 @@ class Status:
     working: Holder | None
     stages: tuple[StageStatus, ...]
     verdict: Verdict
+    sheet: str | None = absent()
 
 
 def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[Entry]:
@@ -156,7 +161,9 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
         for name in named
     ]
     verdict = verdict_of(study, folder)
-    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict)
+    place = folder.path / SHEET
+    sheet = str(place) if isinstance(solver, ByHand) and place.exists() else None
+    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict, sheet)
 
 
 def _stage(

@@ -126,7 +126,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
         spec = found.remembered_spec()
         if spec is None:
             raise UsageError(f"{place} does not tell its spec; give it: stemcal.open_results(folder, study)")
-        study = read_spec(spec)
+        study = load_study(spec)
     return StudyResults.of(study, found)
 
 

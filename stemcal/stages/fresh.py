@@ -142,10 +142,12 @@ def _corrected(stage: str, study: Study, folder: StudyFolder) -> bool:
     for _, outcome in read(stage_called(stage), folder).runs():
         records = [record for key in outcome.keys if key and (record := folder.peek(key)) is not None]
         answers = [answer for record in records if (answer := judged(answer_of(record), study.runs)).ok]
+        if records and outcome.ok != bool(answers):
+            return True
         for name in (FIRST, *study.own_further):
             told = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
             now = tuple(a.response if name == FIRST else a.details.get(RESPONSES, {}).get(name) for a in answers)
-            if records and outcome.ok and told != now and told != (None,):
+            if answers and told != now and told != (None,):
                 return True
     return False
 

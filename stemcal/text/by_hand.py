@@ -13,6 +13,7 @@ from stemcal.by_hand.entering import (
     NothingToWithdraw,
     OtherLevels,
     OtherReplicate,
+    SeveralMeant,
     ToldTwice,
     UnknownRun,
     Unreadable,
@@ -63,7 +64,8 @@ def refused(found: Entered, names: Names) -> list[str]:
 
 
 states(UnknownRun, "{place}: the study asks for no run {run!r}; write its name as on the sheet, such as screen 3")
-states(OtherReplicate, "{place}: {run} has no replicate {replicate}; write the number that `stemcal ask` gives")
+states(OtherReplicate, "{place}: {run} has no replicate {replicate!r}; write the number as on the sheet")
+states(SeveralMeant, "{place}: several runs are called {run}; tell its condition and replicate, as `ask` gives them")
 states(Incomplete, "{place}: {run} has no {response}; write its value too, or `failed: why`")
 states(FailedWithValue, "{place}: {run} is said to have failed and has a value; delete one of the two")
 states(NoReason, "{place}: {run} is said to have failed; write why, as `failed: the stem slipped`")
@@ -85,12 +87,9 @@ states(
 @sentence.register
 def _(fact: KnownOtherwise, names: Names) -> str:
     return names.say(
-        "{place}: {run} has the result {known} already (entered {entered}), not {given}; if that was wrong, enter the "
+        "{place}: {run} has the result {known} already ({when} {who}), not {given}; if that was wrong, enter the "
         'sheet with --replace --reason "why"',
-        entered=" ".join(
-            filter(None, [say("{when}", when=fact.when[:16]), fact.who and say("by {who}", who=fact.who)])
-        ),
-        **vars(fact),
+        **(vars(fact) | {"when": fact.when[:16]}),
     )
 
 

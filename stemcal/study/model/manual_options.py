@@ -14,7 +14,7 @@ from stemcal.study.types.field_types import SpecFile, Whole
 class ManualSolver(Frozen):
     """Runs done by hand: a stage that needs results writes a sheet with its runs and waits until they are entered.
 
-    `stemcal enter` takes the filled sheet; see [](../howto/by-hand.md).
+    `stemcal enter` takes the filled sheet.
     """
 
     kind: Literal["manual"] = "manual"
