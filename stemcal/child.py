@@ -95,9 +95,14 @@ class Child:
         result, error = pickle.loads(self._receive(limit))
         return result, error
 
+    @property
+    def is_alive(self) -> bool:
+        """Whether the process is there to be asked."""
+        return self._process.poll() is None
+
     def kill(self) -> None:
         """End the process, and all that it has started, now."""
-        if self._process.poll() is None:
+        if self.is_alive:
             end_tree(self.pid)
         self._process.wait()
 

@@ -20,8 +20,7 @@ def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
     u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
     inner = u[(u > 0.0) & (u < end)]
     points = np.concatenate([[0.0], inner, [max(end, 0.0)]])
-    heights = np.interp(points, u, f)
-    return float(0.5 * np.sum((heights[1:] + heights[:-1]) * np.diff(points)))
+    return float(np.trapezoid(np.interp(points, u, f), points))
 
 
 def measures(details: Mapping[str, Any]) -> dict[str, Any]:

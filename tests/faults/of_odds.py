@@ -143,7 +143,7 @@ def slow_result(folder: Path, number: int, _rng: random.Random) -> None:
         result="{kind: regex, file: out.txt, pattern: 'F = (.*)'}",
     )
     assert again.ok and again.response == 12.5, again
-    assert len(helper_process._running) <= 1
+    assert len(helper_process._idle) <= 1
 
 
 SETTINGS = (

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stemcal.solvers.fortran import NUMBER, number_of
+from stemcal.solvers.fortran import NUMBER
 from stemcal.solvers.programs.rcforc import ContactForce
-from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.programs.reductions import NoResult, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
 _BLOCK = re.compile(
@@ -63,7 +63,7 @@ def differences(text: str, material: int, written: Mapping[str, float]) -> tuple
     echo = _echo(text, material)
     criterion = _FAILURE.search(text)
     if criterion is not None:
-        echo["failure strain"] = _number(criterion[1])
+        echo["failure strain"] = required_number(criterion[1])
     wrong = []
     for name, value in _expected(written).items():
         if name not in echo:
@@ -79,7 +79,7 @@ def _echo(text: str, material: int) -> dict[str, float]:
     for number, block in zip(pieces[::2], pieces[1::2], strict=True):
         if int(number) == material:
             found = reversed(_VALUE.findall(block))
-            values = {" ".join(label.rstrip(". \t").split()): _number(value) for label, value in found}
+            values = {" ".join(label.rstrip(". \t").split()): required_number(value) for label, value in found}
             return {ours: values[theirs] for theirs, ours in _LABELS.items() if theirs in values}
     return {}
 
@@ -123,10 +123,10 @@ def deleted_elements(listing: str, printed: str) -> list[float]:
     now = 0.0
     for line in listing.splitlines():
         if (cycle := _CYCLE.match(line)) is not None:
-            now = _number(cycle[1])
+            now = required_number(cycle[1])
         elif (gone := _DELETED.search(line)) is not None:
             times[int(gone[1])] = now
-    times.update((int(number), _number(time)) for number, time in _DELETED.findall(printed) if time)
+    times.update((int(number), required_number(time)) for number, time in _DELETED.findall(printed) if time)
     return sorted(times.values())
 
 
@@ -150,7 +150,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
             "no_result", f"the time histories have no contact {interface}, only {there}; see solver.interface"
         )
     try:
-        values = np.array([[_number(row[index]) for index in (0, *chosen)] for row in rows if row])
+        values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
         raise NoResult("bad_result", "the table of time histories has a row that ends too early") from None
     if len(values) < 2 or not np.isfinite(values).all():
@@ -166,9 +166,3 @@ def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
     for index, name in enumerate(names):
         if (match := _COLUMN.fullmatch(name)) is not None:
             yield index, int(match[1])
-
-
-def _number(text: str) -> float:
-    if (number := number_of(text)) is None:
-        raise NoResult("bad_result", f"{text[:40]!r} is not a number")
-    return number

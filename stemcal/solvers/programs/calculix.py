@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from stemcal.solvers.fortran import number_of
-from stemcal.solvers.programs.reductions import NoResult, Series
+from stemcal.solvers.programs.reductions import NoResult, Series, required_number
 
 _SET = re.compile(r"(\S+) and time\s+(\S+)\s*")
 # Summed over a set: what the set as a whole carries.
@@ -56,7 +55,13 @@ def _heading(line: str) -> _Block | None:
     found = _SET.fullmatch(after) if for_set and bracket else None
     if found is None or ")" in names or not quantity.strip():
         return None
-    return quantity.strip(), [part.strip() for part in names.split(",")], found[1].upper(), _number(found[2]), []
+    return (
+        quantity.strip(),
+        [part.strip() for part in names.split(",")],
+        found[1].upper(),
+        required_number(found[2]),
+        [],
+    )
 
 
 def _value(block: _Block, component: str, node: int | None) -> float:
@@ -69,15 +74,9 @@ def _value(block: _Block, component: str, node: int | None) -> float:
     numbers = 0 if quantity.startswith("total") or "elem" in names else 1
     if any(len(row) != numbers + len(names) for row in chosen):
         raise NoResult("bad_result", f"{place}: a row has not the {len(names)} numbers of its heading")
-    values = [_number(row[numbers + names.index(component)]) for row in chosen]
+    values = [required_number(row[numbers + names.index(component)]) for row in chosen]
     if not values:
         raise NoResult("no_result", f"{place} have no node {node}" if node else f"{place} have no rows")
     if len(values) > 1 and quantity != _SUMMED:
         raise NoResult("bad_result", f"{place} have {len(values)} rows; name one as solver.result.node")
     return sum(values)
-
-
-def _number(text: str) -> float:
-    if (number := number_of(text)) is None:
-        raise NoResult("bad_result", f"{text[:40]!r} is not a number")
-    return number

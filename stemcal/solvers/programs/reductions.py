@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.solvers.fortran import number_of
+
 Array = NDArray[np.float64]
 
 
@@ -72,7 +74,7 @@ def _abscissa(series: Series, size: int) -> Array:
 
 def _along(x: Array, y: Array, reduction: str, at: float | None, over: Sequence[float] | None) -> float:
     if reduction == "work":
-        return _integral(x, y)
+        return float(np.trapezoid(y, x))
     low, high = (over[0], over[1]) if over is not None else (at, at)
     if low is None or high is None or not x[0] <= low <= high <= x[-1]:
         raise NoResult("no_result", f"the result goes from {x[0]:g} to {x[-1]:g}, not where {reduction} needs it")
@@ -81,9 +83,11 @@ def _along(x: Array, y: Array, reduction: str, at: float | None, over: Sequence[
     # mean = ∫ y dx / (high − low), the ends interpolated
     inside = (x > low) & (x < high)
     xs = np.concatenate([[low], x[inside], [high]])
-    return _integral(xs, np.interp(xs, x, y)) / (high - low)
+    return float(np.trapezoid(np.interp(xs, x, y), xs)) / (high - low)
 
 
-def _integral(x: Array, y: Array) -> float:
-    """Return ∫ y dx by the trapezoidal rule."""
-    return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+def required_number(text: str) -> float:
+    """Return the number that a text is; raise `NoResult` if it is none."""
+    if (number := number_of(text)) is None:
+        raise NoResult("bad_result", f"{text[:40]!r} is no number")
+    return number
