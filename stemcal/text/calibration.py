@@ -326,7 +326,7 @@ states(
 )
 states(
     UnequalScatter,
-    "The measured means do not scatter alike (Bartlett's test, p = {p:p}): the weights of the fit stay those of one "
+    "The measured means do not scatter alike (Bartlett's test, p {p:p}): the weights of the fit stay those of one "
     "coefficient of variation, and the intervals rest on each mean's own standard deviation.",
 )
 states(

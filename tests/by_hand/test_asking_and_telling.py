@@ -107,7 +107,7 @@ def test_python_asks_and_tells(tmp_path: Path) -> None:
     ("told", "said"),
     [
         ({"run": "rsm 1", "responses": {"angel": 3}}, "no response 'angel'; did you mean angle?"),
-        ({"run": "rsm 1", "responses": {"angle": float("nan")}}, "'nan' is no number"),
+        ({"run": "rsm 1", "responses": {"angle": float("nan")}}, "'nan' is not a number"),
         ({"run": "rsm 1", "levels": {"wall": 0.7}, "responses": {"angle": 3}}, "was asked for at wall = 0.5"),
         ({"run": "rsm 1", "replicate": 2, "responses": {"angle": 3}}, "has no replicate '2'"),
         ({"responses": {"angle": 3}}, "has no name"),
@@ -144,7 +144,7 @@ def test_refused_rows_end_the_command_and_the_others_are_kept(tmp_path: Path) ->
     sheet.write_text(text_of([head, *rows]), encoding="utf-8")
     done = command("enter", spec, sheet, "--out", out)
     assert done.exit_code == 2
-    assert f"mine.csv:4: {rows[2][0]}, angle: 'steep' is no number" in done.stderr
+    assert f"mine.csv:4: {rows[2][0]}, angle: 'steep' is not a number" in done.stderr
     assert len(cells_of(command("ask", spec, "--out", out, "--quiet").stdout)) == 2
 
 

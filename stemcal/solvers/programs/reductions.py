@@ -89,5 +89,5 @@ def _along(x: Array, y: Array, reduction: str, at: float | None, over: Sequence[
 def required_number(text: str) -> float:
     """Return the number that a text is; raise `NoResult` if it is none."""
     if (number := number_of(text)) is None:
-        raise NoResult("bad_result", f"{text[:40]!r} is no number")
+        raise NoResult("bad_result", f"{text[:40]!r} is not a number")
     return number
