@@ -136,7 +136,7 @@ def test_paper_replay(folder: StudyFolder) -> None:
     assert values["strain_rate_c^2"] == pytest.approx(2.883, abs=5e-4)
     assert rsm["published"]["tables"]["coefficients"] == {"agree": 9, "of": 10}
     (wrong,) = (cell for cell in rsm["published"]["differences"] if cell["table"] == "coefficients")
-    assert wrong["kind"] == "sign" and wrong["label"].startswith("strain_rate_c^2")
+    assert wrong["nature"] == "sign" and wrong["term"] == "strain_rate_c^2"
     assert (rsm["pure_error"]["runs"], rsm["pure_error"]["low"], rsm["pure_error"]["high"]) == (6, 112.0, 124.0)
     assert invert["published"]["predicted"] == pytest.approx(159.26, abs=0.01)
     assert invert["published"]["mean_interval"] == pytest.approx([152.8, 165.7], abs=0.05)
@@ -144,7 +144,7 @@ def test_paper_replay(folder: StudyFolder) -> None:
     errors = [row["error_percent"] for row in validate["rows"]]
     assert errors == pytest.approx([-7.83, -6.16, 5.80, 6.33, 7.46], abs=0.005)
     (difference,) = validate["published"]["differences"]
-    assert (difference["label"], difference["kind"]) == ("error at 11 mm", "sign")
+    assert (difference["term"], difference["column"], difference["nature"]) == ("11", "error_percent", "sign")
     assert "from_table" in [note["kind"] for note in validate["notes"]]
 
 

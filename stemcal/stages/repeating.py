@@ -15,7 +15,8 @@ __all__ = ["POLICY", "require_same", "second_time"]
 POLICY = RunsOptions(quorum=0.0)
 """Of the two runs: what fails tells nothing here, and is judged among the runs of its stage."""
 _SAME = 1e-6  # of the answer: what summing in another order may change
-_ITSELF = ("embedded", "table")  # solvers of whose answers nothing is left to see
+# No chance in these: our own, a table, and runs by hand, where who does them says so by `replicates`.
+_ITSELF = ("embedded", "table", "manual")
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:

@@ -149,7 +149,7 @@ def slow_result(folder: Path, number: int, _rng: random.Random) -> None:
 SETTINGS = (
     *("yield_stress=-5", "yield_stress=0", "failure_strain=-0.1", "elastic_modulus=-1e3", "strain_rate_c=-90"),
     *("elastic_modulus=1e300", "yield_stress=nan", "yield_stress=inf", "yield_stress=-inf", "elastic_modulus=0.1"),
-    *("yield_stress=1e999", "yield_stress=", "yield_stress", "=5", "yield_stress=-", "yield_stress=18 MPa"),
+    *("yield_stress=1e999", "yield_stress=", "yield_stress", "=5", "yield_stress=-", "yield_stress=18 mm"),
 )
 
 
@@ -240,7 +240,7 @@ FAULTS = (
     ),
     _fault(
         "levels that no material has",
-        "sixteen values by `--set`: negative, zero, 1e300, NaN, empty, with a unit",
+        "sixteen values by `--set`: negative, zero, 1e300, NaN, empty, with another unit",
         "refused at once, the factor named",
         set_value,
         len(SETTINGS),

@@ -174,7 +174,7 @@ def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
     assert stage["solution"]["failure_strain"] == pytest.approx(0.11, rel=0.06)
     assert stage["certainty_alone"]["free"] == ["failure_strain"] and stage["certainty"]["free"] == []
     low, high = stage["certainty"]["intervals"]["failure_strain"]
-    assert low < 0.11 < high and high - low < 0.025
+    assert low < 0.11 < high and high - low < 0.035
 
 
 def test_a_travel_beyond_the_stroke_is_doubted(tmp_path: Path) -> None:

@@ -114,7 +114,7 @@ class DeckAt(Frozen):
     diameter: Size
     """Outer diameter of the stem in the deck."""
     deck: SpecFile
-    """The deck."""
+    """The deck's file."""
 
 
 class DeckSolver(ProgramOptions):
@@ -152,7 +152,7 @@ class LsDynaSolver(DeckSolver, Commanded):
     """
 
     kind: Literal["lsdyna"] = "lsdyna"
-    """LS-DYNA."""
+    """The program is LS-DYNA."""
     deck: SpecFile | None = None
     """Your own deck of the stem at the calibration diameter; without it stemcal writes one."""
     decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()

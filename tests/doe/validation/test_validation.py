@@ -28,11 +28,11 @@ def test_errors_of_table_13(table13):
 
 def test_the_printed_sign_at_11_mm_is_found(table13, printed_rows):
     cells = [
-        (f"{row.condition:g} mm", printed["error_pct_printed"], row.error_percent)
+        (f"{row.condition:g} mm", "error", printed["error_pct_printed"], row.error_percent)
         for row, printed in zip(table13.rows, printed_rows("table13_validation.csv"), strict=True)
     ]
     found = compare_cells(cells)
-    assert [(d.label, d.kind) for d in found] == [("11 mm", "sign")]
+    assert [(d.term, d.nature) for d in found] == [("11 mm", "sign")]
 
 
 def test_growth_with_diameter(table13):
