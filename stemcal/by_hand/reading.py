@@ -14,7 +14,7 @@ from stemcal.by_hand.form import ASKED, REMARK, REPLICATE, RUN, WHEN, WHO, Field
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
 from stemcal.measured.encodings import decoded
-from stemcal.measured.workbook import is_foreign, is_workbook
+from stemcal.measured.workbook import is_foreign, is_workbook, text_of_cell
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
 
@@ -107,26 +107,20 @@ def _told(run: object, place: str, study: Study) -> Filled:
         if name not in names:
             raise UsageError(f"{place}: no response {name!r:.60}; {did_you_mean(str(name), names)}")
     at = study.naming.condition
-    places = {} if at is None or run.get("condition") is None else {at.name: _text(run["condition"])}
-    values = {name: _text(responses.get(name)) for name in names}
+    places = {} if at is None or run.get("condition") is None else {at.name: text_of_cell(run["condition"])}
+    values = {name: text_of_cell(responses.get(name)) for name in names}
     if run.get("failed"):
-        values[names[0]] = f"failed: {_text(run['failed'])}"
-    replicate = {} if run.get(REPLICATE) is None else {REPLICATE: _text(run[REPLICATE])}
+        values[names[0]] = f"failed: {text_of_cell(run['failed'])}"
+    replicate = {} if run.get(REPLICATE) is None else {REPLICATE: text_of_cell(run[REPLICATE])}
     return Filled(
         place,
         run["run"],
         values,
-        {str(name): _text(level) for name, level in levels.items()} | places | replicate,
-        who=_text(run.get(WHO)),
-        when=_text(run.get(WHEN)),
-        remark=_text(run.get(REMARK)),
+        {str(name): text_of_cell(level) for name, level in levels.items()} | places | replicate,
+        who=text_of_cell(run.get(WHO)),
+        when=text_of_cell(run.get(WHEN)),
+        remark=text_of_cell(run.get(REMARK)),
     )
-
-
-def _text(value: object) -> str:
-    if value is None:
-        return ""
-    return repr(value) if isinstance(value, float) else str(value).strip()
 
 
 # ---- a sheet

@@ -71,9 +71,9 @@ for _stage in STAGES:
     if _stage.name != "audit":
         app.command(rich_help_panel=PANEL)(stages.command_of(_stage))
 app.command(rich_help_panel=PANEL)(augment.augment)
-app.command(rich_help_panel=PANEL)(by_hand.enter)
+app.command(rich_help_panel=PANEL)(by_hand.enter_command())
 app.command(rich_help_panel=PANEL)(by_hand.ask)
-app.command(rich_help_panel=PANEL)(by_hand.tell)
+app.command(rich_help_panel=PANEL)(by_hand.tell_command())
 app.command(rich_help_panel=PANEL)(report.report)
 app.command(rich_help_panel=RESULTS)(export.export)
 app.command(rich_help_panel=RESULTS)(plot.plot)

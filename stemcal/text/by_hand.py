@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from stemcal.by_hand.entering import (
+from stemcal.by_hand.entering import Entered
+from stemcal.by_hand.refusals import (
     BrokenRow,
-    Entered,
     FailedWithValue,
     FarOff,
     Incomplete,
