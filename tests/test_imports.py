@@ -59,9 +59,12 @@ PLACES = {
     "distributed": ("stemcal.executors",),
     "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.processes"),
     "emcee": ("stemcal.doe",),
+    "sklearn": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
-INSIDE_FUNCTIONS = ("arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee")
+INSIDE_FUNCTIONS = (
+    "arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee", "sklearn",
+)  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts)

@@ -60,6 +60,13 @@ def certainty(stage: SurfaceResult, names: Names) -> list[str]:
     return [explained, names.say(untested if p is None else misses if p < 0.05 else fits, p=p)]
 
 
+RIVALS = {
+    "quadratic": "Quadratic surface",
+    "gaussian_process": "Gaussian process",
+    "neural_network": "Neural network",
+}
+
+
 def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
     """Return what a surface says beside its tables."""
     said = [remark(note, names) for note in stage.notes]
