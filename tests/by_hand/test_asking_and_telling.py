@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,9 @@ from stemcal.by_hand.handing_out import hand_out
 from stemcal.cli.app import app
 from stemcal.errors import UsageError, Waiting
 from stemcal.folder.store import StudyFolder
+from stemcal.kits import kit_text
 
-HEAP = files("stemcal.cli").joinpath("by-hand.yaml").read_text(encoding="utf-8").replace("@NAME@", "heap")
+HEAP = kit_text("by-hand").replace("@NAME@", "heap")
 
 
 def spec_of(folder: Path, **changes: str) -> Path:

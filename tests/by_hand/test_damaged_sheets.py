@@ -7,7 +7,6 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from datetime import datetime
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from sheets import Cells, awaited, entered, text_of
 from stemcal.by_hand.entering import Correction
 from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
+from stemcal.kits import kit_text
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.by_hand import refused
@@ -26,7 +26,7 @@ from stemcal.text.names import Names
 RUNS = 15
 ANGLE, BULK, WHO, WHEN, REMARK = 4, 5, 6, 7, 8
 HURT = 3  # the row that most kinds of damage are done to
-HEAP = files("stemcal.cli").joinpath("by-hand.yaml").read_text(encoding="utf-8")
+HEAP = kit_text("by-hand")
 
 
 @pytest.fixture(scope="module")

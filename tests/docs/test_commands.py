@@ -100,11 +100,19 @@ def write_angles(sheet: Path, angles: dict[str, str]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(shutil.which("lmp") is None, reason="LAMMPS (lmp) is not installed")
+def test_start_from_a_kit(clone: Path) -> None:
+    printed = give(commands(HOWTO / "kits.md"), clone)
+    assert "10 runs to compute" in printed["stemcal plan stalk.yaml"]
+    assert "873." in printed["stemcal run stalk.yaml --workers 1"]
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS (liggghts) is not installed")
 def test_calibrate_a_heap_of_grains(clone: Path) -> None:
     """The same seeds give the same heaps; another build of the program gives others, within their scatter."""
     printed = give(commands(HOWTO / "heap.md"), clone)
-    assert "62 runs to compute" in printed["stemcal plan configs/repose-heap.yaml"]
+    assert "62 runs to compute" in printed["stemcal plan repose-heap.yaml"]
     folder = clone / "runs" / "repose-heap"
     pure = next(
         row for row in json.loads((folder / "rsm.json").read_text("utf-8"))["anova"] if row["source"] == "Pure error"
