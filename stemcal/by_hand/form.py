@@ -24,7 +24,7 @@ ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
 
 @dataclass(frozen=True)
 class Field:
-    """A column of the sheet: what it is called, its unit, what it holds."""
+    """A column of the sheet: what it is called, its unit, what it holds; behind the `run` stands its study."""
 
     name: str
     unit: str
@@ -50,7 +50,16 @@ def fields_of(study: Study) -> list[Field]:
     replicates = [Field(REPLICATE, "", "replicate")] if study.replicates > 1 else []
     responses = [Field(r.name, r.unit, "response", r.label) for r in entered_responses(study)]
     said = [Field(name, "", "said") for name in (WHO, WHEN, REMARK)]
-    return [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses, *said]
+    return [Field(RUN, in_heading(study.name), "run"), *factors, *conditions, *replicates, *responses, *said]
+
+
+def in_heading(name: str) -> str:
+    """Return the name of a study as it stands behind `run`, without brackets of its own.
+
+    >>> in_heading("heap (second try)")
+    'heap second try'
+    """
+    return " ".join("".join(" " if letter in "()[]" else letter for letter in name).split())
 
 
 def entered_responses(study: Study) -> tuple[Named, ...]:

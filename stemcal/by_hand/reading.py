@@ -10,7 +10,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stemcal.by_hand import workbook
-from stemcal.by_hand.form import ASKED, REMARK, REPLICATE, RUN, WHEN, WHO, Field, entered_responses, fields_of
+from stemcal.by_hand.form import (
+    ASKED,
+    REMARK,
+    REPLICATE,
+    RUN,
+    WHEN,
+    WHO,
+    Field,
+    entered_responses,
+    fields_of,
+    in_heading,
+)
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
 from stemcal.measured.encodings import decoded
@@ -91,6 +102,8 @@ def _json(text: str, source: str) -> object:
 def told(given: object, source: str, study: Study) -> list[Filled]:
     """Return what a program tells: runs as `ask` gives them, with numbers under ``responses``, or why it ``failed``."""
     runs = given.get("runs") if isinstance(given, Mapping) else given
+    if isinstance(given, Mapping):
+        _require_own(text_of_cell(given.get("study")), source, study)
     if not isinstance(runs, Sequence) or isinstance(runs, str):
         raise UsageError(f"{source}: no list of runs; give what `stemcal ask --json` prints, its responses filled in")
     return [_told(run, f"{source}: run {number}", study) for number, run in enumerate(runs, 1)]
@@ -151,7 +164,8 @@ def _split(text: str, source: str) -> Lines:
 
 def _head(lines: Lines) -> int | None:
     """Return the index of the heading: the first line with a cell `run`."""
-    return next((i for i, (_, cells) in enumerate(lines) if RUN in [narrow(c).casefold() for c in cells]), None)
+    heads = ([_parted(narrow(cell))[0].casefold() for cell in cells] for _, cells in lines)
+    return next((i for i, titles in enumerate(heads) if RUN in titles), None)
 
 
 def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
@@ -190,6 +204,8 @@ def _columns(head: Sequence[str], source: str, study: Study) -> tuple[dict[Field
         column = wanted.get(title.casefold())
         if column is not None and column in places:
             raise UsageError(f"{source}: two columns are headed {column.heading!r}; delete one")
+        if column is not None and column.kind == "run":
+            _require_own(unit, source, study)
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit
@@ -197,6 +213,13 @@ def _columns(head: Sequence[str], source: str, study: Study) -> tuple[dict[Field
     if missing:
         raise UsageError(f"{source}: no column is headed {listed(missing)}; head it as in the sheet of this study")
     return places, units
+
+
+def _require_own(name: str, source: str, study: Study) -> None:
+    """Raise `UsageError` if a sheet is another study's, which may ask for runs of the same names and levels."""
+    own = in_heading(study.name)
+    if name and in_heading(narrow(name)) != narrow(own):
+        raise UsageError(f"{source} is a sheet of the study {name!r:.60}, not of {own!r:.60}; enter it for that one")
 
 
 def _titles(column: Field) -> Iterator[str]:

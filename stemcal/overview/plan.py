@@ -65,6 +65,14 @@ class DecidedLater(Note):
 
 
 @dataclass(frozen=True)
+class AskedTogether(Note):
+    """A stage knows its runs once the stage before it is done, and has them run together: so many at most."""
+
+    stage: str
+    most: int
+
+
+@dataclass(frozen=True)
 class OtherMeshes(Note):
     """The solution is simulated at so many places of the mesh, with so many element sizes, at so many conditions."""
 
@@ -183,7 +191,7 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
 def _decided_later(study: Study) -> Iterator[Note]:
     """Yield how many runs may come on top, one by one."""
     if study.climb is not None:
-        yield DecidedLater("climb", study.climb.steps + 1)
+        yield (AskedTogether if study.climb.at_once else DecidedLater)("climb", study.climb.steps + 1)
     if study.refine is not None:
         yield DecidedLater("refine", study.refine.budget)
     if study.mesh is not None:

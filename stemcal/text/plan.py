@@ -6,7 +6,15 @@ from collections.abc import Iterable
 
 from stemcal.notes import Note
 from stemcal.overview.foresight import ScarceMemory, TooLong, TooMuchMemory
-from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
+from stemcal.overview.plan import (
+    AskedTogether,
+    CannotCarry,
+    DecidedLater,
+    DesignPower,
+    FactorsAssumed,
+    OtherMeshes,
+    Plan,
+)
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
@@ -71,6 +79,7 @@ def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
 
 states(FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
 states(DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
+states(AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
 states(CannotCarry, "{stage}, {design}: {reason}")
 
 

@@ -234,7 +234,7 @@ REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "a level changed": (put(1, "0.45"), {"OtherLevels": 1}),
     "a level deleted": (put(2, ""), {"OtherLevels": 1}),
     "names moved on": (names_moved_on, {"OtherLevels": 12}),
-    "another study's levels": (each(lambda row: [row[0], "0.9", *row[2:]] if row[0] != "run" else row),
+    "another study's levels": (each(lambda row: [row[0], "0.9", *row[2:]] if row[0].startswith("rsm") else row),
                                {"OtherLevels": RUNS}),
     "a run that is not asked for": (put(0, "rsm 99"), {"UnknownRun": 1}),
     "another stage's run": (put(0, "screen 3"), {"UnknownRun": 1}),

@@ -78,7 +78,7 @@ def test_two_who_enter_at_once_lose_nothing(tmp_path: Path, replay: StudyFolder)
     while True:
         asking = give("ask", spec)
         printed, _ = asking.communicate(timeout=120)
-        if not printed.startswith("run,"):
+        if not printed.startswith("run ("):
             break
         waiting = {}
         for i, part in enumerate(parts_of(filled_in(cells_of(printed)))[:2]):
@@ -135,7 +135,7 @@ def test_a_withdrawn_result_is_asked_for_again(tmp_path: Path) -> None:
     study, folder, sheet = screened(tmp_path)
     how = Correction(True, "the blade was loose")
     assert entered(study, folder, changed(sheet, "screen 5", "withdrawn"), how).replaced == ("screen 5",)
-    assert [row[0] for row in awaited(study, folder)] == ["run", "screen 5"]
+    assert [row[0] for row in awaited(study, folder)] == ["run (paper-replay)", "screen 5"]
     assert entered(study, folder, text_of(sheet)).taken == ("screen 5",)
     assert len(awaited(study, folder)) == 21
 

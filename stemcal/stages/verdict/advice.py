@@ -33,6 +33,10 @@ class ContinueStudy(Remedy):
     """Run what is not done yet."""
 
 
+class EnterResults(Remedy):
+    """Do the runs that are awaited and enter what came of them."""
+
+
 @dataclass(frozen=True)
 class WidenRange(Remedy):
     """Move an end of a factor's range to a value, in its unit."""

@@ -217,7 +217,8 @@ def _unfinished(evidence: Evidence) -> Iterator[Reason]:
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing and not list(_reach(evidence)):
         stages = tuple(stage.name for stage in missing)
-        yield Unfinished(weight="not_calibrated", remedy=advice.ContinueStudy(), stages=stages)
+        remedy = advice.EnterResults() if evidence.study.solver.kind == "manual" else advice.ContinueStudy()
+        yield Unfinished(weight="not_calibrated", remedy=remedy, stages=stages)
 
 
 def _reach(evidence: Evidence) -> Iterator[Reason]:
