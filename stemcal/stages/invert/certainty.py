@@ -74,9 +74,8 @@ def certainty_of(
     best = best_fit(misfit, region)
     posterior = _posterior(coding, misfit, region) if study.invert.posterior else None
     directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
-    found = _told(study, coding, profiles_of(misfit, region, best), *directions)
-    df = misfit.scale_df if isfinite(misfit.scale_df) else None
-    return replace(found, source=source, scatter=misfit.scatter, posterior=posterior, df=df)
+    found = _told(study, coding, misfit, profiles_of(misfit, region, best), *directions)
+    return replace(found, source=source, posterior=posterior)
 
 
 def certainty_by_process(
@@ -87,12 +86,12 @@ def certainty_by_process(
     `misfit` tells what is known of the measured mean.
     """
     _, _, rows = np.linalg.svd(slope[None, :])
-    told = _told(study, coding, found.profiles, rows[1:], rows[-1])
-    df = misfit.scale_df if isfinite(misfit.scale_df) else None
-    return replace(told, scatter=misfit.scatter, df=df)
+    return _told(study, coding, misfit, found.profiles, rows[1:], rows[-1])
 
 
-def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Array, loosest: Array) -> Certainty:
+def _told(
+    study: Study, coding: Coding, misfit: Misfit, profiles: Sequence[Profile], unseen: Array, loosest: Array
+) -> Certainty:
     """Return what profiles tell: intervals, what is free, along which (coded) directions nothing is known."""
     changes = tuple(changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
@@ -100,7 +99,7 @@ def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Arr
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
     return Certainty(
         source="single",
-        scatter="surface",
+        scatter=misfit.scatter,
         level=0.95,
         intervals={p.factor: _natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)},
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
@@ -112,6 +111,7 @@ def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Arr
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
         unseen_changes=changes,
+        df=misfit.scale_df if isfinite(misfit.scale_df) else None,
         units={name: study.factor(name).unit for name in coding.names},
     )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stemcal.doe.calibration.consistency import contradiction, out_of_reach
+from stemcal.doe.calibration.contradiction import contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
@@ -88,19 +88,13 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
     single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted], region)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
-    return InvertResult(
-        head=head,
-        target=target.response,
-        point=point,
-        ranges=known.intervals,
-        coded_ranges=known.coded_intervals,
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
         rule="joint_least_squares",
-        radius=surface.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
         desirability=_desired(study, means, misfit, region, coding),
