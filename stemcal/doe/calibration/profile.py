@@ -22,7 +22,6 @@ from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_gradient
 
 GRID = 25
 FREE = 0.5
@@ -162,7 +161,7 @@ def unseen_directions(misfit: Misfit, x: Array) -> Array:
 
     They span the null space of the weighted Jacobian ∂ŷ/∂x.
     """
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
+    slopes = misfit.slopes(x) / np.sqrt(misfit.variance)[:, None]
     _, sizes, rows = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
     return np.asarray(rows[rank:])
@@ -170,7 +169,7 @@ def unseen_directions(misfit: Misfit, x: Array) -> Array:
 
 def loosest_direction(misfit: Misfit, x: Array) -> Array:
     """Return the unit vector (coded) along which the responses change least at x, for their errors; (factors,)."""
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
+    slopes = misfit.slopes(x) / np.sqrt(misfit.variance)[:, None]
     return np.asarray(np.linalg.svd(slopes)[2][-1])
 
 

@@ -15,6 +15,7 @@ from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.gaussian_process import better_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import CUTTING, FIRST, Named, Naming
@@ -55,10 +56,15 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     return [Measured(target.condition, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
 
 
-def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region) -> Misfit:
-    """Return the misfit of measured means, each with its surface, within a region."""
+def misfit_over(
+    measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region, jointly: bool = False
+) -> Misfit:
+    """Return the misfit of measured means, each with its surface, within a region.
+
+    In a joint fit a process takes the place of a surface where it predicts the runs left out clearly better.
+    """
     observations = [
-        Observation(surface, mean.value, mean.sd, mean.n, mean.response)
+        Observation(surface, mean.value, mean.sd, mean.n, mean.response, better_process(surface) if jointly else None)
         for mean, surface in zip(measured, surfaces, strict=True)
     ]
     return misfit_of(observations, region)

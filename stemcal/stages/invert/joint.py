@@ -45,6 +45,14 @@ class UnequalScatter(Note):
 
 
 @dataclass(frozen=True)
+class ProcessesTaken(Note):
+    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
+
+    count: int
+    of: int
+
+
+@dataclass(frozen=True)
 class FlatDirection(Note):
     """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
 
@@ -81,12 +89,14 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     region = Region(*box_of(study, coding), surface.radius)
-    misfit = misfit_over(means, joint_surfaces(study, surface), region)
+    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True)
     fit = fit_jointly(misfit, region)
-    point = Point.of(surface.assess(study, fit.coded), coding)
     first = measured_of(target, [FIRST], study.naming)
-    there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
-    single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted], region)
+    if first[0] in means:
+        single = misfit.alone(means.index(first[0]), fit.misfit)
+    else:  # a joint fit may leave the force at the calibration diameter out
+        single = misfit_over(first, [surface.fitted], region, jointly=True)
+    point = Point.of(surface.assess(study, fit.coded, single.observations[0].process), coding)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
     return InvertResult.of(
         study,
@@ -100,6 +110,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         desirability=_desired(study, means, misfit, region, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
+            *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
     )
@@ -113,7 +124,7 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
     aims = []
     for observation, mean in zip(misfit.observations, means, strict=True):
         values = [mean.value, *observation.surface.response.tolist()]
-        aims.append(Aim(observation.surface, min(values), mean.value, max(values)))
+        aims.append(Aim(observation.model, min(values), mean.value, max(values)))
     found = most_desirable(aims, region)
     judged = zip(means, aims, found.predicted, found.each, strict=True)
     rows = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -97,13 +97,7 @@ def _solve_by_process(
     df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
     found = solve_by_process(process, coding.names, target.response, laboratory, df, region)
     known = certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
-    assessed = replace(
-        surface.assess(study, found.coded),
-        predicted=found.predicted,
-        mean_interval=found.mean_interval,
-        prediction_interval=found.prediction_interval,
-    )
-    point = Point.of(assessed, coding)
+    point = Point.of(surface.assess(study, found.coded, process), coding)
     opinion = surface.second_opinion
     note = SolvedByProcess(
         unreachable.low,
