@@ -336,6 +336,19 @@ class Misfit:
         df = np.where(known, variance**2 / np.where(known, doubt, 1.0), self.scale_df)
         return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
 
+    def looseness(self, x: Array) -> float:
+        """Return the variance of the observations at x over what D takes it for, their mean.
+
+        A quadratic knows some places better than others, h(x); D has its error at the point that fits best.
+        """
+        ratio = np.ones_like(self.variance)
+        for source in self.sources:
+            if source.name == "surface" and source.apart is not None:
+                here = np.array([o.error_at(x[None, :]) for o in self.observations])
+                there = np.divide(here, source.apart, out=np.ones_like(here), where=source.apart > 0.0)
+                ratio += source.variance / self.variance * (there - 1.0)
+        return float(ratio.mean())
+
     def moments(self, x: Array) -> tuple[float, float, float]:
         """Return E = tr(QΩ) of the least misfit, its degrees of freedom tr(QΩ)²/tr(QΩQΩ), and those behind E.
 
