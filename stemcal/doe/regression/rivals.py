@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.regression.copies import same_points
-from stemcal.doe.regression.gaussian_process import fit_process
+from stemcal.doe.regression.gaussian_process import MOST_RUNS, fit_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -64,7 +64,10 @@ def require_networks() -> None:
 
 
 def compare_surfaces(surface: Surface) -> Comparison | None:
-    """Cross-validate three kinds of surface on the runs of one; None where nothing can be left out, or with blocks."""
+    """Cross-validate three kinds of surface on the runs of one; None where nothing can be left out, or with blocks.
+
+    Beyond `MOST_RUNS` there is no Gaussian process.
+    """
     from threadpoolctl import threadpool_limits
 
     x, y = surface.design, surface.response
@@ -74,6 +77,8 @@ def compare_surfaces(surface: Surface) -> Comparison | None:
         "gaussian_process": lambda x, y: fit_process(x, y).predict,
         "neural_network": _networks,
     }
+    if len(y) > MOST_RUNS:
+        del methods["gaussian_process"]
     folds = [fold for fold in _folds(same_points(x)) if _carries(x[~fold], kept)]
     if not folds or surface.block_effects or np.ptp(y) == 0.0:
         return None
