@@ -14,7 +14,7 @@ from typing import Any
 from stemcal.by_hand.awaited import run_name
 from stemcal.by_hand.form import FAILED, REPLICATE, WITHDRAWN, entered_responses
 from stemcal.by_hand.numbers import Unread, number_in, readings
-from stemcal.by_hand.reading import Filled
+from stemcal.by_hand.reading import Filled, narrow
 from stemcal.by_hand.refusals import (
     BrokenRow,
     FailedWithValue,
@@ -25,6 +25,7 @@ from stemcal.by_hand.refusals import (
     NothingToWithdraw,
     OtherLevels,
     OtherReplicate,
+    OtherStudy,
     Refused,
     SeveralMeant,
     ToldTwice,
@@ -144,6 +145,8 @@ def _result(study: Study, solver: Solver, runs: Sequence[Request], filled: Fille
     place = filled.place, filled.run
     if filled.extra:
         return BrokenRow(*place)
+    if filled.study and filled.study != narrow(study.name):
+        return OtherStudy(*place, filled.study, study.name)
     request = _request(study, runs, filled)
     if isinstance(request, Refused):
         return request

@@ -10,18 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stemcal.by_hand import workbook
-from stemcal.by_hand.form import (
-    ASKED,
-    REMARK,
-    REPLICATE,
-    RUN,
-    WHEN,
-    WHO,
-    Field,
-    entered_responses,
-    fields_of,
-    in_heading,
-)
+from stemcal.by_hand.form import ASKED, REMARK, REPLICATE, RUN, STUDY, WHEN, WHO, Field, entered_responses, fields_of
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
 from stemcal.measured.encodings import decoded
@@ -49,6 +38,7 @@ class Filled:
     who: str = ""
     when: str = ""
     remark: str = ""
+    study: str = ""
     decimal: str = "."
     extra: int = 0
 
@@ -102,14 +92,13 @@ def _json(text: str, source: str) -> object:
 def told(given: object, source: str, study: Study) -> list[Filled]:
     """Return what a program tells: runs as `ask` gives them, with numbers under ``responses``, or why it ``failed``."""
     runs = given.get("runs") if isinstance(given, Mapping) else given
-    if isinstance(given, Mapping):
-        _require_own(text_of_cell(given.get("study")), source, study)
+    of = text_of_cell(given.get(STUDY)) if isinstance(given, Mapping) else ""
     if not isinstance(runs, Sequence) or isinstance(runs, str):
         raise UsageError(f"{source}: no list of runs; give what `stemcal ask --json` prints, its responses filled in")
-    return [_told(run, f"{source}: run {number}", study) for number, run in enumerate(runs, 1)]
+    return [_told(run, f"{source}: run {number}", study, of) for number, run in enumerate(runs, 1)]
 
 
-def _told(run: object, place: str, study: Study) -> Filled:
+def _told(run: object, place: str, study: Study, of: str) -> Filled:
     if not isinstance(run, Mapping) or not isinstance(run.get("run"), str):
         raise UsageError(f'{place} has no name; give each as {{"run": "screen 1", "responses": {{…}}}}')
     names = [response.name for response in entered_responses(study)]
@@ -133,6 +122,7 @@ def _told(run: object, place: str, study: Study) -> Filled:
         who=text_of_cell(run.get(WHO)),
         when=text_of_cell(run.get(WHEN)),
         remark=text_of_cell(run.get(REMARK)),
+        study=of,
     )
 
 
@@ -164,8 +154,7 @@ def _split(text: str, source: str) -> Lines:
 
 def _head(lines: Lines) -> int | None:
     """Return the index of the heading: the first line with a cell `run`."""
-    heads = ([_parted(narrow(cell))[0].casefold() for cell in cells] for _, cells in lines)
-    return next((i for i, titles in enumerate(heads) if RUN in titles), None)
+    return next((i for i, (_, cells) in enumerate(lines) if RUN in [narrow(c).casefold() for c in cells]), None)
 
 
 def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
@@ -188,6 +177,7 @@ def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
             who=_of(cells, columns, WHO),
             when=_of(cells, columns, WHEN),
             remark=_of(cells, columns, REMARK),
+            study=_of(cells, columns, STUDY),
             decimal=decimal,
             extra=max(0, len(cells) - width),
         )
@@ -204,22 +194,13 @@ def _columns(head: Sequence[str], source: str, study: Study) -> tuple[dict[Field
         column = wanted.get(title.casefold())
         if column is not None and column in places:
             raise UsageError(f"{source}: two columns are headed {column.heading!r}; delete one")
-        if column is not None and column.kind == "run":
-            _require_own(unit, source, study)
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit
-    missing = [column.heading for column in fields if column not in places and column.kind != "said"]
+    missing = [column.heading for column in fields if column not in places and column.kind not in ("said", "study")]
     if missing:
         raise UsageError(f"{source}: no column is headed {listed(missing)}; head it as in the sheet of this study")
     return places, units
-
-
-def _require_own(name: str, source: str, study: Study) -> None:
-    """Raise `UsageError` if a sheet is another study's, which may ask for runs of the same names and levels."""
-    own = in_heading(study.name)
-    if name and in_heading(narrow(name)) != narrow(own):
-        raise UsageError(f"{source} is a sheet of the study {name!r:.60}, not of {own!r:.60}; enter it for that one")
 
 
 def _titles(column: Field) -> Iterator[str]:
@@ -237,7 +218,7 @@ def _parted(heading: str) -> tuple[str, str]:
 
 
 def _of(cells: Sequence[str], columns: Mapping[Field, int], name: str) -> str:
-    places = [i for column, i in columns.items() if column.name == name and column.kind in ("run", "said")]
+    places = [i for column, i in columns.items() if column.name == name and column.kind in ("run", "said", "study")]
     return _at(cells, places[0]) if places else ""
 
 

@@ -21,6 +21,14 @@ class UnknownRun(Refused):
 
 
 @dataclass(frozen=True)
+class OtherStudy(Refused):
+    """The row is of another study's sheet, which may ask for runs of the same names and levels."""
+
+    given: str
+    own: str
+
+
+@dataclass(frozen=True)
 class OtherReplicate(Refused):
     """The run has no such replicate."""
 

@@ -231,7 +231,7 @@ states(ScatterOfPlaces, "Every run is the mean over {places} places of the mesh;
 states(EqualRepeats, "Repeated runs agree exactly: the solver is deterministic, and there is no pure error.")
 states(
     ScatterOfSeeds,
-    "Every run has a seed of its own; runs at the same levels scatter with a standard deviation of {sd:response .3g} "
+    "Every run was done anew; runs at the same levels scatter with a standard deviation of {sd:response .3g} "
     "({df} df).",
 )
 states(

@@ -47,7 +47,7 @@ def test_a_study_that_waits_ends_with_six_and_leaves_its_sheet(tmp_path: Path) -
     assert done.exit_code == 6
     assert f"Waiting for 15 results of rsm; fill in {out / 'sheet.xlsx'}, then: stemcal enter" in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
-    assert head == ["run (heap)", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark"]
+    assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
     sheet = openpyxl.load_workbook(out / "sheet.xlsx").worksheets[0]
     assert [[str(c.value or "") for c in row] for row in sheet.iter_rows()] == [head, *rows]

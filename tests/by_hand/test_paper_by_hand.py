@@ -78,7 +78,7 @@ def test_two_who_enter_at_once_lose_nothing(tmp_path: Path, replay: StudyFolder)
     while True:
         asking = give("ask", spec)
         printed, _ = asking.communicate(timeout=120)
-        if not printed.startswith("run ("):
+        if not printed.startswith("run,"):
             break
         waiting = {}
         for i, part in enumerate(parts_of(filled_in(cells_of(printed)))[:2]):
@@ -112,7 +112,7 @@ def changed(sheet: Cells, run: str, value: str) -> str:
     """Return a sheet of one row with another value."""
     head, *rows = sheet
     row = next(row for row in rows if row[0] == run)
-    return text_of([head, [*row[:-4], value, *row[-3:]]])
+    return text_of([head, [*row[:-5], value, *row[-4:]]])
 
 
 def test_another_value_needs_a_reason_and_makes_what_followed_stale(tmp_path: Path) -> None:
@@ -135,7 +135,7 @@ def test_a_withdrawn_result_is_asked_for_again(tmp_path: Path) -> None:
     study, folder, sheet = screened(tmp_path)
     how = Correction(True, "the blade was loose")
     assert entered(study, folder, changed(sheet, "screen 5", "withdrawn"), how).replaced == ("screen 5",)
-    assert [row[0] for row in awaited(study, folder)] == ["run (paper-replay)", "screen 5"]
+    assert [row[0] for row in awaited(study, folder)] == ["run", "screen 5"]
     assert entered(study, folder, text_of(sheet)).taken == ("screen 5",)
     assert len(awaited(study, folder)) == 21
 
@@ -144,12 +144,12 @@ def test_a_run_that_failed_counts_as_one(tmp_path: Path) -> None:
     """The screening goes on without it, as after a simulation that failed."""
     study, folder = load_study(paper_by_hand(tmp_path)), StudyFolder(tmp_path / "study")
     sheet = filled_in(awaited(study, folder))
-    sheet[4][-4], sheet[4][-1] = "", "failed: the stem slipped"
+    sheet[4][-5], sheet[4][-2] = "", "failed: the stem slipped"
     assert len(entered(study, folder, text_of(sheet)).taken) == 12
     with folder, pytest.raises(Waiting) as waiting:
         workflow.calibrate(study, folder, InlineExecutor())
     assert waiting.value.stage == "rsm" and waiting.value.exit_code == 6
     run = folder.read_stage("screen")["design"]["runs"][3]
     assert (run["status"], run["reason"], run["message"]) == ("failed", "not_run", "the stem slipped")
-    sheet[4][-1] = ""
+    sheet[4][-2] = ""
     assert entered(study, folder, changed(sheet, "screen 4", "180.3")).replaced == ("screen 4",)

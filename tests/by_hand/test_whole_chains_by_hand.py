@@ -12,14 +12,16 @@ from sheets import Cells, awaited, entered, text_of
 from typer.testing import CliRunner
 
 import stemcal
+from stemcal.by_hand.refusals import OtherStudy
 from stemcal.cli.app import app
-from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
 from stemcal.kits import kit_text
 from stemcal.stages.verdict.advice import EnterResults
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence
 
 
 def begun(folder: Path, kit: str, *changes: tuple[str, str]) -> Study:
@@ -107,23 +109,29 @@ def test_several_diameters_are_fitted_together_by_hand(tmp_path: Path) -> None:
     assert all(abs(row["error_percent"]) < 0.1 for row in rows)
 
 
-def test_a_twin_s_sheet_is_refused_whole(tmp_path: Path) -> None:
-    """The same factors, ranges and runs, another study: only its name behind `run` tells; without one it is taken."""
+def test_a_twin_s_sheet_is_refused(tmp_path: Path) -> None:
+    """The same factors, ranges and runs, another study: only the last column tells; without it rows are taken."""
     study = begun(tmp_path, "by-hand")
     folder, twin = StudyFolder(tmp_path / "out"), StudyFolder(tmp_path / "twin")
     other = study.model_copy(update={"name": "Heu (2. Sorte)"})
     sheet = rows_filled(other, awaited(other, twin), lambda levels: 20.0 + 10.0 * levels["sliding"] + levels["wall"])
-    assert sheet[0][0] == "run (Heu 2. Sorte)"
-    with pytest.raises(
-        UsageError, match=r"is a sheet of the study 'Heu 2. Sorte', not of 'mine'; enter it for that one"
-    ):
-        entered(study, folder, text_of(sheet))
-    with pytest.raises(UsageError, match="is a sheet of the study 'other'"):
-        entered(study, folder, json.dumps({"study": "other", "runs": []}))
+    refusals = entered(study, folder, text_of(sheet)).refused
+    assert len(refusals) == 15 and isinstance(refusals[0], OtherStudy)
+    said = sentence(refusals[0], Names(study.naming))
+    assert "is of the study 'Heu (2. Sorte)', not of 'mine'; enter the row for that one" in said
+    told = {"study": "other", "runs": [{"run": "rsm 1", "responses": {"angle": 25.0}}]}
+    assert isinstance(entered(study, folder, json.dumps(told)).refused[0], OtherStudy)
     assert list(folder.keys()) == []
     assert len(entered(other, twin, text_of(sheet)).taken) == 15
-    bare = [["run", *sheet[0][1:]], *sheet[1:]]
-    assert len(entered(study, folder, text_of(bare)).taken) == 15
+    assert len(entered(study, folder, text_of([row[:-1] for row in sheet])).taken) == 15
+
+
+def test_a_factor_may_be_called_as_a_column_of_the_sheet(tmp_path: Path) -> None:
+    study = begun(tmp_path, "by-hand", ("name: wall", "name: study"), ("rolling, wall]", "rolling, study]"))
+    folder = StudyFolder(tmp_path / "out")
+    sheet = rows_filled(study, awaited(study, folder), lambda levels: 20.0 + 10.0 * levels["study"])
+    assert sheet[0] == ["run", "sliding", "rolling", "study", "angle (deg)", "who", "when", "remark"]
+    assert len(entered(study, folder, text_of(sheet)).taken) == 15
 
 
 def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
