@@ -111,6 +111,8 @@ LINES = {
     "both bevels": "{thickness:g} mm thick, edge of {edge_angle:g}°, both sides bevelled",
     "supports": "{clearance:g} mm apart, edges rounded by {fillet_radius:g} mm",
     "loading": "{speed:significant} mm/min for {duration:g} s",
+    "grows": "{value} at {at:g} mm, as the power {exponent} of the diameter",
+    "by grade": "{values} at {diameters} mm, linear between",
     "friction": "{static_friction:g} at rest, {dynamic_friction:g} sliding",
     "whole": "whole stem; elements of {size}",
     "half": "half, mirrored; elements of {size}",

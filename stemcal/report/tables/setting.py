@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Named
 from stemcal.report.tables.columns import condition
+from stemcal.study.model.growth import Growth
 from stemcal.text.language import say
 from stemcal.text.numbers import short, unit_written
 from stemcal.text.tables import line
@@ -23,7 +24,7 @@ def setting_tables(study: Study) -> list[Table]:
     tables = [_factors(study), _measured(study)]
     if study.solver.kind == "embedded":
         tables.append(_values("Part", _virtual_test(study, study.solver), say("The virtual shear test")))
-    if study.material.given():
+    if study.material.given() or study.material.growing():
         tables.append(_values("Parameter", _material(study), say("Material held")))
     return tables
 
@@ -105,6 +106,22 @@ def _failure(study: Study) -> dict[str, str]:
 def _material(study: Study) -> dict[str, str]:
     rows = {}
     for name, value in study.material.given().items():
-        scale, unit = _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
-        rows[name] = f"{short(scale * value)} {unit_written(unit)}".strip()
+        rows[name] = _written(name, value)
+    for name, growth in study.material.growing().items():
+        if isinstance(growth, Growth):
+            given = say("a factor") if growth.value is None else _written(name, growth.value)
+            rows[name] = line("grows", value=given, at=growth.at, exponent=_exponent(study, growth.exponent))
+        else:
+            diameters, values = zip(*growth.rows, strict=True)
+            told = ", ".join(_written(name, value) for value in values)
+            rows[name] = line("by grade", values=told, diameters=", ".join(map(short, diameters)))
     return rows
+
+
+def _exponent(study: Study, given: float | str) -> str:
+    return study.factor(given).label if isinstance(given, str) else short(given)
+
+
+def _written(name: str, value: float) -> str:
+    scale, unit = _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
+    return f"{short(scale * value)} {unit_written(unit)}".strip()

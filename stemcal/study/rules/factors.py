@@ -11,9 +11,11 @@ from stemcal.study.model import (
     DeckSolver,
     EmbeddedSolver,
     Factor,
+    Growth,
     LsDynaSolver,
     Parameter,
     Study,
+    exponents_in,
 )
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types import units
@@ -55,8 +57,11 @@ def factors_are_known(draft: Draft) -> Iterator[Finding]:
     """The solver knows the factor and its unit measures the right thing."""
     if not draft.stem_solver:
         return
+    exponents = exponents_in(draft.growing.values())
     for index, factor in draft.factors.items():
         parameter = _known(draft).get(factor.name)
+        if parameter is None and factor.name in exponents:
+            continue
         if parameter is None:
             message = f"the {draft.stem_solver} solver has no parameter {factor.name!r}"
             yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, _known(draft)))
@@ -86,18 +91,24 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
                 yield Finding(("factors", index, level), f"{level} {given:g}{unit} {wrong}", remedy)
 
 
-def wrong_levels(study: Study, levels: Mapping[str, float]) -> Iterator[str]:
+def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
     """Yield what is wrong with levels (units of the spec) that stand in no spec: no material can have them."""
     if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
     for factor in study.factors:
+        if factor.name in study.exponents:
+            continue
         parameter, value = EMBEDDED[factor.name], levels[factor.name]
         shown = units.from_internal(factor.internal(value), parameter.unit)
         wrong = parameter.outside(shown) or ("is beyond what can be computed with" if abs(value) > MOST else None)
         if wrong:
             unit = "" if factor.unit == "1" else f" {factor.unit}"
             yield f"{factor.name} = {value:g}{unit} {wrong}; {parameter.label} in plants is {_plausible(factor.name)}"
-    given = study.parameters(levels)
+    given = study.parameters(levels, diameter)
+    for name in study.material.growing():
+        parameter, shown = PARAMETERS[name], units.from_internal(given[name], PARAMETERS[name].unit)
+        if wrong := parameter.outside(shown) or ("is beyond what can be computed with" if abs(shown) > MOST else None):
+            yield f"{name} = {shown:g} {parameter.unit} at this diameter {wrong}; {_plausible(name)} is usual in plants"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; change one of them"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
@@ -149,7 +160,7 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     if draft.embedded is None or draft.embedded.rate_law != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {("material", name): name for name in (draft.material.given() if draft.material else ())}
+    places |= {("material", name): name for name in _in_material(draft)}
     for path, name in places.items():
         if name in RATE:
             yield Finding(path, f"rate_law: none has no use for {name}", "remove it, or choose another solver.rate_law")
@@ -163,7 +174,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
     off = draft.embedded is not None and draft.embedded.rate_law == "none"
     meant = {nearest(name, PARAMETERS) for name in draft.names}
     wrong = {name for name in PARAMETERS if not hasattr(draft.material, name)}  # told of already
-    given = {*draft.material.given(), *wrong, *draft.names, *meant, *(RATE if off else ())}
+    given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if off else ())}
     given |= {STRAIN} if draft.is_cut else set()
     for name, parameter in PARAMETERS.items():
         if name in given:
@@ -181,11 +192,13 @@ def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
     if not draft.stem_solver or draft.material is None:
         return
-    tangent = _extreme(draft, "tangent_modulus", "high")
-    elastic = _extreme(draft, "elastic_modulus", "low")
-    if tangent and elastic and tangent[1] >= elastic[1]:
-        message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
-        yield Finding(tangent[0], message, "lower it, or raise elastic_modulus")
+    for diameter in sorted({*draft.diameters.values()}):
+        tangent = _extreme(draft, "tangent_modulus", "high", diameter)
+        elastic = _extreme(draft, "elastic_modulus", "low", diameter)
+        if tangent and elastic and tangent[1] >= elastic[1]:
+            message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
+            yield Finding(tangent[0], message, "lower it, or raise elastic_modulus")
+            return
 
 
 def failure_is_complete(draft: Draft) -> Iterator[Finding]:
@@ -213,7 +226,7 @@ def failure_is_complete(draft: Draft) -> Iterator[Finding]:
             message = f"failure by toughness needs {name} ({low:g} to {high:g} {EMBEDDED[name].unit})"
             yield Finding(("failure",), message, "add it to failure, or to factors to calibrate it")
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {("material", name): name for name in (draft.material.given() if draft.material else ())}
+    places |= {("material", name): name for name in _in_material(draft)}
     for path, name in places.items():
         if name == STRAIN:
             message = "failure by toughness has no use for failure_strain"
@@ -231,12 +244,41 @@ def design_takes_factors(draft: Draft) -> Iterator[Finding]:
         yield Finding(("screen", "design"), message, "write plackett-burman")
 
 
-def _extreme(draft: Draft, name: str, level: str) -> tuple[NodePath, float] | None:
+def _extreme(draft: Draft, name: str, level: str, diameter: float) -> tuple[NodePath, float] | None:
+    if name in draft.growing:
+        values = reached(draft, name, diameter)
+        return (("material", name), max(values) if level == "high" else min(values)) if values else None
     fixed = draft.material.given().get(name) if draft.material else None
     for index, factor in draft.factors.items():
         if factor.name == name and _unit_fits(factor):
             return ("factors", index, level), factor.internal(getattr(factor, level))
     return None if fixed is None else (("material", name), fixed)
+
+
+def reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:
+    """Return the values, internal units, of a growing parameter at the corners of what the study can ask for.
+
+    At one diameter, or at all that the study has.
+    """
+    growth, at = draft.growing[name], {factor.name: factor for factor in draft.factors.values()}
+    if name in at and not _unit_fits(at[name]):
+        return []
+    levels = [at[name].internal(end) for end in (at[name].low, at[name].high)] if name in at else [None]
+    exponents: list[dict[str, float]] = [{}]
+    if isinstance(growth, Growth) and isinstance(growth.exponent, str):
+        if (factor := at.get(growth.exponent)) is None:
+            return []
+        exponents = [{factor.name: end} for end in (factor.low, factor.high)]
+    if name not in at and growth.value is None:
+        return []
+    low, high = growth.known_between
+    diameters = [d for d in ([diameter] if diameter else draft.diameters.values()) if low <= d <= high]
+    return [growth.given_at(d, level, chosen) for d in diameters for level in levels for chosen in exponents]
+
+
+def _in_material(draft: Draft) -> tuple[str, ...]:
+    """Return the parameters that `material` tells of, fixed or growing."""
+    return (*draft.material.given(), *draft.growing) if draft.material else ()
 
 
 def _known(draft: Draft) -> Mapping[str, Parameter]:

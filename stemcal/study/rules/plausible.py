@@ -144,7 +144,7 @@ def _struck(study: Study, diameter: float, mass_scaling: float) -> tuple[float, 
     What strikes a beam of stiffness k and mass m at the speed V sets it swinging with V √(k m), once in 2π √(m/k). It
     gives way by bending, 48EI/L³, and by shear, 4κGA/L; half the mass between the supports takes part.
     """
-    given, ratio = study.parameters({}), study.specimen.diameter_ratio
+    given, ratio = study.parameters({}, diameter), study.specimen.diameter_ratio
     elastic_modulus, span = given["elastic_modulus"], study.supports.clearance + 2.0 * study.supports.fillet_radius
     area, inertia = math.pi / 4.0 * diameter**2 * (1.0 - ratio**2), math.pi / 64.0 * diameter**4 * (1.0 - ratio**4)
     bending = 48.0 * elastic_modulus * inertia / span**3
@@ -212,6 +212,11 @@ def _materials(study: Study) -> Iterator[Finding]:
         parameter = PARAMETERS[name]
         shown = units.from_internal(value, parameter.unit)
         yield from _doubt(("material", name), shown, *parameter.plausible, parameter.unit)
+    for name in study.material.growing():
+        parameter, diameters = PARAMETERS[name], _conditions(study)
+        values = [units.from_internal(study.parameters({}, d)[name], parameter.unit) for d in diameters]
+        for value in {min(values), max(values)}:
+            yield from _doubt(("material", name), value, *parameter.plausible, parameter.unit)
 
 
 def _factors(study: Study) -> Iterator[Finding]:
