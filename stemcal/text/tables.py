@@ -112,6 +112,7 @@ LINES = {
     "supports": "{clearance:g} mm apart, edges rounded by {fillet_radius:g} mm",
     "loading": "{speed:significant} mm/min for {duration:g} s",
     "grows": "{value} at {at:g} mm, as the power {exponent} of the diameter",
+    "grown": "The material of each stem, calibrated",
     "by grade": "{values} at {diameters} mm, linear between",
     "friction": "{static_friction:g} at rest, {dynamic_friction:g} sliding",
     "whole": "whole stem; elements of {size}",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
@@ -9,7 +11,7 @@ from stemcal.naming import Named
 from stemcal.report.tables.columns import condition
 from stemcal.study.model.growth import Growth
 from stemcal.text.language import say
-from stemcal.text.numbers import short, unit_written
+from stemcal.text.numbers import short, significant, unit_written
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -27,6 +29,20 @@ def setting_tables(study: Study) -> list[Table]:
     if study.material.given() or study.material.growing():
         tables.append(_values("Parameter", _material(study), say("Material held")))
     return tables
+
+
+def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
+    """Return what the growing parameters are for each measured stem, at these levels of the factors."""
+
+    def value(name: str) -> Callable[[float], float]:
+        scale, _ = _scaled(name)
+        return lambda diameter: scale * study.parameters(levels, diameter)[name]
+
+    columns = [replace(one, of=lambda diameter: diameter) for one in condition(study.naming)] + [
+        Column(name, name.replace("_", " ").capitalize(), _scaled(name)[1], significant, value(name))
+        for name in study.material.growing()
+    ]
+    return Table.of(columns, sorted(target.condition for target in study.targets.means), line("grown"), claims=True)
 
 
 def _values(head: str, values: dict[str, str], title: str) -> Table:
@@ -122,6 +138,10 @@ def _exponent(study: Study, given: float | str) -> str:
     return study.factor(given).label if isinstance(given, str) else short(given)
 
 
+def _scaled(name: str) -> tuple[float, str]:
+    return _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
+
+
 def _written(name: str, value: float) -> str:
-    scale, unit = _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
+    scale, unit = _scaled(name)
     return f"{short(scale * value)} {unit_written(unit)}".strip()

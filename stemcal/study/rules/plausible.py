@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE
-from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Study
+from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Growth, Study
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
 from stemcal.study.types.lengths import Length
@@ -49,7 +49,7 @@ _LEAST_SCATTER = 1e-4  # of a mean
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    found = (_sizes, _speed, _mesh, _swing, _targets, _scatters, _outliers, _materials, _factors, _agreement)
+    found = (_sizes, _speed, _mesh, _swing, _targets, _scatters, _outliers, _materials, _growth, _factors, _agreement)
     return [finding for of in found for finding in of(study)]
 
 
@@ -217,6 +217,18 @@ def _materials(study: Study) -> Iterator[Finding]:
         values = [units.from_internal(study.parameters({}, d)[name], parameter.unit) for d in diameters]
         for value in {min(values), max(values)}:
             yield from _doubt(("material", name), value, *parameter.plausible, parameter.unit)
+
+
+def _growth(study: Study) -> Iterator[Finding]:
+    """Question a screening that cannot see an exponent: at its diameter a power of the diameter ratio is 1."""
+    at = study.targets.calibrate_at
+    if study.screen.design == "none" or not isinstance(study.rsm.factors, str):
+        return
+    for name, growth in study.material.growing().items():
+        if isinstance(growth, Growth) and growth.exponent in study.names and math.isclose(growth.at, at, rel_tol=1e-9):
+            message = f"the screening, at {at:g} mm, cannot see {growth.exponent}: there it changes nothing"
+            remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
+            yield Finding(("material", name, "at"), message, remedy)
 
 
 def _factors(study: Study) -> Iterator[Finding]:
