@@ -17,6 +17,7 @@ from stemcal.stages.verdict.rules import (
     NotIdentified,
     OnTheEdge,
     OutOfReach,
+    PriorConflict,
     RoughResponse,
     SignAgainstExpectation,
     SolutionDoubtful,
@@ -26,11 +27,11 @@ from stemcal.stages.verdict.rules import (
     ValidationFailed,
     ValidationFromTable,
 )
-from stemcal.text.calibration import change
+from stemcal.text.calibration import change, known_beforehand, with_unit
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
-from stemcal.text.numbers import fixed
+from stemcal.text.numbers import fixed, interval
 
 
 def word(verdict: Verdict) -> str:
@@ -152,6 +153,17 @@ def _(reason: Conflict, names: Names) -> str:
     values = {end: named.text(getattr(found, end), ".4g") for end in ("measured", "low", "high")}
     fields = {"condition": found.condition, "standard_errors": found.standard_errors, **values}
     return names.say(placed if names.placed else plain, response=named.long, **fields)
+
+
+@sentence.register
+def _(reason: PriorConflict, names: Names) -> str:
+    prior = reason.prior
+    said = (
+        "The prior of {factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
+        "(p {p:p})."
+    )
+    allowed = with_unit(interval(prior.allowed), prior.unit)
+    return names.say(said, factor=prior.factor, known=known_beforehand(prior), allowed=allowed, p=prior.p)
 
 
 @sentence.register
@@ -292,6 +304,13 @@ def _(remedy: advice.NoRangeReaches, names: Names) -> str:
     stem = "The range of {factors:factors} alone does not reach it; check units, loading and specimen."
     other = "The range of {factors:factors} alone does not reach it; check units and what the simulation holds fixed."
     return names.say(stem if names.naming.is_cutting else other, factors=remedy.factors)
+
+
+states(
+    advice.CheckPrior,
+    "Check the prior of {factor:factor} against its source ({source}), its unit and the test it is from; then the "
+    "model, or leave the prior out.",
+)
 
 
 @sentence.register

@@ -58,7 +58,7 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
         errors_percent=misfit.errors_percent(x),
         misfit=least,
         df=misfit.df,
-        p_value=chance_of(misfit, x) if misfit.scale_known and misfit.df > 0 else None,
+        p_value=chance_of(misfit, x) if misfit.tests else None,
         flat=flat,
     )
 

@@ -22,12 +22,12 @@ from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_gradient
 
 GRID = 25
 FREE = 0.5
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
+_SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +144,9 @@ def _slice(region: Region, j: int, value: float) -> Region:
     """Return the region of the other factors where xⱼ = value."""
     radius = None
     if region.radius is not None:
-        radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + 1e-6
-    return Region(np.delete(region.low, j), np.delete(region.high, j), radius)
+        radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + _SLACK
+    within = tuple(half.where(j, value, _SLACK) for half in region.within)
+    return Region(np.delete(region.low, j), np.delete(region.high, j), radius, within)
 
 
 def _held(objective: Objective, j: int, value: float) -> Objective:
@@ -160,18 +161,16 @@ def _held(objective: Objective, j: int, value: float) -> Objective:
 def unseen_directions(misfit: Misfit, x: Array) -> Array:
     """Return unit vectors (coded) along which no response changes at x, to first order; (directions, factors).
 
-    They span the null space of the weighted Jacobian ∂ŷ/∂x.
+    They span the null space of the weighted Jacobian ∂ŷ/∂x, priors among its rows.
     """
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
-    _, sizes, rows = np.linalg.svd(slopes)
+    _, sizes, rows = np.linalg.svd(misfit.in_errors(x))
     rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
     return np.asarray(rows[rank:])
 
 
 def loosest_direction(misfit: Misfit, x: Array) -> Array:
     """Return the unit vector (coded) along which the responses change least at x, for their errors; (factors,)."""
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
-    return np.asarray(np.linalg.svd(slopes)[2][-1])
+    return np.asarray(np.linalg.svd(misfit.in_errors(x))[2][-1])
 
 
 def moved_together(direction: Array) -> list[float]:

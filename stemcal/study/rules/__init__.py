@@ -15,6 +15,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.names_are_free,
     target_rules.forces_are_newtons,
     factors.ranges_rise,
+    factors.priors_fit,
     factors.factors_are_known,
     factors.factors_are_physical,
     factors.material_is_physical,

@@ -53,6 +53,23 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", index, "low"), message, "widen the range or move it to material")
 
 
+def priors_fit(draft: Draft) -> Iterator[Finding]:
+    """A lognormal prior is of what is above 0, and a prior leaves something of the range."""
+    for index, factor in draft.factors.items():
+        if (prior := factor.prior) is None:
+            continue
+        path: NodePath = ("factors", index, "prior", "mean")
+        if prior.kind == "lognormal" and prior.mean <= 0:
+            message = f"a lognormal mean of {prior.mean:g} is not above 0"
+            yield Finding(path, message, "correct it, or write kind: normal")
+        elif prior.kind == "lognormal" and factor.low <= 0:
+            message = f"low {factor.low:g} cannot be with a lognormal prior"
+            yield Finding(("factors", index, "low"), message, "raise it above 0, or write kind: normal")
+        elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
+            message = f"{prior.mean:g} ± {prior.sd:g} leaves nothing of the range {factor.low:g} to {factor.high:g}"
+            yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
+
+
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
     """The solver knows the factor and its unit measures the right thing."""
     if not draft.stem_solver:
