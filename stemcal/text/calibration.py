@@ -15,7 +15,7 @@ from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
-from stemcal.text.numbers import fixed, interval, significant, unit_written
+from stemcal.text.numbers import fixed, interval, short, significant, unit_written
 
 KNOWN = "known"
 """The kind of the remarks that say how well the parameters are known."""
@@ -149,9 +149,9 @@ def with_unit(number: str, unit: str) -> str:
 
 def known_beforehand(prior: PriorRow) -> str:
     """Write the prior of a factor."""
-    sd = with_unit(significant(prior.sd), prior.unit)
+    sd = with_unit(short(prior.sd), prior.unit)
     lognormal = "{mean} ± {sd}, lognormal"
-    return say("{mean} ± {sd}" if prior.kind == "normal" else lognormal, mean=significant(prior.mean), sd=sd)
+    return say("{mean} ± {sd}" if prior.kind == "normal" else lognormal, mean=short(prior.mean), sd=sd)
 
 
 def priors(stage: InvertResult, names: Names) -> list[str]:

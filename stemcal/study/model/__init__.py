@@ -14,7 +14,7 @@ from stemcal.study.model.design_options import (
     strongest_asked,
 )
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
-from stemcal.study.model.growth import Grades, Growth, exponents_in
+from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
 from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Mean, Published, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
@@ -51,7 +51,8 @@ from stemcal.study.model.whole_study import Study, StudyForm
 
 # fmt: off
 __all__ = [
-    "AROUND", "EMBEDDED", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult", "ClimbOptions",
+    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult",
+    "ClimbOptions",
     "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "Grades", "Growth", "HourglassSection",

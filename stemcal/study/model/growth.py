@@ -14,14 +14,14 @@ from stemcal.errors import UsageError
 from stemcal.study.model.frozen import Frozen, Size
 from stemcal.study.types.field_types import Quantity, complain
 
-_MOST_EXPONENT: Final = 20.0
+MOST_EXPONENT: Final = 20.0
 _DIAMETER = Quantity("length", above=0)
 
 
 def _exponent(given: Any) -> Any:
     if isinstance(given, str) and given.isidentifier():
         return given
-    if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= _MOST_EXPONENT:
+    if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= MOST_EXPONENT:
         raise complain("should be a number or the name of a factor", "write exponent: 0.5, or the name of a factor")
     return float(given)
 

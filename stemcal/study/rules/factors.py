@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from stemcal.study.model import (
     AROUND,
     EMBEDDED,
+    MOST_EXPONENT,
     PARAMETERS,
     DeckSolver,
     EmbeddedSolver,
@@ -111,6 +112,10 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
     """Yield what is wrong with levels (units of the spec) that stand in no spec: no material can have them."""
     if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
+        return
+    steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
+    if steep:
+        yield from (f"{name} = {levels[name]:g} is no exponent; take at most {MOST_EXPONENT:g}" for name in steep)
         return
     for factor in study.factors:
         if factor.name in study.exponents:
@@ -283,9 +288,10 @@ def reached(draft: Draft, name: str, diameter: float | None = None) -> list[floa
     levels = [at[name].internal(end) for end in (at[name].low, at[name].high)] if name in at else [None]
     exponents: list[dict[str, float]] = [{}]
     if isinstance(growth, Growth) and isinstance(growth.exponent, str):
-        if (factor := at.get(growth.exponent)) is None:
+        factor = at.get(growth.exponent)
+        if factor is None or max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
             return []
-        exponents = [{factor.name: end} for end in (factor.low, factor.high)]
+        exponents = [{factor.name: factor.internal(end)} for end in (factor.low, factor.high)]
     if name not in at and growth.value is None:
         return []
     low, high = growth.known_between

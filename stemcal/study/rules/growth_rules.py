@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.study.model import EMBEDDED, PARAMETERS, Grades, Growth
+from stemcal.study.model import EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Grades, Growth
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.factors import reached
 from stemcal.study.types import units
@@ -38,8 +38,8 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
         elif exponent not in draft.names:
             message = f"{exponent[:60]!r} is neither a number nor a factor of this study"
             yield Finding(path, message, f"add it to factors: {{name: {exponent[:40]}, low: -1, high: 2}}")
-        elif exponent in known and not _is_pure(draft.factors[known[exponent]].unit):
-            yield Finding(("factors", known[exponent], "unit"), "an exponent is a pure number", "remove its unit")
+        elif exponent in known and (wrong := _wrong_exponent(draft.factors[known[exponent]])):
+            yield Finding(("factors", known[exponent]), *wrong)
 
 
 def grades_reach(draft: Draft) -> Iterator[Finding]:
@@ -79,8 +79,10 @@ def growth_is_seen(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name, "at"), message, remedy)
 
 
-def _is_pure(unit: str) -> bool:
-    try:
-        return units.parse_unit(unit).dimension == "dimensionless"
-    except units.UnitError:
-        return False
+def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
+    """Return what keeps a factor from being an exponent, and the remedy."""
+    if factor.unit != "1":
+        return "an exponent is a pure number", "remove its unit"
+    if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
+        return f"{factor.low:g} to {factor.high:g} are no exponents", f"stay within ±{MOST_EXPONENT:g}"
+    return None

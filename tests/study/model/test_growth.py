@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.cli.simulate import require_material
-from stemcal.errors import UsageError
+from stemcal.errors import SpecError, UsageError
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.protocol import Request
@@ -89,3 +89,12 @@ def test_a_screening_that_cannot_see_the_exponent_is_questioned(study: Study) ->
 def test_without_grades_there_is_no_simulation_outside_them(study: Study) -> None:
     with pytest.raises(UsageError, match="add a grade to its table under material"):
         study.parameters({}, 12.0)
+
+
+def test_what_no_exponent_can_be_is_refused(study: Study) -> None:
+    assert list(wrong_levels(study, {**study.midlevels(), "growth": 1e9}, 8.0)) == [
+        "growth = 1e+09 is no exponent; take at most 20"
+    ]
+    for change, said in (({"unit": "MPa"}, "an exponent is a pure number"), ({"high": 30}, "stay within ±20")):
+        with pytest.raises(SpecError, match=said):
+            study.with_(growth=change)
