@@ -111,7 +111,7 @@ LINES = {
     "both bevels": "{thickness:g} mm thick, edge of {edge_angle:g}°, both sides bevelled",
     "supports": "{clearance:g} mm apart, edges rounded by {fillet_radius:g} mm",
     "loading": "{speed:significant} mm/min for {duration:g} s",
-    "grows": "{value} at {at:g} mm, as the power {exponent} of the diameter",
+    "grows": "{value} at {at:g} mm, times (d / {at:g} mm)^{exponent}",
     "grown": "The material of each stem, calibrated",
     "by grade": "{values} at {diameters} mm, linear between",
     "friction": "{static_friction:g} at rest, {dynamic_friction:g} sliding",

@@ -281,11 +281,10 @@ states(
 def _(remedy: advice.Identify, names: Names) -> str:
     template = {
         "responses": "`invert: {{responses: all}}` fits what else was measured; if that is not enough, measure another "
-        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
+        "response or another kind of test, or give {factor:factor} a prior from the literature.",
         "conditions": "`invert: {{{key}: all}}` fits all that was measured; if that is not enough, measure another "
-        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
-        None: "Measure another response or another kind of test, or hold {factor:factor} at a value from the "
-        "literature.",
+        "response or another kind of test, or give {factor:factor} a prior from the literature.",
+        None: "Measure another response or another kind of test, or give {factor:factor} a prior from the literature.",
     }[remedy.unfitted]
     _, _, key = names.naming.fitted_at.partition(".")
     return names.say(template, factor=remedy.factor, key=key)

@@ -64,12 +64,16 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
 
 
 def nearest_alike(misfit: Misfit, region: Region, x: Array) -> Array:
-    """Return the point nearest to the centre at which the surfaces predict what they do at `x`."""
-    wanted = misfit.predict(x)[0]
+    """Return the point nearest to the centre at which the surfaces predict what they do at `x`, as likely by priors."""
+
+    def of(z: Array) -> Array:
+        return np.append(misfit.predict(z)[0] / misfit.measured, [prior.z(z[None])[0] for prior in misfit.priors])
+
+    wanted = of(x)
     same = {
         "type": "eq",
-        "fun": lambda z: (misfit.predict(z)[0] - wanted) / misfit.measured,
-        "jac": lambda z: misfit.beta @ term_gradient(z) / misfit.measured[:, None],
+        "fun": lambda z: of(z) - wanted,
+        "jac": lambda z: np.vstack([misfit.beta @ term_gradient(z) / misfit.measured[:, None], misfit.told(z)]),
     }
     return least_under(squared_distance(), x, region, same)
 

@@ -126,7 +126,7 @@ def _material(study: Study) -> dict[str, str]:
     for name, growth in study.material.growing().items():
         if isinstance(growth, Growth):
             given = say("a factor") if growth.value is None else _written(name, growth.value)
-            rows[name] = line("grows", value=given, at=growth.at, exponent=_exponent(study, growth.exponent))
+            rows[name] = line("grows", value=given, at=growth.at, exponent=_exponent(growth.exponent))
         else:
             diameters, values = zip(*growth.rows, strict=True)
             told = ", ".join(_written(name, value) for value in values)
@@ -134,8 +134,8 @@ def _material(study: Study) -> dict[str, str]:
     return rows
 
 
-def _exponent(study: Study, given: float | str) -> str:
-    return study.factor(given).label if isinstance(given, str) else short(given)
+def _exponent(given: float | str) -> str:
+    return given if isinstance(given, str) else short(given)
 
 
 def _scaled(name: str) -> tuple[float, str]:

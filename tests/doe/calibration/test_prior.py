@@ -7,14 +7,16 @@ import pytest
 from synthetic import exact, misfit, region, surfaces
 
 from stemcal.doe.calibration.inversion import solve_target
-from stemcal.doe.calibration.joint_fit import chance_of
+from stemcal.doe.calibration.joint_fit import chance_of, fit_jointly
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior, sample_posterior
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.prior_conflict import agreements
+from stemcal.doe.calibration.process_inversion import solve_by_process
 from stemcal.doe.calibration.profile import holds, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.gaussian_process import fit_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 
@@ -93,6 +95,25 @@ def test_of_one_force_the_most_probable_point_is_the_solution() -> None:
     """100 + 10a + 10b = 110, a ~ N(0, 0.5), b ~ N(0, 1): a/0.25 = b/1 on a + b = 1, so a = 0.2, b = 0.8."""
     found = solve_target(plane(10, 10), 110.0, [-2, -2], [2, 2], priors=[normal(0, 0.0, 0.5), normal(1, 0.0, 1.0)])
     assert found.point.coded == pytest.approx((0.2, 0.8), abs=1e-6) and found.rule == "most_probable"
+
+
+def test_a_joint_fit_of_too_few_values_keeps_to_its_prior() -> None:
+    """One force, 110 ± 2, of three factors, a ~ N(0.2, 0.1): b and c share the rest, 0.4 each."""
+    coded = central_composite(3, 1, "rotatable")
+    surface = fit_surface(coded, 100.0 + 10.0 * coded.sum(axis=1), ["a", "b", "c"])
+    box = Region(np.full(3, -1.5), np.full(3, 1.5), None)
+    known = misfit_of([Observation(surface, 110.0, 2.0)]).with_priors([normal(0, 0.2, 0.1)], box)
+    assert known.df == -1 and fit_jointly(known, box).coded == pytest.approx([0.2, 0.4, 0.4], abs=2e-3)
+
+
+def test_a_process_goes_where_the_prior_is() -> None:
+    """ŷ = 100 + 10a + 10b by a process: of a + b = 1 with b ~ N(1, 0.2) the point near (0, 1), not (½, ½)."""
+    grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 6)] * 2), axis=-1).reshape(-1, 2)
+    process = fit_process(grid, 100.0 + 10.0 * grid.sum(axis=1))
+    box = Region(np.full(2, -2.0), np.full(2, 2.0), None)
+    solved = solve_by_process(process, ("a", "b"), 110.0, 1.0, np.inf, box, [normal(1, 1.0, 0.2)])
+    assert solved.coded == pytest.approx([0.0, 1.0], abs=0.05)
+    assert solved.profiles[1].low == pytest.approx(1.0 - 0.392, abs=0.05)
 
 
 def test_a_prior_that_the_forces_contradict_is_found() -> None:
