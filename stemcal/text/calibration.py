@@ -11,6 +11,7 @@ from stemcal.notes import Weight
 from stemcal.stages.invert.joint import FlatDirection, UnequalScatter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PriorRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete, SolvedByProcess
+from stemcal.stages.invert.stage import PriorUnused
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
@@ -357,6 +358,10 @@ states(
 states(
     SecondSolution,
     "A second solution lies equally far from the centre; the one given has the higher levels.",
+)
+states(
+    PriorUnused,
+    "The surface does not vary {factors:factors}: held in the middle of the range, whatever is known beforehand.",
 )
 states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
 

@@ -11,6 +11,7 @@ from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.stage import PriorUnused
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.rules import PriorConflict, verdict_of
 from stemcal.study.model import Study
@@ -100,6 +101,17 @@ def test_a_constraint_under_invert_binds_the_solution(tmp_path: Path, diameters:
     assert found.point.solution["yield_stress"] <= 15.5 + 1e-6
     assert found.cited["yield_stress"][1] <= 15.5 + 1e-5 and found.ranges["yield_stress"][1] <= 15.5 + 1e-5
     assert found.point.predicted == pytest.approx(110.0, rel=0.01)
+
+
+def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -> None:
+    held = "\n  - {name: density, unit: kg/m3, low: 1000, high: 1200, prior: {mean: 1150, sd: 20, source: weighed}}"
+    text = (TWO_FACTORS + FORCES).replace("{density: 1100 kg/m3, ", "{").replace("high: 0.05}", f"high: 0.05}}{held}")
+    path, place = tmp_path / "study.yaml", StudyFolder(tmp_path / "out")
+    path.write_text(text, encoding="utf-8")
+    study = load_study(path)
+    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.invert(study, place, solver=OfTwo())
+    assert PriorUnused(("density",)) in found.notes and found.parameters["density"] == 1100.0
 
 
 def test_constraints_that_leave_nothing_are_told_before_any_run(tmp_path: Path) -> None:

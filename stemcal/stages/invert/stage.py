@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+from stemcal.notes import Note
 from stemcal.solvers.protocol import Belonging
 from stemcal.stages.invert.joint import solve_jointly
 from stemcal.stages.invert.result import InvertResult
@@ -14,6 +15,13 @@ from stemcal.stages.work import Work, a_stage
 __all__ = ["InvertResult", "invert"]
 
 
+@dataclass(frozen=True)
+class PriorUnused(Note):
+    """Factors with a prior that the surface does not vary: they stay at mid-level."""
+
+    factors: tuple[str, ...]
+
+
 @a_stage
 def invert(work: Work) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
@@ -21,5 +29,6 @@ def invert(work: Work) -> InvertResult:
     solved = (solve_jointly if study.joint_targets else solve)(study, work.head("invert"), surface)
     published, on_published = assess_published(study, surface)
     belongs_to = work.solver.belongings(solved.condition) if isinstance(work.solver, Belonging) else None
-    notes = (*solved.notes, *on_published)
+    idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
+    notes = (*solved.notes, *([PriorUnused(idle)] if idle else []), *on_published)
     return replace(solved, belongs_to=belongs_to, published=published, notes=notes)
