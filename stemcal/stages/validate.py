@@ -324,7 +324,8 @@ def _directions_seen(work: Work) -> int:
     if not study.joint_targets:
         return 1
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
-    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface), surface.region(study))
+    surfaces = joint_surfaces(study, surface)
+    misfit = misfit_over(measured_means(study), surfaces, surface.region(study), jointly=True)
     responses = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
     point = surface.scales.point(solution.point.coded)
     return max(1, misfit.only(responses).directions_seen(point)) if responses else 1

@@ -21,10 +21,10 @@ LEVEL = 0.05
 
 @dataclass(frozen=True)
 class Agreement:
-    """The probability of a prior so far from the rest; where that is below `LEVEL`, what this allows, coded."""
+    """The probability of a prior so far from the rest, None if untested; where below `LEVEL`, what the rest allows."""
 
     prior: Prior
-    p: float
+    p: float | None
     allowed: tuple[float, float] | None
 
 

@@ -7,9 +7,10 @@ holds all v whose D rises above the least by no more than
     F(1, df; level)                       where they were estimated, with df degrees of freedom: few specimens
     Dmin·F(1, m − k; level)/(m − k)       where their common factor is told by the misfit of m observations
 
-See Venzon and Moolgavkar, Applied Statistics 37 (1988) 87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 each times the share by which the factor's variance, of each diameter's own scatter, differs from what D takes it for
-(`Misfit.freedom`). An end that reaches the edge of the region is an end of the region, not of what the data allow.
+(`Misfit.freedom`). A rise counts by the variances where it is (`Misfit.looseness`). An end that reaches the edge of the
+region is an end of the region, not of what the data allow. See Venzon and Moolgavkar, Applied Statistics 37 (1988)
+87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 """
 
 from __future__ import annotations
@@ -119,12 +120,18 @@ class _Search:
         """Return the least rise with xⱼ = value and the point of it; `start` is the point of a neighbour."""
         if self.region.k == 1:
             point = np.array([value])
-            return max(self.misfit.value(point) - self.least, 0.0), point
+            return self._risen(point), point
         slice_ = _slice(self.region, j, value)
         seeds = np.array([slice_.nearest(np.delete(x, j)) for x in [start, *self._nearby(j, value)]])
         found = optimise(_held(self.misfit.objective(self.scale), j, value), seeds, slice_)[0]
         point = np.insert(found, j, value)
-        return max(self.misfit.value(point) - self.least, 0.0), point
+        return self._risen(point), point
+
+    def _risen(self, point: Array) -> float:
+        """Return the rise, that of the observations over how much looser they are at the point."""
+        of_data = float(self.misfit.of_data(point[None])[0] - self.misfit.of_data(self.best[None])[0])
+        of_priors = self.misfit.value(point) - self.least - of_data
+        return max(of_data / self.misfit.looseness(point) + of_priors, 0.0)
 
     def crossing(self, j: int, inside: float, outside: float, allowed: float) -> float:
         """Return where the rise passes what is allowed, between a value inside and one outside."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stemcal.doe.calibration.consistency import contradiction, out_of_reach
+from stemcal.doe.calibration.contradiction import contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
@@ -53,6 +53,14 @@ class UnequalScatter(Note):
 
 
 @dataclass(frozen=True)
+class ProcessesTaken(Note):
+    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
+
+    count: int
+    of: int
+
+
+@dataclass(frozen=True)
 class FlatDirection(Note):
     """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
 
@@ -90,33 +98,29 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     region = surface.region(study)
     priors = priors_of(study, coding)
-    misfit = misfit_over(means, joint_surfaces(study, surface), region).with_priors(priors, region)
+    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True).with_priors(priors, region)
     fit = fit_jointly(misfit, region)
-    point = Point.of(surface.assess(study, fit.coded), coding)
     first = measured_of(target, [FIRST], study.naming)
-    there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
-    alone = misfit_over(first, [surface.fitted], region).with_priors(priors, region)
-    single = misfit.alone(means.index(first[0]), fit.misfit) if there else alone
+    if first[0] in means:
+        single = misfit.alone(means.index(first[0]), fit.misfit)
+    else:  # a joint fit may leave the force at the calibration diameter out
+        single = misfit_over(first, [surface.fitted], region, jointly=True).with_priors(priors, region)
+    point = Point.of(surface.assess(study, fit.coded, single.observations[0].process), coding)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
-    return InvertResult(
-        head=head,
-        target=target.response,
-        point=point,
-        ranges=known.intervals,
-        coded_ranges=known.coded_intervals,
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
         rule="joint_least_squares",
-        radius=surface.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
         priors=prior_rows(study, coding, misfit, region),
         desirability=_desired(study, means, misfit, region, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
+            *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
     )
@@ -130,7 +134,7 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
     aims = []
     for observation, mean in zip(misfit.observations, means, strict=True):
         values = [mean.value, *observation.surface.response.tolist()]
-        aims.append(Aim(observation.surface, min(values), mean.value, max(values)))
+        aims.append(Aim(observation.model, min(values), mean.value, max(values)))
     found = most_desirable(aims, region)
     judged = zip(means, aims, found.predicted, found.each, strict=True)
     rows = [

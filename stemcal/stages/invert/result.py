@@ -15,6 +15,7 @@ from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.study.model import Study
 
 
 @dataclass(frozen=True)
@@ -89,8 +90,8 @@ class PosteriorSummary:
 class PriorRow:
     """What was known of a factor beforehand, in its unit, and from where.
 
-    `p` is the probability that it lies so far from what the measurements and the other priors say; where it is below
-    0.05, `allowed` is the interval that these give the factor without it.
+    `p` is the probability that it lies so far from what the measurements and the other priors say, None where a process
+    has solved; where it is below 0.05, `allowed` is the interval that these give the factor without it.
     """
 
     factor: str
@@ -99,7 +100,7 @@ class PriorRow:
     sd: float
     unit: str
     source: str
-    p: float
+    p: float | None
     allowed: Interval | None
 
 
@@ -258,6 +259,27 @@ class InvertResult(StageResult):
     priors: Rows[PriorRow] = absent(Rows())
     published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()
+
+    @classmethod
+    def of(cls, study: Study, head: Head, radius: float, point: Point, known: Certainty, **more: Any) -> InvertResult:
+        """Return what the solution for the calibration target comes to; `more` are further fields."""
+        target = study.calibration_target
+        own: dict[str, Any] = {
+            "target": target.response,
+            "ranges": known.intervals,
+            "coded_ranges": known.coded_intervals,
+        }
+        return cls(
+            head=head,
+            point=point,
+            radius=radius,
+            certainty=known,
+            condition=target.condition,
+            target_sd=target.sd,
+            target_n=target.n,
+            parameters={**study.midlevels(), **point.solution},
+            **(own | more),
+        )
 
     @property
     def known(self) -> list[Certainty]:

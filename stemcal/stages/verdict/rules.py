@@ -263,7 +263,7 @@ def _conflict(evidence: Evidence) -> Iterator[Reason]:
 def _priors(evidence: Evidence) -> Iterator[Reason]:
     found = evidence.results.inversion
     for prior in found.priors if found is not None else ():
-        if prior.allowed is not None:
+        if prior.p is not None and prior.allowed is not None:
             weight: Severity = "not_calibrated" if prior.p < _BEYOND_DOUBT else "with_reservations"
             yield PriorConflict(weight=weight, remedy=advice.CheckPrior(prior.factor, prior.source), prior=prior)
 
