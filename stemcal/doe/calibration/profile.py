@@ -112,7 +112,7 @@ class _Search:
 
     def __init__(self, misfit: Misfit, region: Region, best: Array) -> None:
         self.misfit, self.region, self.best = misfit, region, best
-        self.least = misfit.value(best)
+        self.least, self.of_data = misfit.value(best), float(misfit.of_data(best[None])[0])
         self.cloud = region.cloud(_CLOUD)
         self.scale = scale_of(misfit, self.cloud)
 
@@ -129,9 +129,10 @@ class _Search:
 
     def _risen(self, point: Array) -> float:
         """Return the rise, that of the observations over how much looser they are at the point."""
-        of_data = float(self.misfit.of_data(point[None])[0] - self.misfit.of_data(self.best[None])[0])
-        of_priors = self.misfit.value(point) - self.least - of_data
-        return max(of_data / self.misfit.looseness(point) + of_priors, 0.0)
+        of_data = float(self.misfit.of_data(point[None])[0])
+        of_priors = sum(float(prior.z(point[None])[0] ** 2) for prior in self.misfit.priors)
+        by_priors = of_priors - (self.least - self.of_data)
+        return max((of_data - self.of_data) / self.misfit.looseness(point) + by_priors, 0.0)
 
     def crossing(self, j: int, inside: float, outside: float, allowed: float) -> float:
         """Return where the rise passes what is allowed, between a value inside and one outside."""
