@@ -29,7 +29,8 @@ class InvertOptions(Frozen):
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
     """Which of the points that give the force is the solution: the nearest to the centre, the best predicted, or the
-    one with all factors but the strongest at their centre."""
+    one with all factors but the strongest at their centre. Where factors have a prior it is the one most probable by
+    these."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias=AliasChoices("diameters", "conditions")
     )

@@ -55,7 +55,7 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
 
 
 def priors_fit(draft: Draft) -> Iterator[Finding]:
-    """A lognormal prior is of what is above 0, and a prior leaves something of the range."""
+    """A lognormal prior is of what is above 0, a prior leaves something of the range, and the rule heeds priors."""
     for index, factor in draft.factors.items():
         if (prior := factor.prior) is None:
             continue
@@ -69,6 +69,10 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
         elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             message = f"{prior.mean:g} ± {prior.sd:g} leaves nothing of the range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
+    known = any(factor.prior is not None for factor in draft.factors.values())
+    if known and draft.invert is not None and draft.invert.rule != "least_coded_distance":
+        remedy = "leave it out: with priors the solution is the point most probable by them"
+        yield Finding(("invert", "rule"), f"{draft.invert.rule} takes no account of the priors", remedy)
 
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
