@@ -18,6 +18,7 @@ from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.calibration import certainty
 from stemcal.text.names import Names
+from stemcal.text.results import shown_remarks
 from stemcal.text.verdict import sentence
 
 FORCES = """\
@@ -101,6 +102,27 @@ def test_a_constraint_under_invert_binds_the_solution(tmp_path: Path, diameters:
     assert found.point.solution["yield_stress"] <= 15.5 + 1e-6
     assert found.cited["yield_stress"][1] <= 15.5 + 1e-5 and found.ranges["yield_stress"][1] <= 15.5 + 1e-5
     assert found.point.predicted == pytest.approx(110.0, rel=0.01)
+
+
+def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
+    """Three forces whose misfit tells the scatter, F = 110 N·(d/8)² ± 1 %; the failure strain is the prior's."""
+    forces = "".join(
+        f"    - {{diameter: {d} mm, force: {110 * (d / 8) ** 2 * off:.4f} N}}\n"
+        for d, off in ((7, 1.01), (8, 1.0), (9, 0.99))
+    )
+    head, tail = FORCES.split("    - {diameter: 8 mm")[0], FORCES[FORCES.index("rsm:") :]
+    text = TWO_FACTORS.replace(STRAIN, f"{STRAIN}{PRIOR}") + head + forces + tail + "invert: {diameters: all}\n"
+    path, place = tmp_path / "study.yaml", StudyFolder(tmp_path / "out")
+    path.write_text(text, encoding="utf-8")
+    study = load_study(path)
+    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.invert(study, place, solver=OfTwo())
+    assert found.joint is not None and found.joint.scatter == "misfit" and found.joint.p is None
+    assert found.point.solution["failure_strain"] == pytest.approx(0.04, abs=5e-4)
+    assert found.certainty is not None and found.certainty.free == () and found.certainty.df == 1.0
+    assert any(
+        "the misfit of the fit itself gives the scatter" in one.sentence for one in shown_remarks(found, True, {})
+    )
 
 
 def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -> None:

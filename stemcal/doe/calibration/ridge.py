@@ -5,7 +5,8 @@ data fix x̂ to σ = 1/√λ, and its interval is 2·σ·√(allowed rise) long.
 more the direction is flat: x̂ lies at whichever end of it the scatter of the laboratory has put it. In place of x̂ the
 point is taken that
 
-1. is nearest to the centre among those that the data cannot tell from x̂ (D ≤ D_min + allowed rise), and
+1. is nearest to the centre, along factors with a prior to what that says, among those that the data cannot tell from x̂
+   (D ≤ D_min + allowed rise), and
 2. from there has the least misfit at the same place along the flat directions: the floor of the valley.
 
 Where no scatter is known at all, a measured mean is taken to be good to 3 % for this question alone: with an exact mean
@@ -19,10 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.calibration.levelset import Objective, squared_distance
+from stemcal.doe.calibration.levelset import Objective
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.profile import allowed_rise
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.solution_rules import away_from
 from stemcal.doe.regression.least_squares import Array
 
 _MEAN_GOOD_TO, _MOST = 0.03, 0.75
@@ -36,8 +38,16 @@ def flat_directions(misfit: Misfit, region: Region, x: Array) -> Array:
     known = with_scatter(misfit, misfit.value(x))
     certainty, vectors = np.linalg.eigh(known.information(x))
     length = np.array([_chord(region, v) for v in vectors.T])
-    flat = np.maximum(certainty, 0.0) * (_MOST * length) ** 2 <= 4.0 * allowed_rise(known, known.value(x))
+    by_priors = np.sum((known.told(x) @ vectors) ** 2, axis=0) / np.maximum(certainty, 1e-300)
+    allowed = np.array([_allowed(known, known.value(x), min(part, 1.0)) for part in by_priors.tolist()])
+    flat = np.maximum(certainty, 0.0) * (_MOST * length) ** 2 <= 4.0 * allowed
     return np.asarray(vectors.T[flat])
+
+
+def _allowed(misfit: Misfit, least: float, by_priors: float) -> float:
+    """Return the rise allowed along a direction of which priors, known exactly, tell such a part."""
+    data = 1.0 - by_priors
+    return allowed_rise(misfit, least, df=misfit.scale_df / data**2 if data > 0.0 else np.inf)
 
 
 def nearest_on_floor(misfit: Misfit, region: Region, x: Array, flat: Array) -> Array:
@@ -45,7 +55,7 @@ def nearest_on_floor(misfit: Misfit, region: Region, x: Array, flat: Array) -> A
     known = with_scatter(misfit, misfit.value(x))
     most = known.value(x) + allowed_rise(known, known.value(x))
     cloud = region.cloud(_CLOUD)
-    objective, distance = known.objective(scale_of(known, cloud)), squared_distance()
+    objective, distance = known.objective(scale_of(known, cloud)), away_from(known.priors)
     held = cloud[known.many(cloud) <= most]
     starts = [x, *held[np.argsort(distance.many(held), kind="stable")[:_STARTS]]]
     nearest = min((least_under(distance, start, region, below(known, most)) for start in starts), key=distance.value)

@@ -159,7 +159,7 @@ def _fitted(
     return JointFitted(
         rows=rows,
         further=Rows(row for i, row in enumerate(every) if i not in responses),
-        scatter=misfit.scatter,
+        scatter="misfit" if misfit.scatter == "joint" else misfit.scatter,
         misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") else None,
         df=fit.df,
         p=fit.p_value,
