@@ -216,7 +216,7 @@ def simulate(
     chosen = study.specimen.outer_diameter if diameter is None else checked(Size, diameter, "diameter")
     symmetry = checked(_Symmetry, symmetry, "symmetry")
     whole = {**study.midlevels(), **{name: level_of(study.factor(name), value) for name, value in levels.items()}}
-    if wrong := list(wrong_levels(study, whole)):
+    if wrong := list(wrong_levels(study, whole, chosen)):
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
     _require_sense(demand_of_one(study, [chosen], symmetry), 1, yes)
     return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))

@@ -17,6 +17,7 @@ from stemcal.stages.verdict.rules import (
     NotIdentified,
     OnTheEdge,
     OutOfReach,
+    PriorConflict,
     RoughResponse,
     SignAgainstExpectation,
     SolutionDoubtful,
@@ -26,11 +27,11 @@ from stemcal.stages.verdict.rules import (
     ValidationFailed,
     ValidationFromTable,
 )
-from stemcal.text.calibration import change
+from stemcal.text.calibration import change, known_beforehand, with_unit
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
-from stemcal.text.numbers import fixed
+from stemcal.text.numbers import fixed, interval
 
 
 def word(verdict: Verdict) -> str:
@@ -155,6 +156,17 @@ def _(reason: Conflict, names: Names) -> str:
 
 
 @sentence.register
+def _(reason: PriorConflict, names: Names) -> str:
+    prior = reason.prior
+    said = (
+        "The prior of {factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
+        "(p {p:p})."
+    )
+    allowed = with_unit(interval(prior.allowed), prior.unit)
+    return names.say(said, factor=prior.factor, known=known_beforehand(prior), allowed=allowed, p=prior.p)
+
+
+@sentence.register
 def _(reason: OutOfReach, names: Names) -> str:
     above = "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}."
     below = "The measured {target:response g} is below what the ranges reach, {low:.4g} to {high:response}."
@@ -270,11 +282,10 @@ states(
 def _(remedy: advice.Identify, names: Names) -> str:
     template = {
         "responses": "`invert: {{responses: all}}` fits what else was measured; if that is not enough, measure another "
-        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
+        "response or another kind of test, or give {factor:factor} a prior from the literature.",
         "conditions": "`invert: {{{key}: all}}` fits all that was measured; if that is not enough, measure another "
-        "response or another kind of test, or hold {factor:factor} at a value from the literature.",
-        None: "Measure another response or another kind of test, or hold {factor:factor} at a value from the "
-        "literature.",
+        "response or another kind of test, or give {factor:factor} a prior from the literature.",
+        None: "Measure another response or another kind of test, or give {factor:factor} a prior from the literature.",
     }[remedy.unfitted]
     _, _, key = names.naming.fitted_at.partition(".")
     return names.say(template, factor=remedy.factor, key=key)
@@ -293,6 +304,13 @@ def _(remedy: advice.NoRangeReaches, names: Names) -> str:
     stem = "The range of {factors:factors} alone does not reach it; check units, loading and specimen."
     other = "The range of {factors:factors} alone does not reach it; check units and what the simulation holds fixed."
     return names.say(stem if names.naming.is_cutting else other, factors=remedy.factors)
+
+
+states(
+    advice.CheckPrior,
+    "Check the prior of {factor:factor} against its source ({source}), its unit and the test it is from; then the "
+    "model, or leave the prior out.",
+)
 
 
 @sentence.register

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from stemcal.folder.store import StudyFolder
 from stemcal.stages.base import stages_of
-from stemcal.stages.invert.result import Contradicted, JointFitted
+from stemcal.stages.invert.result import Contradicted, JointFitted, PriorRow
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EqualRepeats
 from stemcal.stages.verdict import advice
@@ -52,6 +52,13 @@ class Conflict(Reason):
 
     least_error_percent: float
     contradiction: Contradicted | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PriorConflict(Reason):
+    """What was measured contradicts the prior of a factor: not calibrated beyond p = 0.001, else a reservation."""
+
+    prior: PriorRow
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,7 +236,7 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
         yield from _conflict(evidence)
         return
     target = study.calibration_target.response
-    low, high = advice.reach(surface) if found is None else (target, target)
+    low, high = advice.reach(surface, study) if found is None else (target, target)
     if not low <= target <= high:
         remedy = advice.to_reach(study, surface, target)
         yield OutOfReach(weight="not_calibrated", remedy=remedy, target=target, low=low, high=high)
@@ -252,6 +259,14 @@ def _conflict(evidence: Evidence) -> Iterator[Reason]:
         least_error_percent=joint.best_worst_error_percent,
         contradiction=apart,
     )
+
+
+def _priors(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.results.inversion
+    for prior in found.priors if found is not None else ():
+        if prior.p is not None and prior.allowed is not None:
+            weight: Severity = "not_calibrated" if prior.p < _BEYOND_DOUBT else "with_reservations"
+            yield PriorConflict(weight=weight, remedy=advice.CheckPrior(prior.factor, prior.source), prior=prior)
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
@@ -429,6 +444,7 @@ def _rough(evidence: Evidence) -> Iterator[Reason]:
 
 RULES: tuple[Rule, ...] = (
     _reach,
+    _priors,
     _target,
     _solution_physics,
     _identified,

@@ -18,6 +18,7 @@ from stemcal.naming import Naming
 from stemcal.study.model.design_options import RsmOptions, ScreenOptions
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.frozen import Frozen
+from stemcal.study.model.growth import exponents_in
 from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Published, Target, Targets
 from stemcal.study.model.parameters import PARAMETERS
@@ -209,10 +210,20 @@ class Study(StudyForm):
         """Return the mid-level of every factor, in the units of the spec."""
         return {factor.name: factor.centre for factor in self.factors}
 
-    def parameters(self, levels: Mapping[str, float]) -> dict[str, float]:
-        """Return the nine material parameters in internal units; factors without a level stay at mid-level."""
-        chosen = self._internal(levels)
+    @property
+    def exponents(self) -> tuple[str, ...]:
+        """Names of the factors that are powers of the diameter."""
+        return exponents_in(self.material.growing().values())
+
+    def parameters(self, levels: Mapping[str, float], condition: float | None = None) -> dict[str, float]:
+        """Return the nine material parameters in internal units; factors without a level stay at mid-level.
+
+        Those that follow the diameter have the value at `condition`, by default the calibration diameter.
+        """
+        chosen, diameter = self._internal(levels), self.targets.calibrate_at if condition is None else condition
         varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
+        for name, growth in self.material.growing().items():
+            varied[name] = growth.given_at(diameter, varied.get(name), chosen)
         never = {"failure_strain": inf} if self.failure.kind == "toughness" else {}
         return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {}), **never}
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import factors, geometry, program_rules, surface_rules, target_rules
+from stemcal.study.rules import factors, geometry, growth_rules, program_rules, surface_rules, target_rules
 from stemcal.study.rules.draft import Draft, Finding
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
@@ -15,6 +15,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.names_are_free,
     target_rules.forces_are_newtons,
     factors.ranges_rise,
+    factors.priors_fit,
     factors.factors_are_known,
     factors.factors_are_physical,
     factors.material_is_physical,
@@ -23,6 +24,11 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.wall_fits_stem,
     factors.rate_parameters_are_used,
     factors.material_is_complete,
+    growth_rules.growth_has_one_value,
+    growth_rules.exponents_are_factors,
+    growth_rules.grades_reach,
+    growth_rules.growth_is_physical,
+    growth_rules.growth_is_seen,
     factors.tangent_stays_below_elastic,
     factors.failure_is_complete,
     factors.design_takes_factors,

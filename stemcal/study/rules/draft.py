@@ -16,6 +16,8 @@ from stemcal.study.model import (
     EmbeddedSolver,
     Factor,
     FailureSection,
+    Grades,
+    Growth,
     InvertOptions,
     LsDynaSolver,
     ManualSolver,
@@ -77,6 +79,11 @@ class Draft:
     def embedded(self) -> EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
         return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+
+    @property
+    def growing(self) -> dict[str, Growth | Grades]:
+        """The material parameters that follow the diameter."""
+        return self.material.growing() if self.material else {}
 
     @property
     def is_cut(self) -> bool:
