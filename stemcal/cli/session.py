@@ -132,15 +132,12 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:
     """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
-    from stemcal.executors.machine import free_memory, machine_memory
-    from stemcal.overview.foresight import excess, scarce
-    from stemcal.text.plan import sentences
+    from stemcal.text.plan import objections
 
-    for said in sentences(excess(demand, workers, machine_memory() if here else None)):
-        if not yes:
-            raise UsageError(f"{said} --yes begins it all the same.")
-        warn(said)
-    for said in sentences(scarce(demand, workers, free_memory()) if here else ()):
+    too_much, scarce = objections(demand, workers, here)
+    if too_much and not yes:
+        raise UsageError(f"{' '.join(too_much)} --yes begins it all the same.")
+    for said in (*too_much, *scarce):
         warn(said)
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stemcal.executors import machine
 from stemcal.notes import Note
-from stemcal.overview.foresight import ScarceMemory, TooLong, TooMuchMemory
+from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
@@ -67,6 +68,15 @@ TOPICS = (screening,)
 def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
     """Return what notes say."""
     return [sentence(note, names or Names()) for note in notes]
+
+
+def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[str], list[str]]:
+    """Say what speaks against so many runs: more than this machine's memory or days; memory that is not free now.
+
+    Where they are computed is `here`, or elsewhere: then this machine's memory does not count.
+    """
+    too_much = excess(demand, workers, machine.machine_memory() if here else None)
+    return sentences(too_much), sentences(scarce(demand, workers, machine.free_memory()) if here else ())
 
 
 states(FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
