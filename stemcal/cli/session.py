@@ -45,7 +45,7 @@ class Session:
         from stemcal.overview.foresight import demand_of_left, left_to_run
         from stemcal.solvers import make_solver
 
-        here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study)
+        here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study.seen_by(stage or ""))
         left = left_to_run(self.study, self.folder, solver, stage)
         require_sense(demand_of_left(left, solver), self.executor.workers, yes, here)
         self.watch.expect({part.stage: (part.rows, len(part.runs)) for part in left})
@@ -125,7 +125,7 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
     from stemcal.text.by_hand import waiting_for
 
     rows = sheet_rows(work.study, work.folder, waiting)
-    sheet = hand_out(work.study, work.folder, rows)
+    sheet = hand_out(work.study.by_hand, work.folder, rows)
     work.folder.remember_spec(work.study.source)
     return waiting_for(len(rows), waiting.stage, str(sheet), str(spec))
 

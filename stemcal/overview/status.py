@@ -162,7 +162,8 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
     ]
     verdict = verdict_of(study, folder)
     place = folder.path / SHEET
-    sheet = str(place) if isinstance(solver, ByHand) and place.exists() else None
+    manual = isinstance(solver, ByHand) or study.by_hand.solver.kind == "manual"
+    sheet = str(place) if manual and place.exists() else None
     return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict, sheet)
 
 
@@ -231,13 +232,13 @@ def retry(
 
     A record is replaced when its new answer is there, not before.
     """
-    solver = solver or make_solver(study)
     policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
     with folder:
         chosen = _chosen(ledger(study, folder, solver), keys)
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
-            answer_all(requests, solver, folder, executor, watch, policy, again={entry.key for entry in chosen})
+            own = solver or make_solver(study.seen_by(stage))
+            answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
 
 

@@ -7,12 +7,21 @@ from collections.abc import Iterable
 from stemcal.executors import machine
 from stemcal.notes import Note
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
-from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
+from stemcal.overview.plan import (
+    CannotCarry,
+    DecidedLater,
+    DesignPower,
+    FactorsAssumed,
+    InAnotherProgram,
+    OtherMeshes,
+    Plan,
+)
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 from stemcal.text.numbers import duration
+from stemcal.text.transfer import program
 
 
 def total(found: Plan) -> list[str]:
@@ -82,6 +91,12 @@ def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[st
 states(FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
 states(DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
 states(CannotCarry, "{stage}, {design}: {reason}")
+
+
+@sentence.register
+def _(note: InAnotherProgram, names: Names) -> str:
+    template = "{here} runs here, at most {count} in {program} (transfer)."
+    return names.say(template, here=note.here, count=note.there, program=program(note.solver))
 
 
 @sentence.register

@@ -81,6 +81,14 @@ LINES = {
     "tests": "Different: Welch's test. Equal: two one-sided tests; a small p shows agreement within the margin.",
     "corrected": "With one scale for what the model misses",
     "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
+    # a transfer to another program
+    "transferred": "Parameters for {there}",
+    "alone": "What is not named stays as calibrated. Range: by the scatter of the measured mean, all else as it is.",
+    "belongs": "They belong to {settings}.",
+    "there": "The {response} in {there}",
+    "reached": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
+    "not reached": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
+    "runs there": "Runs in {there}",
     # audit and runs
     "audit": "What does not agree",
     "agree": "Printed cells that agree: {counts}.",
