@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import exp, inf, isfinite, log
 
 import numpy as np
@@ -154,10 +155,11 @@ def next_step(tried: Sequence[Tried], aim: float, way: Way) -> Step | None:
 def _step(whole: Sequence[Tried], best: Tried, last: Tried, aim: float, way: Way) -> Step:
     if not isfinite(last.level):
         return Step(0.5 * (best.place + last.place), None)
-    below = max((one for one in whole if one.response < aim), key=lambda one: one.response, default=None)
-    above = min((one for one in whole if one.response >= aim), key=lambda one: one.response, default=None)
-    if below is not None and above is not None:
-        return Step(_between(below, above, whole, log(aim)), aim)
+    inline = sorted(whole, key=lambda one: one.place)
+    sides = [pair for pair in pairwise(inline) if (pair[0].response < aim) != (pair[1].response < aim)]
+    if sides:
+        nearest = min(sides, key=lambda pair: sum(abs(one.level - log(aim)) for one in pair))
+        return Step(_between(*nearest, whole, log(aim)), aim)
     place = _beyond(whole, best, log(aim), way)
     return Step(place, exp(best.level + _slope(whole, best) * (place - best.place)))
 
@@ -166,14 +168,14 @@ def _new(place: float, tried: Sequence[Tried]) -> bool:
     return all(abs(place - one.place) > _SAME for one in tried)
 
 
-def _between(below: Tried, above: Tried, whole: Sequence[Tried], aim: float) -> float:
+def _between(one: Tried, other: Tried, whole: Sequence[Tried], aim: float) -> float:
     """Return a place between two of either side: by the parabola through them and a third run, or by a line."""
-    low, high = below.place, above.place
-    line = low + (aim - below.level) / (above.level - below.level) * (high - low)
-    others = [one for one in whole if one is not below and one is not above]
-    third = min(others, key=lambda one: abs(one.level - aim), default=None)
-    place = line if third is None else _inverse_parabola((below, above, third), aim)
-    first, last = sorted((low + _MARGIN * (high - low), high - _MARGIN * (high - low)))
+    low, high = one.place, other.place
+    line = low + (aim - one.level) / (other.level - one.level) * (high - low)
+    others = [run for run in whole if run is not one and run is not other]
+    third = min(others, key=lambda run: abs(run.level - aim), default=None)
+    place = line if third is None else _inverse_parabola((one, other, third), aim)
+    first, last = low + _MARGIN * (high - low), high - _MARGIN * (high - low)
     return min(max(place if first <= place <= last else line, first), last)
 
 
@@ -189,13 +191,14 @@ def _inverse_parabola(points: Sequence[Tried], aim: float) -> float:
 
 
 def _beyond(whole: Sequence[Tried], best: Tried, aim: float, way: Way) -> float:
-    """Return a place beyond all that was tried, as far as step and range allow."""
-    tilt = _slope(whole, best)
-    upwards = aim > best.level
+    """Return a place beyond the best run, as far as step and range allow; beyond all where the response is level."""
+    tilt, upwards, start = _slope(whole, best), aim > best.level, best.place
     wanted = (aim - best.level) / tilt if tilt > _LEAST_TILT else (inf if upwards else -inf)
-    longest = way.longest(best.place, upwards)
+    if tilt <= _LEAST_TILT:
+        start = (max if upwards else min)(one.place for one in whole)
+    longest = way.longest(start, upwards)
     low, high = way.ends
-    return min(max(best.place + min(max(wanted, -longest), longest), low), high)
+    return min(max(start + min(max(wanted, -longest), longest), low), high)
 
 
 def _slope(whole: Sequence[Tried], best: Tried) -> float:
