@@ -27,6 +27,7 @@ from stemcal.study.model import Study
 SCHEMA_VERSION = 2
 SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: those that are awaited
 _SHORTEST_KEY = 4
+_DECIDING = {stage.name for stage in STAGES}
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ def _others(known: Collection[str], stages: Collection[str], study: Study, folde
     """Yield the records of stages that decide from run to run what to ask next."""
     for key in folder.keys():  # noqa: SIM118
         record = folder.peek(key) if key not in known else None
-        if record is not None and record["request"]["stage"] not in stages:
+        if record is not None and record["request"]["stage"] in _DECIDING - {*stages}:
             yield _entry(Request(**record["request"]), key, study, folder)
 
 

@@ -89,6 +89,11 @@ LINES = {
     "reached": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
     "not reached": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
     "runs there": "Runs in {there}",
+    "regularisation": "Failure strain over element size",
+    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N within 1 % (stem of {at:g} "
+    "mm). At one place: what the mesh would take there (95 %).",
+    "valid": "yes",
+    "not valid": "no",
     # audit and runs
     "audit": "What does not agree",
     "agree": "Printed cells that agree: {counts}.",

@@ -1,12 +1,13 @@
-"""Tables of a transfer: the parameters for another program, what they give there, and its runs."""
+"""Tables of a transfer: parameters for another program or mesh, what they give there, and its runs."""
 
 from __future__ import annotations
 
 from stemcal.files.rows import Column, Table
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
+from stemcal.stages.regularise import Regularisation, Regularised
 from stemcal.stages.transfer.result import TransferResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import interval, short, significant
+from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
 from stemcal.text.transfer import program, role
 
@@ -58,3 +59,22 @@ def transfer_tables(stage: TransferResult, names: Names) -> list[Table]:
         detail=True,
     )
     return [parameters, responses, runs]
+
+
+def regularisation_table(found: Regularisation) -> Table:
+    """Return the failure strain of every element size."""
+
+    def band(row: Regularised) -> tuple[float, float] | str:
+        return "" if row.low is None or row.high is None else (row.low, row.high)
+
+    columns = [
+        Column("element_size", "Element size", "mm", significant),
+        Column("failure_strain", "Failure strain", form=significant),
+        Column("band", "At one place", form=interval, of=band),
+        Column("force", "Mean force", "N", significant),
+        Column("sd_percent", "SD over places", "%", fixed),
+        Column("runs", "Runs", form=format),
+        Column("found", "Valid", of=lambda row: line("valid" if row.found else "not valid")),
+    ]
+    foot = line("regularised", aim=found.aim, at=found.condition, places=found.rows[0].places)
+    return Table.of(columns, found.rows, line("regularisation"), [foot])
