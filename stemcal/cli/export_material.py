@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -16,8 +15,9 @@ if TYPE_CHECKING:
     from stemcal.stages.regularise import Regularisation, Regularised
     from stemcal.study.model import Study
 
-# Further sizes of the curve, as shares of the one that is asked for.
-_BESIDE = (0.5**0.5, 2.0**0.5, 2.0)
+# Further sizes of the curve, times the one that is asked for: the first three of a quarter of the diameter at most.
+_BESIDE = tuple(2.0 ** (0.5 * power) for power in (1, 2, 3, -1, -2, -3))
+_COARSEST = 0.25
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Where the files are written.", show_default=False)]
 Program = Annotated[
@@ -33,7 +33,7 @@ Sizes = Annotated[
         "--size",
         metavar="LENGTH",
         help="A further size of the curve; repeatable.",
-        show_default="1/√2, √2 and 2 times that of the elements",
+        show_default="three in steps of √2",
     ),
 ]
 Places = Annotated[int, typer.Option("--places", min=2, max=50, help="Places of each mesh under the edge.")]
@@ -55,7 +55,7 @@ def export_material(
     """Write the calibrated material for your own model: card, failure strain over element size, and a deck to check it.
 
     In a mesh whose elements fail each by itself the failure strain belongs to their size. For some sizes the strain is
-    found with which the mean force over places of such a mesh is the calibrated one; its band is what one place may
+    found with which the mean force over places of such a mesh is the calibrated one; its band is what each place would
     take. The study is calibrated first (stemcal run SPEC).
 
     Example: [bold]stemcal export-material configs/smoke.yaml --for lsdyna --element-size "1 mm" material[/bold]
@@ -70,10 +70,10 @@ def export_material(
     from stemcal.study.reading.checked import typed_size
 
     size = typed_size(element_size, "--element-size")
-    further = [typed_size(text, "--size") for text in sizes] if sizes else [share * size for share in _BESIDE]
+    given = [typed_size(text, "--size") for text in sizes or ()]
     with opened(spec, out, workers, executor, quiet) as session:
         study = session.study
-        wanted = _possible(study, size, further, given=bool(sizes))
+        wanted = _sizes(study, size, given)
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
         found = regularise(work, wanted, places)
     with waiting("the force that the check deck is to give", quiet):
@@ -88,16 +88,16 @@ def export_material(
         note(f"{told['check']['deck']} is to give {told['check']['force']:.4g} N")
 
 
-def _possible(study: Study, size: float, further: list[float], given: bool) -> list[float]:
-    """Return the sizes that fit the stem; raise `UsageError` for one that was asked for and does not."""
+def _sizes(study: Study, size: float, given: list[float]) -> list[float]:
+    """Return the sizes of the curve; raise `UsageError` for one that does not fit the stem."""
     from stemcal.errors import UsageError
 
-    most = 0.5 * study.targets.calibrate_at
-    wrong = [one for one in (size, *(further if given else ())) if one > most]
-    if wrong:
-        at = study.targets.calibrate_at
-        raise UsageError(f"elements of {wrong[0]:g} mm are too large for a {at:g} mm stem; take {most:g} mm at most")
-    return sorted({float(f"{one:.4g}") for one in further if one <= most} | {size})
+    at = study.targets.calibrate_at
+    if wrong := [one for one in (size, *given) if one > 0.5 * at]:
+        most = f"take {0.5 * at:g} mm at most"
+        raise UsageError(f"elements of {wrong[0]:g} mm are too large for a {at:g} mm stem; {most}")
+    beside = [float(f"{share * size:.4g}") for share in _BESIDE if share * size <= _COARSEST * at]
+    return sorted({*(given or beside[:3]), size})
 
 
 def _written(study: Study, found: Regularisation, row: Regularised, program: str, folder: Path) -> dict[str, Any]:
@@ -159,7 +159,7 @@ def _check_deck(study: Study, found: Regularisation, row: Regularised, program: 
     request = Request("export-material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")
     form = DeckForm("mat003", long=True) if program == "lsdyna" else DeckForm()
     there = meshed_as(without_lengths(study), request)
-    return replace(Deck.of(there, levels, found.condition, form))
+    return Deck.of(there, levels, found.condition, form)
 
 
 def _force_of(deck: Deck) -> float:

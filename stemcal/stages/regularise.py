@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp, inf, isfinite, log
+from math import exp, isfinite, log
 
 from stemcal.doe.calibration.transfer import Mover, Tried, Way, best_of, next_step
-from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
@@ -27,20 +26,21 @@ from stemcal.study.types.lengths import Length
 
 STAGE = "regularise"
 STRAIN = "failure_strain"
-_TOLERANCE, _MOST_RUNS = 0.01, 12
+# Where the search ends, and up to where a size is valid, as shares of the force.
+_TOLERANCE, VALID, _MOST_RUNS = 0.02, 0.05, 12
 # The stroke to the same force is longer there, times.
 _STROKE = 3.0
 # Of a mesh without lengths: force over failure strain, by logarithms, where nothing is known yet.
 _FIRST_SLOPE = 0.5
-_LOWEST, _HIGHEST = 1e-3, 2.0
+_LOWEST, _HIGHEST, _LEAST_TILT = 1e-3, 2.0, 0.05
 
 
 @dataclass(frozen=True)
 class Regularised:
     """The failure strain for one element size (mm), and the force it gives over so many places of the mesh.
 
-    `low` to `high` holds the strain that the mesh at any one place would take, 95 %. Where `found` is False the mean
-    force is not within 1 % of the aim, and the size is not valid.
+    `low` to `high` are the strains that the places would take each by itself. Where `found` is False the mean
+    force is not within 5 % of the aim, and the size is not valid.
     """
 
     element_size: float
@@ -127,8 +127,8 @@ def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, siz
         raise RunsFailed(f"export-material: no run with elements of {size:g} mm succeeded: {outcomes[-1].message}")
     outcome, strain = outcomes[tried.index(best)], way.at(best.place)[STRAIN]
     scatter = outcome.sd / best.response if outcome.sd is not None else None
-    low, high = _band(tried, best, strain, scatter, places)
-    found = abs(best.response / aim - 1.0) <= _TOLERANCE
+    low, high = _band(tried, best, strain, outcome.phase_responses or (), aim)
+    found = abs(best.response / aim - 1.0) <= VALID
     percent = None if scatter is None else 100.0 * scatter
     return Regularised(size, strain, low, high, best.response, percent, places, len(tried), found)
 
@@ -144,14 +144,15 @@ def _simulated(work: Work, there: Study, levels: dict[str, float], size: float, 
 
 
 def _band(
-    tried: Sequence[Tried], best: Tried, strain: float, scatter: float | None, places: int
+    tried: Sequence[Tried], best: Tried, strain: float, forces: Sequence[float], aim: float
 ) -> tuple[float | None, float | None]:
-    """Return the strains with which a mesh at one place gives the force: ε·exp(±t·cv/k), k = ∂ ln F/∂ ln ε."""
-    others = [one for one in tried if one is not best and isfinite(one.level)]
-    if scatter is None or places < 2 or not others:
+    """Return the strains that the strongest and the weakest place take: ε·(F/aim)^(−1/k), k = ∂ ln F/∂ ln ε."""
+    if not forces:
         return None, None
-    near = min(others, key=lambda one: abs(one.place - best.place))
+    others = [one for one in tried if one is not best and isfinite(one.level)]
+    near = min(others, key=lambda one: abs(one.place - best.place), default=None)
     # places count ln F as expected: s = k₀·ln ε
-    slope = _FIRST_SLOPE * (best.level - near.level) / (best.place - near.place)
-    reach = t_quantile(0.95, places - 1) * scatter / slope if slope > 0.0 else inf
-    return (strain * exp(-reach), strain * exp(reach)) if reach < log(_HIGHEST / _LOWEST) else (None, None)
+    tilt = 1.0 if near is None else (best.level - near.level) / (best.place - near.place)
+    slope = _FIRST_SLOPE * max(tilt, _LEAST_TILT)
+    low, high = (log(strain) - log(force / aim) / slope for force in (max(forces), min(forces)))
+    return exp(max(low, log(_LOWEST))), exp(min(high, log(_HIGHEST)))

@@ -25,7 +25,7 @@ def material_lines(study: Study, found: Regularisation, row: Regularised, force:
         say("check.k is to give {force:.4g} N; curve.csv has other element sizes.", force=force),
     ]
     if row.low is not None and row.high is not None:
-        band = "A mesh at one place would take {low:.3g} to {high:.3g} (95 %): the place of the edge matters."
+        band = "Each place by itself would take {low:.3g} to {high:.3g}: where the edge comes down matters."
         lines.insert(3, say(band, low=row.low, high=row.high))
     return lines
 

@@ -90,8 +90,8 @@ LINES = {
     "not reached": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
     "runs there": "Runs in {there}",
     "regularisation": "Failure strain over element size",
-    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N within 1 % (stem of {at:g} "
-    "mm). At one place: what the mesh would take there (95 %).",
+    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N within 5 % (stem of {at:g} "
+    "mm). At one place: what the places would take each by itself.",
     "valid": "yes",
     "not valid": "no",
     # audit and runs
