@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from stemcal.notes import Weight
-from stemcal.stages.transfer.result import Role, TransferResult
-from stemcal.stages.transfer.stage import BeyondRange, FailedThere, NotReached, NotRunThere, StillRose
+from stemcal.stages.transfer.result import (
+    BeyondRange,
+    FailedThere,
+    NotReached,
+    NotRunThere,
+    Role,
+    StillRose,
+    TransferResult,
+)
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states

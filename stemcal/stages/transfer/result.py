@@ -9,12 +9,59 @@ from typing import ClassVar, Literal
 from stemcal.doe.calibration.transfer import Learnt
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, key
-from stemcal.notes import Note
+from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 
 Stopped = Literal["tolerance", "budget", "out_of_reach", "settled"]
 Role = Literal["search", "after", "before"]
+
+
+@dataclass(frozen=True)
+class NotReached(Note):
+    """The response there is not within the tolerance: runs spent, the range at its end, or no step left to take."""
+
+    weight = Weight.USE
+    stopped: Stopped
+    missed_percent: float
+    aim: float
+    factors: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BeyondRange(Note):
+    """A value lies outside the study's range of the factor, which belongs to the study's mesh and lengths."""
+
+    weight = Weight.USE
+    factor: str
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class StillRose(Note):
+    """In so many runs there the response still rose when the stroke ended: what they gave is a lower bound."""
+
+    weight = Weight.NUMBERS
+    runs: int
+
+
+@dataclass(frozen=True)
+class NotRunThere(Note):
+    """The result was not run at these conditions: the budget was spent."""
+
+    weight = Weight.USE
+    conditions: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class FailedThere(Note):
+    """Runs with the result failed at these conditions, the first for this reason."""
+
+    weight = Weight.NUMBERS
+    conditions: tuple[float, ...]
+    reason: str
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.notes import Note, Weight
+from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt, simulating
 from stemcal.solvers import make_solver
@@ -20,7 +20,12 @@ from stemcal.stages.result import Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.transfer.result import (
     AdjustedFactor,
+    BeyondRange,
+    FailedThere,
+    NotReached,
+    NotRunThere,
     Role,
+    StillRose,
     Stopped,
     TargetSolver,
     TransferResult,
@@ -38,53 +43,6 @@ __all__ = ["TransferResult", "transfer"]
 
 # The parameter that belongs to mesh and lengths: how far it may go where these are others.
 _OF_MESH, _LOWEST_SHARE, _HIGHEST = "failure_strain", 0.1, 1.0
-
-
-@dataclass(frozen=True)
-class NotReached(Note):
-    """The response there is not within the tolerance: runs spent, the range at its end, or no step left to take."""
-
-    weight = Weight.USE
-    stopped: Stopped
-    missed_percent: float
-    aim: float
-    factors: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class BeyondRange(Note):
-    """A value lies outside the study's range of the factor, which belongs to the study's mesh and lengths."""
-
-    weight = Weight.USE
-    factor: str
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class StillRose(Note):
-    """In so many runs there the response still rose when the stroke ended: what they gave is a lower bound."""
-
-    weight = Weight.NUMBERS
-    runs: int
-
-
-@dataclass(frozen=True)
-class NotRunThere(Note):
-    """The result was not run at these conditions: the budget was spent."""
-
-    weight = Weight.USE
-    conditions: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class FailedThere(Note):
-    """Runs with the result failed at these conditions, the first for this reason."""
-
-    weight = Weight.NUMBERS
-    conditions: tuple[float, ...]
-    reason: str
 
 
 @a_stage
