@@ -92,17 +92,22 @@ states(
     "mesh and lengths.",
 )
 states(
-    StillRose,
-    "In {runs} run there the {response} still rose when the stroke ended: it is a lower bound. A longer stroke "
-    "(transfer.test.duration) tells more.",
-    "In {runs} runs there the {response} still rose when the stroke ended: they are lower bounds. A longer stroke "
-    "(transfer.test.duration) tells more.",
-    count="runs",
-)
-states(
     NotRunThere,
     "transfer.budget left no run with the result at {conditions:conditions}.",
 )
+
+
+@sentence.register
+def _(note: StillRose, names: Names) -> str:
+    one = (
+        "In {count} run there the {response} still rose when the stroke ended: it is a lower bound. A longer stroke "
+        "(transfer.test.duration) tells more."
+    )
+    many = (
+        "In {count} runs there the {response} still rose when the stroke ended: they are lower bounds. A longer stroke "
+        "(transfer.test.duration) tells more."
+    )
+    return names.say_number(one, many, note.runs, response=names.response.long)
 
 
 @sentence.register
