@@ -207,6 +207,12 @@ def test_a_changed_program_makes_it_stale_and_nothing_else(tmp_path: Path) -> No
         _ = results.transfer
 
 
+def test_without_the_transfer_the_study_is_judged_with_a_reservation(tmp_path: Path) -> None:
+    results = stemcal.open_results(tmp_path / "out", load_study(spec_of(tmp_path)))
+    (reason,) = (reason for reason in results.verdict.reasons if reason.kind == "unfinished")
+    assert reason.weight == "with_reservations" and results.verdict.there is None
+
+
 def test_python_has_it(whole: Path) -> None:
     results = stemcal.open_results(whole / "out", load_study(whole / "study.yaml"))
     assert isinstance(results.transfer, stemcal.TransferResult) and results.transfer.converged

@@ -28,7 +28,7 @@ _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told fro
 
 @dataclass(frozen=True, kw_only=True)
 class Unfinished(Reason):
-    """Stages that the study asks for are not there: not calibrated."""
+    """Stages that the study asks for are not there: not calibrated; a reservation where it is the transfer alone."""
 
     stages: tuple[str, ...]
 
@@ -241,7 +241,8 @@ def _unfinished(evidence: Evidence) -> Iterator[Reason]:
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing and not list(_reach(evidence)):
         stages = tuple(stage.name for stage in missing)
-        yield Unfinished(weight="not_calibrated", remedy=advice.ContinueStudy(), stages=stages)
+        weight: Severity = "with_reservations" if stages == ("transfer",) else "not_calibrated"
+        yield Unfinished(weight=weight, remedy=advice.ContinueStudy(), stages=stages)
 
 
 def _reach(evidence: Evidence) -> Iterator[Reason]:
