@@ -105,14 +105,8 @@ def way_of(
     relative = surface.fitted.gradient(point) / float(surface.fitted.predict(point)[0])
     slopes = dict(zip(surface.names, relative.tolist(), strict=True))
     names = tuple(options.adjust) or _default(slopes)
-    return Way(
-        tuple(
-            Mover(
-                name, start[name], *_range(study, options, name, alike), slopes[name] / surface.coding[name].half_step
-            )
-            for name in names
-        )
-    )
+    slopes = {name: slope / surface.coding[name].half_step for name, slope in slopes.items()}
+    return Way(tuple(Mover(name, start[name], *_range(study, options, name, alike), slopes[name]) for name in names))
 
 
 def _default(slopes: Mapping[str, float]) -> tuple[str, ...]:
@@ -206,15 +200,15 @@ class Search:
             return
         at = self.target.condition
         others = sorted((c for c in self.here if c != at), key=lambda condition: abs(condition - at))
-        for role, place in (("after", self.found.place), ("before", 0.0)):
-            if others[: self.left] and (role == "after" or self.found.place != 0.0):
-                self._ask(role, place, others[: self.left])  # type: ignore[arg-type]
+        self._ask("after", self.found.place, others[: self.left])
+        if self.found.place != 0.0:
+            self._ask("before", 0.0, others[: self.left])
 
     def _ask(
         self, role: Role, place: float, conditions: Sequence[float], expected: float | None = None
     ) -> list[Outcome]:
         levels = self.levels(place)
-        outcomes = self.simulate(len(self.asked), [levels], conditions)
+        outcomes = self.simulate(len(self.asked), [levels], conditions) if conditions else []
         for condition, outcome in zip(conditions, outcomes, strict=True):
             self.asked.append(
                 TransferRun(
