@@ -326,7 +326,7 @@ def _directions_seen(work: Work) -> int:
         return 1
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
     region = Region(*box_of(study, surface.scales), surface.radius)
-    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface), region)
+    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface), region, jointly=True)
     responses = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
     point = surface.scales.point(solution.point.coded)
     return max(1, misfit.only(responses).directions_seen(point)) if responses else 1

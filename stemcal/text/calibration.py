@@ -8,7 +8,7 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
-from stemcal.stages.invert.joint import FlatDirection, UnequalScatter
+from stemcal.stages.invert.joint import FlatDirection, ProcessesTaken, UnequalScatter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete, SolvedByProcess
 from stemcal.stages.invert.stage import ConstraintBroken
@@ -323,6 +323,11 @@ states(
     "The quadratic reaches {low:.4g} to {high:response} only, but it predicts its own runs badly (predicted R² "
     "{quadratic_predicted_r2:fixed 3}). A Gaussian process predicts them better ({process_predicted_r2:fixed 3}) and "
     "may reach the target: the values are where it does. Confirm them with `refine: {{model: process}}`.",
+)
+states(
+    ProcessesTaken,
+    "For {count} of the {of} measured means a Gaussian process takes the quadratic's place: it predicts runs left out "
+    "clearly better.",
 )
 states(
     UnequalScatter,

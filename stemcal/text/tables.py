@@ -35,6 +35,7 @@ LINES = {
     "calibration": "Calibrated parameters",
     "point": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; rule "
     "{rule}.",
+    "interval of the response": "95 % interval of the simulated {response} {mean:responses}.",
     "intervals of the response": "95 % interval of the mean {response} {mean:responses}, of one simulated {response} "
     "{one:responses}.",
     "joint": "Fitted together",

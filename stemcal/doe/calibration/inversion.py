@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from stemcal.doe.calibration.levelset import extremes, level_points
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
-from stemcal.doe.regression.least_squares import Array, t_quantile
+from stemcal.doe.regression.gaussian_process import GaussianProcess
+from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.notes import Note, Weight
@@ -117,7 +118,7 @@ def solve_target(
 
 
 def assess_point(
-    surface: Surface,
+    surface: Surface | GaussianProcess,
     coded: ArrayLike,
     low: ArrayLike | None = None,
     high: ArrayLike | None = None,
@@ -129,7 +130,7 @@ def assess_point(
     """
     x = np.asarray(coded, dtype=float)
     distance = float(np.linalg.norm(x))
-    reach = surface.design_radius if radius is None else radius
+    reach = float(np.linalg.norm(surface.design, axis=1).max()) if radius is None else radius
     inside = distance <= reach + 1e-6
     if low is not None and high is not None:
         inside = inside and bool(np.all((x >= np.asarray(low) - 1e-6) & (x <= np.asarray(high) + 1e-6)))
@@ -148,13 +149,11 @@ def _interval(ends: Array) -> Interval | None:
 
 
 def _share(problem: SolutionProblem) -> float | None:
-    """Part of the region where |ŷ − target| is within the half-width of the 95 % prediction interval."""
-    surface = problem.surface
-    if surface.mean_square is None:
+    """Part of the region whose 95 % prediction interval holds the target."""
+    if problem.surface.mean_square is None:
         return None
-    points = problem.region.spread(_SHARE_POINTS)
-    half_width = t_quantile(0.95, surface.df) * np.sqrt(surface.mean_square * (1.0 + surface.unscaled_variance(points)))
-    return float(np.mean(np.abs(surface.predict(points) - problem.target) <= half_width))
+    low, high = problem.surface.prediction_interval(problem.region.spread(_SHARE_POINTS)).T
+    return float(np.mean((low <= problem.target) & (problem.target <= high)))
 
 
 def _free_factors(problem: SolutionProblem, ranges: Sequence[Interval]) -> list[Note]:

@@ -40,6 +40,7 @@ from numpy.typing import NDArray
 from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_gradient
@@ -57,13 +58,36 @@ UNEQUAL = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """A measured mean with the surface that predicts it; `kind` is what was measured."""
+    """A measured mean with the surface that predicts it, or a process in its place; `kind` is what was measured."""
 
     surface: Surface
     measured: float
     sd: float | None = None
     n: int | None = None
     kind: str = FIRST
+    process: GaussianProcess | None = None
+
+    @property
+    def model(self) -> Surface | GaussianProcess:
+        """What predicts the mean."""
+        return self.process or self.surface
+
+    @property
+    def error_df(self) -> int:
+        """Degrees of freedom behind the error of the prediction."""
+        if self.process is not None:
+            return len(self.process.response) - 1
+        return self.surface.mean_error.df if self.surface.mean_error else 0
+
+    def error_at(self, point: Array | None) -> float:
+        """Return the variance of the prediction at a point, or its mean over the runs; of a process that of left out.
+
+        A process knows its runs, and next to one it is sharp: what it is off by between them the runs left out tell.
+        """
+        if self.process is not None:
+            return float(np.mean(self.process.left_out**2))
+        where = self.surface.design if point is None else point
+        return 0.0 if self.surface.mean_error is None else float(np.mean(self.surface.mean_variance(where)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +171,11 @@ class Misfit:
         """Coefficients, a row per observation."""
         return np.array([observation.surface.beta for observation in self.observations])
 
+    @cached_property
+    def processes(self) -> list[tuple[int, GaussianProcess]]:
+        """The observations that a process predicts, with it."""
+        return [(i, o.process) for i, o in enumerate(self.observations) if o.process is not None]
+
     @property
     def k(self) -> int:
         """Number of factors."""
@@ -159,7 +188,17 @@ class Misfit:
 
     def predict(self, points: Array) -> Array:
         """Return ŷ, (m points, observations)."""
-        return np.asarray(term_columns(points) @ self.beta.T)
+        found = np.asarray(term_columns(points) @ self.beta.T)
+        for i, process in self.processes:
+            found[:, i] = process.predict(points)
+        return found
+
+    def slopes(self, x: Array) -> Array:
+        """Return J = ∂ŷ/∂x at one point, (observations, factors)."""
+        found = np.asarray(self.beta @ term_gradient(x))
+        for i, process in self.processes:
+            found[i] = process.gradient(x)
+        return found
 
     def errors_percent(self, x: Array) -> Array:
         """Return 100·(measured − ŷ)/measured at one point."""
@@ -193,15 +232,14 @@ class Misfit:
     def gradient(self, x: Array) -> Array:
         """Return ∂D/∂x = −2 Σ (measured − ŷ)/variance·∂ŷ/∂x."""
         weighted = self.weighed(self.measured - self.predict(x)[0])
-        slopes = np.asarray(self.beta @ term_gradient(x))
-        return np.asarray(-2.0 * weighted @ slopes)
+        return np.asarray(-2.0 * weighted @ self.slopes(x))
 
     def directions_seen(self, x: Array) -> int:
         """Return in how many directions of the factors the responses change by 1 % or more per coded unit.
 
         Counted by the singular values of (∂ŷ/∂x)/ŷ.
         """
-        slopes = (self.beta @ term_gradient(x)) / self.predict(x)[0][:, None]
+        slopes = self.slopes(x) / self.predict(x)[0][:, None]
         return int(np.sum(np.linalg.svd(slopes, compute_uv=False) >= _SEEN))
 
     def objective(self, scale: float = 1.0) -> Objective:
@@ -286,7 +324,7 @@ class Misfit:
         variance for gᵀVg. What it is adds up over the sources, where V is pooled over each observation's own; the
         degrees of freedom are Satterthwaite's. Where no observation moves with the factor they are those of the whole.
         """
-        slopes = self.beta @ term_gradient(x)
+        slopes = self.slopes(x)
         weighed = self.weighed(slopes.T).T
         g = weighed @ np.linalg.pinv(slopes.T @ weighed)
         found = [source.parts(g) for source in self.sources]
@@ -298,12 +336,25 @@ class Misfit:
         df = np.where(known, variance**2 / np.where(known, doubt, 1.0), self.scale_df)
         return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
 
+    def looseness(self, x: Array) -> float:
+        """Return the variance of the observations at x over what D takes it for, their mean.
+
+        A quadratic knows some places better than others, h(x); D has its error at the point that fits best.
+        """
+        ratio = np.ones_like(self.variance)
+        for source in self.sources:
+            if source.name == "surface" and source.apart is not None:
+                here = np.array([o.error_at(x[None, :]) for o in self.observations])
+                there = np.divide(here, source.apart, out=np.ones_like(here), where=source.apart > 0.0)
+                ratio += source.variance / self.variance * (there - 1.0)
+        return float(ratio.mean())
+
     def moments(self, x: Array) -> tuple[float, float, float]:
         """Return E = tr(QΩ) of the least misfit, its degrees of freedom tr(QΩ)²/tr(QΩQΩ), and those behind E.
 
         Q and Ω are those of `joint_fit.chance_of`.
         """
-        slopes = self.beta @ term_gradient(x)
+        slopes = self.slopes(x)
         weighed = self.weighed(slopes.T).T
         q = self.weighed(np.eye(len(self.measured))) - weighed @ np.linalg.pinv(slopes.T @ weighed) @ weighed.T
         by_itself = sum((s.variance for s in self.sources if not s.shared), start=np.zeros_like(self.variance))
@@ -380,8 +431,8 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
     own = (spread / measured) ** 2
     variation, freedom = _pooled(own, n - 1, kinds)
     laboratory = variation * measured**2 / n
-    errors = np.array([_surface_variance(o.surface, point) for o in observations])
-    error_df = np.array([error.df if (error := o.surface.mean_error) else 0 for o in observations])
+    errors = np.array([o.error_at(point) for o in observations])
+    error_df = np.array([o.error_df for o in observations])
     surface, surface_df = _pooled_errors(errors / measured**2, error_df, kinds)
     surface *= measured**2
     floor = (_FINEST * measured) ** 2
@@ -453,12 +504,6 @@ def _satterthwaite(parts: Sequence[Array], freedom: Sequence[float]) -> float:
     shares = [float(np.mean(np.divide(part, total, out=np.zeros_like(total), where=total > 0.0))) for part in parts]
     doubt = sum(share**2 / df for share, df in zip(shares, freedom, strict=True) if share > 0.0)
     return 1.0 / doubt if doubt > 0.0 else np.inf
-
-
-def _surface_variance(surface: Surface, point: Array | None) -> float:
-    """Return the variance of the mean response about a surface at a point, or its mean over the runs of the design."""
-    where = surface.design if point is None else point
-    return 0.0 if surface.mean_error is None else float(np.mean(surface.mean_variance(where)))
 
 
 def best_fit(misfit: Misfit, region: Region) -> Array:

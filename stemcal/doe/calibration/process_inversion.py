@@ -22,15 +22,12 @@ _CLOUD = 13
 
 @dataclass(frozen=True, eq=False)
 class ProcessSolution:
-    """The point where a process takes the target, what it says there, and what the target leaves possible.
+    """The point where a process takes the target, and what the target leaves possible.
 
     `reachable` are the least and greatest response that the region may have, by the process and its 95 % errors.
     """
 
     coded: Array
-    predicted: float
-    mean_interval: tuple[float, float]
-    prediction_interval: tuple[float, float]
     reachable: tuple[float, float]
     profiles: tuple[Profile, ...]
 
@@ -38,10 +35,9 @@ class ProcessSolution:
 def reach_of(process: GaussianProcess, region: Region) -> tuple[float, float]:
     """Return the least and greatest response that a region may have: ŷ ∓ t·s, and never less than the runs show."""
     cloud = region.cloud(_CLOUD)
-    middle = process.predict(cloud)
-    half = t_quantile(0.95, len(process.response) - 1) * process.standard_error(cloud)
+    low, high = process.mean_interval(cloud).T
     seen = process.response[region.contains(process.design, 1e-6)]
-    return float(np.append(middle - half, seen).min()), float(np.append(middle + half, seen).max())
+    return float(np.append(low, seen).min()), float(np.append(high, seen).max())
 
 
 def solve_by_process(
@@ -56,16 +52,11 @@ def solve_by_process(
     """
     x = nearest_crossing(process, target, region)
     t = t_quantile(0.95, int(min(df, len(process.response) - 1)))
-    middle, error = float(process.predict(x)[0]), float(process.standard_error(x)[0])
-    one_more = (error**2 + process.nugget * process.variance) ** 0.5
     points = np.vstack([x, crossings(process, target, region), region.cloud(_CLOUD)])
     total = np.maximum(variance + process.standard_error(points) ** 2, (1e-9 * target) ** 2)
     misfit = (target - process.predict(points)) ** 2 / total
     return ProcessSolution(
         coded=x,
-        predicted=middle,
-        mean_interval=(middle - t * error, middle + t * error),
-        prediction_interval=(middle - t * one_more, middle + t * one_more),
         reachable=reach_of(process, region),
         profiles=tuple(_profile(points, misfit, j, name, t**2, region) for j, name in enumerate(names)),
     )

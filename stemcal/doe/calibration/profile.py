@@ -7,9 +7,10 @@ holds all v whose D rises above the least by no more than
     F(1, df; level)                       where they were estimated, with df degrees of freedom: few specimens
     Dmin·F(1, m − k; level)/(m − k)       where their common factor is told by the misfit of m observations
 
-See Venzon and Moolgavkar, Applied Statistics 37 (1988) 87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 each times the share by which the factor's variance, of each diameter's own scatter, differs from what D takes it for
-(`Misfit.freedom`). An end that reaches the edge of the region is an end of the region, not of what the data allow.
+(`Misfit.freedom`). A rise counts by the variances where it is (`Misfit.looseness`). An end that reaches the edge of the
+region is an end of the region, not of what the data allow. See Venzon and Moolgavkar, Applied Statistics 37 (1988)
+87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_gradient
 
 GRID = 25
 FREE = 0.5
@@ -119,12 +119,15 @@ class _Search:
         """Return the least rise with xⱼ = value and the point of it; `start` is the point of a neighbour."""
         if self.region.k == 1:
             point = np.array([value])
-            return max(self.misfit.value(point) - self.least, 0.0), point
+            return self._risen(point), point
         slice_ = _slice(self.region, j, value)
         seeds = np.array([slice_.nearest(np.delete(x, j)) for x in [start, *self._nearby(j, value)]])
         found = optimise(_held(self.misfit.objective(self.scale), j, value), seeds, slice_)[0]
         point = np.insert(found, j, value)
-        return max(self.misfit.value(point) - self.least, 0.0), point
+        return self._risen(point), point
+
+    def _risen(self, point: Array) -> float:
+        return max(self.misfit.value(point) - self.least, 0.0) / self.misfit.looseness(point)
 
     def crossing(self, j: int, inside: float, outside: float, allowed: float) -> float:
         """Return where the rise passes what is allowed, between a value inside and one outside."""
@@ -162,7 +165,7 @@ def unseen_directions(misfit: Misfit, x: Array) -> Array:
 
     They span the null space of the weighted Jacobian ∂ŷ/∂x.
     """
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
+    slopes = misfit.slopes(x) / np.sqrt(misfit.variance)[:, None]
     _, sizes, rows = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
     return np.asarray(rows[rank:])
@@ -170,7 +173,7 @@ def unseen_directions(misfit: Misfit, x: Array) -> Array:
 
 def loosest_direction(misfit: Misfit, x: Array) -> Array:
     """Return the unit vector (coded) along which the responses change least at x, for their errors; (factors,)."""
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
+    slopes = misfit.slopes(x) / np.sqrt(misfit.variance)[:, None]
     return np.asarray(np.linalg.svd(slopes)[2][-1])
 
 

@@ -24,7 +24,6 @@ from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.profile import allowed_rise
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_gradient
 
 _MEAN_GOOD_TO, _MOST = 0.03, 0.75
 _CLOUD = 9
@@ -35,7 +34,7 @@ _KEPT = 1e-6
 def flat_directions(misfit: Misfit, region: Region, x: Array) -> Array:
     """Return unit vectors (coded) along which the data leave x free over the region, (directions, factors)."""
     known = _with_scatter(misfit, misfit.value(x))
-    slopes = known.beta @ term_gradient(x)
+    slopes = known.slopes(x)
     certainty, vectors = np.linalg.eigh(slopes.T @ known.weighed(slopes.T).T)
     length = np.array([_chord(region, v) for v in vectors.T])
     flat = np.maximum(certainty, 0.0) * (_MOST * length) ** 2 <= 4.0 * allowed_rise(known, known.value(x))

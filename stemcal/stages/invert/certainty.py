@@ -15,6 +15,7 @@ from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.gaussian_process import better_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import CUTTING, FIRST, Named, Naming
@@ -55,10 +56,15 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     return [Measured(target.condition, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
 
 
-def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region) -> Misfit:
-    """Return the misfit of measured means, each with its surface, within a region."""
+def misfit_over(
+    measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region, jointly: bool = False
+) -> Misfit:
+    """Return the misfit of measured means, each with its surface, within a region.
+
+    In a joint fit a process takes the place of a surface where it predicts the runs left out clearly better.
+    """
     observations = [
-        Observation(surface, mean.value, mean.sd, mean.n, mean.response)
+        Observation(surface, mean.value, mean.sd, mean.n, mean.response, better_process(surface) if jointly else None)
         for mean, surface in zip(measured, surfaces, strict=True)
     ]
     return misfit_of(observations, region)
@@ -74,9 +80,8 @@ def certainty_of(
     best = best_fit(misfit, region)
     posterior = _posterior(coding, misfit, region) if study.invert.posterior else None
     directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
-    found = _told(study, coding, profiles_of(misfit, region, best), *directions)
-    df = misfit.scale_df if isfinite(misfit.scale_df) else None
-    return replace(found, source=source, scatter=misfit.scatter, posterior=posterior, df=df)
+    found = _told(study, coding, misfit, profiles_of(misfit, region, best), *directions)
+    return replace(found, source=source, posterior=posterior)
 
 
 def certainty_by_process(
@@ -87,12 +92,12 @@ def certainty_by_process(
     `misfit` tells what is known of the measured mean.
     """
     _, _, rows = np.linalg.svd(slope[None, :])
-    told = _told(study, coding, found.profiles, rows[1:], rows[-1])
-    df = misfit.scale_df if isfinite(misfit.scale_df) else None
-    return replace(told, scatter=misfit.scatter, df=df)
+    return _told(study, coding, misfit, found.profiles, rows[1:], rows[-1])
 
 
-def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Array, loosest: Array) -> Certainty:
+def _told(
+    study: Study, coding: Coding, misfit: Misfit, profiles: Sequence[Profile], unseen: Array, loosest: Array
+) -> Certainty:
     """Return what profiles tell: intervals, what is free, along which (coded) directions nothing is known."""
     changes = tuple(changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
@@ -100,7 +105,7 @@ def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Arr
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
     return Certainty(
         source="single",
-        scatter="surface",
+        scatter=misfit.scatter,
         level=0.95,
         intervals={p.factor: _natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)},
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
@@ -112,6 +117,7 @@ def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Arr
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
         unseen_changes=changes,
+        df=misfit.scale_df if isfinite(misfit.scale_df) else None,
         units={name: study.factor(name).unit for name in coding.names},
     )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stemcal.doe.calibration.consistency import contradiction, out_of_reach
+from stemcal.doe.calibration.contradiction import contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
@@ -42,6 +42,14 @@ class UnequalScatter(Note):
     """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
 
     p: float
+
+
+@dataclass(frozen=True)
+class ProcessesTaken(Note):
+    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
+
+    count: int
+    of: int
 
 
 @dataclass(frozen=True)
@@ -81,31 +89,28 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     region = Region(*box_of(study, coding), surface.radius)
-    misfit = misfit_over(means, joint_surfaces(study, surface), region)
+    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True)
     fit = fit_jointly(misfit, region)
-    point = Point.of(surface.assess(study, fit.coded), coding)
     first = measured_of(target, [FIRST], study.naming)
-    there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
-    single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted], region)
+    if first[0] in means:
+        single = misfit.alone(means.index(first[0]), fit.misfit)
+    else:  # a joint fit may leave the force at the calibration diameter out
+        single = misfit_over(first, [surface.fitted], region, jointly=True)
+    point = Point.of(surface.assess(study, fit.coded, single.observations[0].process), coding)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
-    return InvertResult(
-        head=head,
-        target=target.response,
-        point=point,
-        ranges=known.intervals,
-        coded_ranges=known.coded_intervals,
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
         rule="joint_least_squares",
-        radius=surface.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
         desirability=_desired(study, means, misfit, region, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
+            *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
     )
@@ -119,7 +124,7 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
     aims = []
     for observation, mean in zip(misfit.observations, means, strict=True):
         values = [mean.value, *observation.surface.response.tolist()]
-        aims.append(Aim(observation.surface, min(values), mean.value, max(values)))
+        aims.append(Aim(observation.model, min(values), mean.value, max(values)))
     found = most_desirable(aims, region)
     judged = zip(means, aims, found.predicted, found.each, strict=True)
     rows = [

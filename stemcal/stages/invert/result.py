@@ -15,6 +15,7 @@ from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.study.model import Study
 
 
 @dataclass(frozen=True)
@@ -239,6 +240,27 @@ class InvertResult(StageResult):
     desirability: Desired | None = absent()
     published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()
+
+    @classmethod
+    def of(cls, study: Study, head: Head, radius: float, point: Point, known: Certainty, **more: Any) -> InvertResult:
+        """Return what the solution for the calibration target comes to; `more` are further fields."""
+        target = study.calibration_target
+        own: dict[str, Any] = {
+            "target": target.response,
+            "ranges": known.intervals,
+            "coded_ranges": known.coded_intervals,
+        }
+        return cls(
+            head=head,
+            point=point,
+            radius=radius,
+            certainty=known,
+            condition=target.condition,
+            target_sd=target.sd,
+            target_n=target.n,
+            parameters={**study.midlevels(), **point.solution},
+            **(own | more),
+        )
 
     @property
     def known(self) -> list[Certainty]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -58,21 +58,17 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         return _solve_by_process(study, head, surface, surface.process, misfit, region, unreachable)
     known = certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
-    return InvertResult(
-        head=head,
-        target=found.target,
-        point=point,
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
         ranges=_by_factor(coding, found.ranges),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         reachable=found.reachable,
         rule=found.rule,
         share=found.share,
-        radius=found.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
         notes=found.notes,
     )
 
@@ -101,13 +97,7 @@ def _solve_by_process(
     df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
     found = solve_by_process(process, coding.names, target.response, laboratory, df, region)
     known = certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
-    assessed = replace(
-        surface.assess(study, found.coded),
-        predicted=found.predicted,
-        mean_interval=found.mean_interval,
-        prediction_interval=found.prediction_interval,
-    )
-    point = Point.of(assessed, coding)
+    point = Point.of(surface.assess(study, found.coded, process), coding)
     opinion = surface.second_opinion
     note = SolvedByProcess(
         unreachable.low,
@@ -115,22 +105,8 @@ def _solve_by_process(
         surface.predicted_r2,
         None if opinion is None else opinion.process_predicted_r2,
     )
-    return InvertResult(
-        head=head,
-        target=target.response,
-        point=point,
-        ranges=known.intervals,
-        coded_ranges=known.coded_intervals,
-        reachable=found.reachable,
-        rule="process_nearest_to_centre",
-        radius=surface.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
-        notes=(note,),
-    )
+    reachable, rule = found.reachable, "process_nearest_to_centre"
+    return InvertResult.of(study, head, surface.radius, point, known, reachable=reachable, rule=rule, notes=(note,))
 
 
 def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:

@@ -56,13 +56,13 @@ class Carried:
         response = measured_of(target, [FIRST], study.naming)
         jointly = bool(study.joint_targets)
         means = measured_means(study) if jointly else response
-        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region)
+        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region, jointly)
         misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
         known = certainty_of(study, coding, misfit, region, "joint" if jointly else "single", point)
         alone = None
         if jointly:
             there = response[0] in means
-            own = misfit_over(response, [surface.fitted], region)
+            own = misfit_over(response, [surface.fitted], region, jointly)
             single = misfit.only([means.index(response[0])]) if there else own.with_mesh(mesh, 0.0)
             alone = certainty_of(study, coding, single, region, "single", point)
             coded, ranges = known.coded_intervals, known.intervals
@@ -109,8 +109,8 @@ def _ranges(misfit: Misfit, region: Region, names: Sequence[str]) -> dict[str, I
 def mesh_interval(surface: Surface, coded: object, mesh: MeshScatter, extra: float) -> Interval | None:
     """Return the 95 % interval of the mean over all places of the mesh, or of one simulation at any of them.
 
-    ŷ·m ± t·√(s²·(extra + h) + v·ŷ²·(extra + 1/P)) with the mean factor m of P places and the relative variance v of
-    one; `extra` is 1 for one simulation. None for a saturated surface.
+    ŷ·m ± t·√(s²·(extra·own + h) + v·ŷ²·(extra + 1/P)) with the mean factor m of P places and the relative variance v of
+    one; `extra` is 1 for one simulation, own the scatter of the surface's runs. None for a saturated surface.
     """
     if surface.mean_square is None:
         return None
@@ -118,7 +118,8 @@ def mesh_interval(surface: Surface, coded: object, mesh: MeshScatter, extra: flo
     middle = float(surface.predict(x)[0]) * mesh.mean_factor
     parts = [
         (
-            surface.mean_square * (max(extra, surface.unfitted) + float(surface.unscaled_variance(x)[0])),
+            surface.mean_square
+            * (max(extra * surface.own_scatter, surface.unfitted) + float(surface.unscaled_variance(x)[0])),
             float(surface.df),
         ),
         (mesh.variance * middle**2 * (extra + 1.0 / mesh.placements), mesh.df),

@@ -24,6 +24,7 @@ from stemcal.doe.calibration.approach import (
     through,
 )
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.comparison import error_percent
@@ -57,7 +58,7 @@ class Loop:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.trials: list[JointTrial] = []
         self.surfaces = self._surfaces()
-        self.misfit = misfit_over(self.means, self.surfaces, self.region)
+        self.misfit = misfit_over(self.means, self.surfaces, self.region, jointly=not self.alone)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
         self.reach = FIRST_RADIUS
@@ -122,11 +123,16 @@ class Loop:
         further = [(trial.coded, float(trial.responses[0])) for trial in self.trials]
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
 
+    def _model(self, i: int) -> Surface | GaussianProcess:
+        """Return what predicts a measured mean."""
+        return self.misfit.observations[i].process or self.surfaces[i]
+
     def _predicted(self, point: Array, i: int) -> tuple[float, Interval | None]:
         """Return the prediction of a measured mean, and the interval of one simulation."""
-        low, high = map(float, self.surfaces[i].prediction_interval(point)[0])
+        model = self._model(i)
+        low, high = map(float, model.prediction_interval(point)[0])
         interval = (low, high) if math.isfinite(low) and math.isfinite(high) else None
-        return float(self.surfaces[i].predict(point)[0]), interval
+        return float(model.predict(point)[0]), interval
 
     def _compared(self, point: Array, i: int, value: float) -> ResponseRow:
         mean, (predicted, interval) = self.means[i], self._predicted(point, i)

@@ -21,6 +21,7 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.printed_tables import audit_surface
+from stemcal.stages.repeating import repeats_itself
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, reasons_given
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.conditions import fine_runs, run_conditions
@@ -100,6 +101,7 @@ def _result(
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
+        deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
         anova_of_copies=Rows(printed.anova if printed is not fit else ()),
         published=audit_surface(study, printed.anova, printed.coefficients),
