@@ -87,6 +87,19 @@ LINES = {
     "tests": "Different: Welch's test. Equal: two one-sided tests; a small p shows agreement within the margin.",
     "corrected": "With one scale for what the model misses",
     "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
+    # a transfer to another program
+    "transferred": "Parameters for {there}",
+    "alone": "What is not named stays as calibrated. Range: by the scatter of the measured mean, all else as it is.",
+    "belongs": "They belong to {settings}.",
+    "there": "The {response} in {there}",
+    "reached": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
+    "not reached": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
+    "runs there": "Runs in {there}",
+    "regularisation": "Failure strain over element size",
+    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N within 5 % (stem of {at:g} "
+    "mm). At one place: what the places would take each by itself.",
+    "valid": "yes",
+    "not valid": "no",
     # audit and runs
     "audit": "What does not agree",
     "agree": "Printed cells that agree: {counts}.",

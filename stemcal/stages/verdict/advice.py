@@ -79,6 +79,15 @@ class RaiseBudget(Remedy):
     budget: int
 
 
+@dataclass(frozen=True)
+class MendTransfer(Remedy):
+    """Give the transfer what it lacks: more runs (so many), a wider range or a further factor, or a smoother model."""
+
+    stopped: Literal["tolerance", "budget", "out_of_reach", "settled"]
+    factors: tuple[str, ...]
+    budget: int
+
+
 class SimulateValidation(Remedy):
     """Validate with a solver that simulates."""
 
