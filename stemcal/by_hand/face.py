@@ -59,12 +59,12 @@ def enter_filled(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how
         waiting = gone_on(study, folder)
     except StemcalError:  # results may be the remedy; if not, it is told when the study goes on
         waiting = None
-    return enter(study, folder, known_runs(study, folder, waiting), sheet, how)
+    return enter(study.by_hand, folder, known_runs(study, folder, waiting), sheet, how)
 
 
 def require_manual(study: Study) -> None:
     """Raise `UsageError` if a solver answers by itself."""
-    if study.solver.kind != "manual":
+    if study.by_hand.solver.kind != "manual":
         raise UsageError(
             f"solver.kind is {study.solver.kind}, whose runs nobody enters; write solver: {{kind: manual}} for runs "
             "done by hand"

@@ -50,13 +50,13 @@ def ask(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = Fal
         work.folder.remember_spec(work.study.source)
         rows = [] if waiting is None else sheet_rows(work.study, work.folder, waiting)
         if rows:
-            sheet = hand_out(work.study, work.folder, rows)
+            sheet = hand_out(work.study.by_hand, work.folder, rows)
     if as_json:
-        say_json(asked_json(work.study, waiting, rows))
+        say_json(asked_json(work.study.by_hand, waiting, rows))
     elif waiting is None:
         say(nothing_awaited(str(spec)))
     else:
-        say_whole(*sheet_text(work.study, rows).removeprefix("\ufeff").splitlines())
+        say_whole(*sheet_text(work.study.by_hand, rows).removeprefix("\ufeff").splitlines())
         if not quiet:
             note(waiting_for(len(rows), waiting.stage, str(sheet), str(spec)))
 
@@ -153,7 +153,7 @@ def _entered(work: Session, content: bytes, file: Path, how: Correction) -> Ente
 
     require_manual(work.study)
     source = "standard input" if str(file) == "-" else file.name
-    return enter_filled(work.study, work.folder, filled(content, source, work.study), how)
+    return enter_filled(work.study, work.folder, filled(content, source, work.study.by_hand), how)
 
 
 def _show(work: Session, found: Entered, as_json: bool) -> None:

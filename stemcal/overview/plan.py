@@ -73,6 +73,15 @@ class AskedTogether(Note):
 
 
 @dataclass(frozen=True)
+class InAnotherProgram(Note):
+    """The transfer has runs of its own in another solver of this kind: so many at most, beside those here."""
+
+    solver: str
+    here: int
+    there: int
+
+
+@dataclass(frozen=True)
 class OtherMeshes(Note):
     """The solution is simulated at so many places of the mesh, with so many element sizes, at so many conditions."""
 
@@ -147,6 +156,7 @@ def plan(
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))
     left = [missing(part, study, solver, folder) for part in wanted]
     stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
+    to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
     rest = overhead(solver)
@@ -162,9 +172,9 @@ def plan(
         "plan",
         study.name,
         Rows(stages),
-        sum(stage.to_run for stage in stages),
+        to_run,
         None if None in seconds else sum(second or 0.0 for second in seconds),
-        (*notes, *_decided_later(study), *foretold),
+        (*notes, *_decided_later(study), *_in_another_program(study, folder, to_run), *foretold),
         max((stage.memory for stage in stages if stage.memory is not None), default=None),
         costs.source,
         costs.recorded,
@@ -196,6 +206,15 @@ def _decided_later(study: Study) -> Iterator[Note]:
         yield DecidedLater("refine", study.refine.budget)
     if study.mesh is not None:
         yield OtherMeshes(study.mesh.phases, len(study.mesh.sizes), max(len(study.joint_targets), 1))
+
+
+def _in_another_program(study: Study, folder: StudyFolder | None, here: int) -> Iterator[Note]:
+    """Yield how many runs the transfer may still ask of its solver, beside those here."""
+    if study.transfer is None:
+        return
+    records = [] if folder is None else [folder.peek(key) for key in folder.keys()]  # noqa: SIM118
+    done = sum(record is not None and record["request"]["stage"] == "transfer" for record in records)
+    yield InAnotherProgram(study.transfer.solver.kind, here, max(0, study.transfer.budget - done))
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:

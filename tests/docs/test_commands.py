@@ -75,6 +75,18 @@ def test_have_your_own_program_answer(clone: Path) -> None:
 
 
 @pytest.mark.slow
+def test_take_the_parameters_to_another_mesh(clone: Path) -> None:
+    """The page's tables are what its commands print; the material has the file that its deck is checked by."""
+    page = HOWTO / "transfer.md"
+    printed = give(commands(page), clone)
+    are_printed(outputs(page), printed.values())
+    planned = printed["stemcal plan configs/wild-chrysanthemum-transfer.yaml"]
+    assert "runs here, at most 12 in the other model (transfer)." in " ".join(planned.split())
+    told = json.loads((clone / "material" / "material.json").read_text("utf-8"))
+    assert told["valid_sizes"] == [0.7071, 1.0, 1.414, 2.0] and told["check"]["deck"] == "check.k"
+
+
+@pytest.mark.slow
 def test_do_the_runs_by_hand(clone: Path) -> None:
     """The page's angles, written into each sheet, come to the parameters that it shows."""
     page = HOWTO / "by-hand.md"

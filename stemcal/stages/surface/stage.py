@@ -26,7 +26,7 @@ from stemcal.stages.repeating import repeats_itself
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, reasons_given
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.conditions import fine_runs, run_conditions
-from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, told_by
+from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, region_in, told_by
 from stemcal.stages.surface.runs import circumstances, pure_error_of, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage
@@ -45,6 +45,7 @@ def fit_response_surface(work: Work) -> SurfaceResult:
     head = work.head("rsm")
     names, chosen = surface_factors(study, solver, screening)
     design = surface_design(recentred(study, screening), solver, names)
+    region_in(study, design.coding, None)  # refuses constraints that leave nothing, before any run
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
     runs = weighed(study, runs_of(design, requests, answers, solver).runs)
