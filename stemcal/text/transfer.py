@@ -95,8 +95,8 @@ states(
 @sentence.register
 def _(note: BeyondRange, names: Names) -> str:
     belongs = (
-        "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the study's "
-        "mesh and lengths."
+        "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the "
+        "study's mesh and lengths."
     )
     allowed = (
         "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), as transfer.adjust allows."
