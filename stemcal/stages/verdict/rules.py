@@ -258,7 +258,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     surface, place = evidence.results.surface, joint.best_worst_solution
     assert surface is not None
     coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
-    if joint.out_of_reach and _on_edge(evidence, coded):
+    if joint.out_of_reach and joint.contradiction is None and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
     return _fit_fewer(joint)
 
