@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -116,7 +116,8 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     first = first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
-    said_of = Names(study.naming)
+    keys = Names(study.naming)  # remedies are edits of the spec, so they name its keys
+    people = replace(keys, labels=labels)
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -135,9 +136,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=word(verdict),
-        use="" if verdict.use is None else use(verdict.use, said_of),
+        use="" if verdict.use is None else use(verdict.use, people),
         further=further_reasons(len(verdict.reasons) - 1),
-        reasons=[(sentence(reason, said_of), sentence(reason.remedy, said_of)) for reason in verdict.reasons],
+        reasons=[(sentence(reason, people), sentence(reason.remedy, keys)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),

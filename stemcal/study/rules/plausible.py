@@ -67,7 +67,7 @@ def _speed(study: Study) -> Iterator[Finding]:
     speed = study.loading.speed
     if _MACHINE < speed < _MOWER:
         message = f"{speed:g} mm/s is faster than testing machines move (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, f"if it was {speed:g} mm/min, write that")
+        yield Finding(("loading", "speed"), message, "check its unit: testing machines are set in mm/min")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
