@@ -1,6 +1,7 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
 python benchmarks/interval_coverage.py [studies] [laboratory] [rough] [mesh] [unequal] [surfaces] [replicates] [coarse]
+    [priors]
 
 A number is that of the studies of each row, 1000 by default: a share is then good to ±1.4.
 
@@ -25,7 +26,9 @@ and that of one more run hold it at points spread over the region, with six copi
 once.
 `replicates`: a program with a scatter of 5 %, each run of the design made r times, the laboratory known: how often the
 profile holds the truth, and its median width. `coarse`: fine responses are a factor times quadratics of coarse runs and
-a tilt; m fine runs, and how often the mean's interval holds the fine response. Some minutes each.
+a tilt; m fine runs, and how often the mean's interval holds the fine response. `priors`: a material drawn from normal
+and lognormal priors, each about as wide as what the forces tell; how often the profile holds it, the median width over
+that without priors, and how often a prior that is right is called contradicted (should be 5 %). Some minutes each.
 """
 
 from __future__ import annotations
@@ -38,9 +41,11 @@ import numpy as np
 
 from stemcal.doe.calibration.joint_fit import chance_of
 from stemcal.doe.calibration.mesh_scatter import scatter_of
-from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
+from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
-from stemcal.doe.calibration.profile import allowed_rises, holds
+from stemcal.doe.calibration.prior import Prior
+from stemcal.doe.calibration.prior_conflict import agreements
+from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import central_composite
@@ -255,6 +260,7 @@ def main() -> None:
     if "mesh" in wanted:
         mesh_rows(studies)
     more = {"rough": rough_rows, "unequal": unequal_rows, "surfaces": surface_rows, "replicates": replicate_rows}
+    more |= {"priors": prior_rows}
     for name in wanted:
         if name in more:
             more[name](studies)
@@ -438,6 +444,42 @@ def coarse_rows() -> None:
                 held += int(np.sum((true >= ends[:, 0]) & (true <= ends[:, 1])))
                 tried += len(points)
             print(f"{k:7d} {count:10d} {100.0 * held / tried:18.1f}", flush=True)
+
+
+# ---- a material that is drawn from its priors
+
+
+def prior_rows(studies: int) -> None:
+    """Print coverage, width against that without priors, and how often a true prior is called contradicted."""
+    a, b = Prior(0, "normal", 0.3, 0.35, 0.0, 1.0), Prior(1, "lognormal", 10.0, 2.0, 10.0, 4.0)
+    m, s = a.mean, float(np.sqrt(np.log1p((b.sd / b.mean) ** 2)))
+    exact = surfaces(0.0, np.random.default_rng(SEED))
+    print("  n   holds a, b, %   width over that without priors   contradicted a, b, %")
+    for n in SPECIMENS:
+        random = np.random.default_rng([SEED, n, 7])
+        held, contradicted, widths = np.zeros(2), np.zeros(2), []
+        for _ in range(studies):
+            value = b.mean * np.exp(s * random.standard_normal() - 0.5 * s**2)
+            truth = np.array([m + a.sd * random.standard_normal(), (value - b.centre) / b.half_step])
+            truth = np.clip(truth, -0.9 * SIDE, 0.9 * SIDE)
+            broken = np.array([force(truth, d) for d in DIAMETERS])[:, None]
+            broken = broken * (1.0 + 2.0 * VARIATION * random.standard_normal((len(DIAMETERS), n)))
+            lab = Laboratory(broken.mean(axis=1), broken.std(axis=1, ddof=1), n)
+            bare = misfit_of(observations(lab, exact, told=True), REGION)
+            known = bare.with_priors((a, b), REGION)
+            held += holds(known, REGION, truth)
+            contradicted += [found.p < 0.05 for found in agreements(known, REGION)]
+            widths.append([_width(known), _width(bare)])
+        share = np.median(np.array(widths)[:, 0] / np.array(widths)[:, 1], axis=0)
+        a_held, b_held, a_off, b_off = 100.0 * np.append(held, contradicted) / studies
+        print(
+            f"{n:3d}   {a_held:6.1f} {b_held:6.1f}   {share[0]:8.2f} {share[1]:8.2f}   {a_off:8.1f} {b_off:6.1f}",
+            flush=True,
+        )
+
+
+def _width(misfit: Misfit) -> list[float]:
+    return [p.high - p.low for p in profiles_of(misfit, REGION, best_fit(misfit, REGION))]
 
 
 if __name__ == "__main__":

@@ -150,5 +150,5 @@ def through(misfit: Misfit, surfaces: Sequence[Surface], trial: JointTrial) -> M
 
 def next_joint_point(misfit: Misfit, region: Region, start: Array, reach: float) -> Array:
     """Return the point that fits best within `reach` of `start`, factor by factor, and inside the region."""
-    near = Region(np.maximum(region.low, start - reach), np.minimum(region.high, start + reach), region.radius)
+    near = replace(region, low=np.maximum(region.low, start - reach), high=np.minimum(region.high, start + reach))
     return near.nearest(settled(misfit, region, near)[0])

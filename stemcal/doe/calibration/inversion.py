@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.levelset import extremes, level_points
+from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
+from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -74,6 +76,8 @@ def solve_target(
     radius: float | None = None,
     rule: str = "least_coded_distance",
     unit: str = " N",
+    within: tuple[HalfSpace, ...] = (),
+    priors: Sequence[Prior] = (),
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
 
@@ -87,6 +91,10 @@ def solve_target(
         One of `RULES`.
     unit : str
         Of the target, as it stands behind a number.
+    within : half spaces
+        Linear constraints on the coded factors; no point of the set breaks one.
+    priors : sequence of Prior
+        What is known of factors beforehand: the rule is then `most_probable` where it would be the least distance.
 
     Raises
     ------
@@ -95,13 +103,14 @@ def solve_target(
     """
     if rule not in RULES:
         raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
-    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
+    rule = "most_probable" if priors and rule == "least_coded_distance" else rule
+    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius, within)
     ends = extremes(surface, region)
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
-    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends))
+    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends), priors)
     solutions = RULES[rule](problem)
     point = assess_point(surface, solutions[0], low, high, radius)
     ranges = tuple(problem.coded_range(j) for j in range(region.k))

@@ -39,6 +39,7 @@ from numpy.typing import NDArray
 
 from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
+from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
@@ -144,11 +145,17 @@ class Misfit:
     scale_df: float = np.inf
     sources: tuple[VarianceSource, ...] = ()
     shared: Array | None = None
+    priors: tuple[Prior, ...] = ()
 
     @property
     def scale_known(self) -> bool:
         """Whether D itself follows χ², or F with `scale_df`; else only ratios of D mean something."""
         return self.scatter != "misfit"
+
+    @property
+    def tests(self) -> bool:
+        """Whether the least misfit tests the model: variances known without it, and degrees of freedom left."""
+        return self.scatter not in ("misfit", "joint") and self.df > 0
 
     @property
     def unequal(self) -> bool:
@@ -183,8 +190,8 @@ class Misfit:
 
     @property
     def df(self) -> int:
-        """Observations beyond those needed to fix the factors."""
-        return len(self.observations) - self.k
+        """Observations and priors beyond those needed to fix the factors."""
+        return len(self.observations) + len(self.priors) - self.k
 
     def predict(self, points: Array) -> Array:
         """Return ŷ, (m points, observations)."""
@@ -205,7 +212,11 @@ class Misfit:
         return np.asarray(100.0 * (self.measured - self.predict(x)[0]) / self.measured)
 
     def many(self, points: Array) -> Array:
-        """Return D at (m, k) points."""
+        """Return D at (m, k) points, with what priors add to it."""
+        return self.of_data(points) + sum((prior.z(points) ** 2 for prior in self.priors), start=np.zeros(len(points)))
+
+    def of_data(self, points: Array) -> Array:
+        """Return D of the observations alone at (m, k) points."""
         gap = self.measured - self.predict(points)
         return np.asarray((gap * self.weighed(gap)).sum(axis=1))
 
@@ -232,7 +243,37 @@ class Misfit:
     def gradient(self, x: Array) -> Array:
         """Return ∂D/∂x = −2 Σ (measured − ŷ)/variance·∂ŷ/∂x."""
         weighted = self.weighed(self.measured - self.predict(x)[0])
-        return np.asarray(-2.0 * weighted @ self.slopes(x))
+        found = np.asarray(-2.0 * weighted @ self.slopes(x))
+        for prior in self.priors:
+            found[prior.j] += 2.0 * float(prior.z(x[None])[0] * prior.slope(x[None])[0])
+        return found
+
+    def told(self, x: Array) -> Array:
+        """Return ∂z/∂x of the priors at x, (priors, factors): each a measurement of variance 1."""
+        rows = np.zeros((len(self.priors), self.k))
+        for row, prior in zip(rows, self.priors, strict=True):
+            row[prior.j] = prior.slope(x[None])[0]
+        return rows
+
+    def information(self, x: Array) -> Array:
+        """Return JᵀV⁻¹J + ZᵀZ at x, J = ∂ŷ/∂x, Z = ∂z/∂x of the priors."""
+        slopes, told = self.slopes(x), self.told(x)
+        return np.asarray(slopes.T @ self.weighed(slopes.T).T + told.T @ told)
+
+    def in_errors(self, x: Array) -> Array:
+        """Return how measured means and priors change with the factors at x, in their standard errors."""
+        return np.vstack([self.slopes(x) / np.sqrt(self.variance)[:, None], self.told(x)])
+
+    def with_priors(self, priors: Sequence[Prior], region: Region) -> Misfit:
+        """Return it with priors; a size of the variances that the misfit tells, it tells without them."""
+        if not priors:
+            return self
+        known = self if self.scale_known else self.scaled(self.value(best_fit(self, region)))
+        return replace(known, priors=tuple(priors))
+
+    def without_prior(self, prior: Prior) -> Misfit:
+        """Return it without one of its priors."""
+        return replace(self, priors=tuple(other for other in self.priors if other is not prior))
 
     def directions_seen(self, x: Array) -> int:
         """Return in how many directions of the factors the responses change by 1 % or more per coded unit.
@@ -323,17 +364,20 @@ class Misfit:
         The estimate of factor j is a weighted sum of the observations, g = V⁻¹J(JᵀV⁻¹J)⁻¹eⱼ with J = ∂ŷ/∂x; D takes its
         variance for gᵀVg. What it is adds up over the sources, where V is pooled over each observation's own; the
         degrees of freedom are Satterthwaite's. Where no observation moves with the factor they are those of the whole.
+        Priors count as observations of known variance.
         """
         slopes = self.slopes(x)
         weighed = self.weighed(slopes.T).T
-        g = weighed @ np.linalg.pinv(slopes.T @ weighed)
+        covariance = np.linalg.pinv(self.information(x))
+        g, by_priors = weighed @ covariance, ((self.told(x) @ covariance) ** 2).sum(axis=0)
         found = [source.parts(g) for source in self.sources]
         self._as_mean_squares(found, g)
-        variance = sum((part for part, _ in found), start=np.zeros(self.k))
+        variance = sum((part for part, _ in found), start=by_priors)
         doubt = sum((part for _, part in found), start=np.zeros(self.k))
-        taken = sum((replace(source, apart=None).parts(g)[0] for source in self.sources), start=np.zeros(self.k))
+        taken = sum((replace(source, apart=None).parts(g)[0] for source in self.sources), start=by_priors)
         known = (doubt > 0.0) & (taken > 0.0)
-        df = np.where(known, variance**2 / np.where(known, doubt, 1.0), self.scale_df)
+        unknown = np.where(by_priors > 0.0, np.inf, self.scale_df)
+        df = np.where(known, variance**2 / np.where(known, doubt, 1.0), unknown)
         return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
 
     def looseness(self, x: Array) -> float:
@@ -354,9 +398,9 @@ class Misfit:
 
         Q and Ω are those of `joint_fit.chance_of`.
         """
-        slopes = self.slopes(x)
-        weighed = self.weighed(slopes.T).T
-        q = self.weighed(np.eye(len(self.measured))) - weighed @ np.linalg.pinv(slopes.T @ weighed) @ weighed.T
+        slopes, told = self.slopes(x), self.told(x)
+        weighed, covariance = self.weighed(slopes.T).T, np.linalg.pinv(self.information(x))
+        q = self.weighed(np.eye(len(self.measured))) - weighed @ covariance @ weighed.T
         by_itself = sum((s.variance for s in self.sources if not s.shared), start=np.zeros_like(self.variance))
         omega, doubt = np.diag(np.maximum(self.variance - by_itself, 0.0)), 0.0  # at least what no force is better than
         for source in self.sources:
@@ -370,9 +414,11 @@ class Misfit:
             else:
                 omega += np.diag(source.apart)
                 doubt += float(np.sum((np.diag(q) * source.apart) ** 2 / source.apart_df))
-        spread = q @ omega
-        expected = float(np.trace(spread))
-        return expected, expected**2 / float(np.trace(spread @ spread)), expected**2 / max(doubt, 1e-300)
+        spread, across = q @ omega, weighed @ covariance @ told.T
+        alone = np.eye(len(told)) - told @ covariance @ told.T  # Q among the priors, whose Ω is 1
+        expected = float(np.trace(spread) + np.trace(alone))
+        squared = np.trace(spread @ spread) + np.trace(alone @ alone) + 2.0 * np.sum(across * (omega @ across))
+        return expected, expected**2 / float(squared), expected**2 / max(doubt, 1e-300)
 
     @property
     def equal_scatter_p(self) -> float | None:

@@ -1,4 +1,5 @@
-"""What the measured forces leave possible: samples of the parameters, with uniform priors over the region.
+"""What the measured forces leave possible: samples of the parameters, with the priors of the factors that have one
+and uniform ones over the region.
 
 The log likelihood of a point is −D/2 where the variances are known. Where they were estimated with ν degrees of freedom
 their common factor is integrated out under Jeffreys' prior: −((ν + m)/2)·ln(1 + D/ν), Student's t; where they are known
@@ -117,9 +118,11 @@ def density_of(misfit: Misfit, region: Region) -> Callable[[Array], Array]:
 
     def density(points: Array) -> Array:
         if drawn is None:
-            found = _log_likelihood(misfit, misfit.many(points))
+            found = _log_likelihood(misfit, misfit.of_data(points))
         else:
             found = _mean_log_likelihood(apart, *drawn, points)
+        for prior in misfit.priors:
+            found = found + prior.log_density(points)
         return np.where(region.contains(points), found, -np.inf)
 
     return density

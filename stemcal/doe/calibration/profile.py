@@ -29,6 +29,7 @@ FREE = 0.5
 """Share of its range from which a factor counts as free: data that only halve a range tell little more than it."""
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
+_SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +113,7 @@ class _Search:
 
     def __init__(self, misfit: Misfit, region: Region, best: Array) -> None:
         self.misfit, self.region, self.best = misfit, region, best
-        self.least = misfit.value(best)
+        self.least, self.of_data = misfit.value(best), float(misfit.of_data(best[None])[0])
         self.cloud = region.cloud(_CLOUD)
         self.scale = scale_of(misfit, self.cloud)
 
@@ -128,7 +129,11 @@ class _Search:
         return self._risen(point), point
 
     def _risen(self, point: Array) -> float:
-        return max(self.misfit.value(point) - self.least, 0.0) / self.misfit.looseness(point)
+        """Return the rise, that of the observations over how much looser they are at the point."""
+        of_data = float(self.misfit.of_data(point[None])[0])
+        of_priors = sum(float(prior.z(point[None])[0] ** 2) for prior in self.misfit.priors)
+        by_priors = of_priors - (self.least - self.of_data)
+        return max((of_data - self.of_data) / self.misfit.looseness(point) + by_priors, 0.0)
 
     def crossing(self, j: int, inside: float, outside: float, allowed: float) -> float:
         """Return where the rise passes what is allowed, between a value inside and one outside."""
@@ -148,8 +153,9 @@ def _slice(region: Region, j: int, value: float) -> Region:
     """Return the region of the other factors where xⱼ = value."""
     radius = None
     if region.radius is not None:
-        radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + 1e-6
-    return Region(np.delete(region.low, j), np.delete(region.high, j), radius)
+        radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + _SLACK
+    within = tuple(half.where(j, value, _SLACK) for half in region.within)
+    return Region(np.delete(region.low, j), np.delete(region.high, j), radius, within)
 
 
 def _held(objective: Objective, j: int, value: float) -> Objective:
@@ -164,18 +170,16 @@ def _held(objective: Objective, j: int, value: float) -> Objective:
 def unseen_directions(misfit: Misfit, x: Array) -> Array:
     """Return unit vectors (coded) along which no response changes at x, to first order; (directions, factors).
 
-    They span the null space of the weighted Jacobian ∂ŷ/∂x.
+    They span the null space of the weighted Jacobian ∂ŷ/∂x, priors among its rows.
     """
-    slopes = misfit.slopes(x) / np.sqrt(misfit.variance)[:, None]
-    _, sizes, rows = np.linalg.svd(slopes)
+    _, sizes, rows = np.linalg.svd(misfit.in_errors(x))
     rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
     return np.asarray(rows[rank:])
 
 
 def loosest_direction(misfit: Misfit, x: Array) -> Array:
     """Return the unit vector (coded) along which the responses change least at x, for their errors; (factors,)."""
-    slopes = misfit.slopes(x) / np.sqrt(misfit.variance)[:, None]
-    return np.asarray(np.linalg.svd(slopes)[2][-1])
+    return np.asarray(np.linalg.svd(misfit.in_errors(x))[2][-1])
 
 
 def moved_together(direction: Array) -> list[float]:

@@ -11,6 +11,8 @@ import numpy as np
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import Posterior, sample_posterior
+from stemcal.doe.calibration.prior import Prior
+from stemcal.doe.calibration.prior_conflict import Agreement, agreements
 from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
@@ -18,8 +20,9 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import better_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
+from stemcal.files.rows import Rows
 from stemcal.naming import CUTTING, FIRST, Named, Naming
-from stemcal.stages.invert.result import Certainty, PosteriorSummary, ProfileCurve
+from stemcal.stages.invert.result import Certainty, PosteriorSummary, PriorRow, ProfileCurve
 from stemcal.stages.result import Interval
 from stemcal.study.model import Study, Target
 
@@ -68,6 +71,30 @@ def misfit_over(
         for mean, surface in zip(measured, surfaces, strict=True)
     ]
     return misfit_of(observations, region)
+
+
+def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
+    """Return what the study knows beforehand of the factors of a surface."""
+    scales = zip(coding.names, coding.centre, coding.half_step, strict=True)
+    return tuple(
+        Prior(j, known.kind, known.mean, known.sd, centre, half_step)
+        for j, (name, centre, half_step) in enumerate(scales)
+        if (known := study.factor(name).prior) is not None
+    )
+
+
+def prior_rows(study: Study, coding: Coding, misfit: Misfit | None, region: Region) -> Rows[PriorRow]:
+    """Return every prior with how well the rest of a misfit agrees with it; untested without one."""
+    rows = []
+    untested = [Agreement(prior, None, None) for prior in priors_of(study, coding)]
+    for found in untested if misfit is None else agreements(misfit, region):
+        name, j = coding.names[found.prior.j], found.prior.j
+        known = study.factor(name).prior
+        assert known is not None
+        allowed = None if found.allowed is None else _natural(coding, j, *found.allowed)
+        unit = study.factor(name).unit
+        rows.append(PriorRow(name, known.kind, known.mean, known.sd, unit, known.source, found.p, allowed))
+    return Rows(rows)
 
 
 def certainty_of(

@@ -21,7 +21,15 @@ from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
-from stemcal.stages.invert.certainty import Measured, certainty_of, changes_along, measured_of, misfit_over
+from stemcal.stages.invert.certainty import (
+    Measured,
+    certainty_of,
+    changes_along,
+    measured_of,
+    misfit_over,
+    prior_rows,
+    priors_of,
+)
 from stemcal.stages.invert.result import (
     Contradicted,
     Desired,
@@ -33,7 +41,7 @@ from stemcal.stages.invert.result import (
     Point,
 )
 from stemcal.stages.result import Head
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 
@@ -88,14 +96,15 @@ def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
-    region = Region(*box_of(study, coding), surface.radius)
-    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True)
+    region = surface.region(study)
+    priors = priors_of(study, coding)
+    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True).with_priors(priors, region)
     fit = fit_jointly(misfit, region)
     first = measured_of(target, [FIRST], study.naming)
     if first[0] in means:
         single = misfit.alone(means.index(first[0]), fit.misfit)
     else:  # a joint fit may leave the force at the calibration diameter out
-        single = misfit_over(first, [surface.fitted], region, jointly=True)
+        single = misfit_over(first, [surface.fitted], region, jointly=True).with_priors(priors, region)
     point = Point.of(surface.assess(study, fit.coded, single.observations[0].process), coding)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
     return InvertResult.of(
@@ -107,6 +116,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         rule="joint_least_squares",
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
+        priors=prior_rows(study, coding, misfit, region),
         desirability=_desired(study, means, misfit, region, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
@@ -149,8 +159,8 @@ def _fitted(
     return JointFitted(
         rows=rows,
         further=Rows(row for i, row in enumerate(every) if i not in responses),
-        scatter=misfit.scatter,
-        misfit=fit.misfit if misfit.scale_known else None,
+        scatter="misfit" if misfit.scatter == "joint" else misfit.scatter,
+        misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") else None,
         df=fit.df,
         p=fit.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),

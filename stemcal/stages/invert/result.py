@@ -86,6 +86,24 @@ class PosteriorSummary:
         return arviz.from_dict(posterior={name: [list(values)] for name, values in self.samples.items()})
 
 
+@dataclass(frozen=True)
+class PriorRow:
+    """What was known of a factor beforehand, in its unit, and from where.
+
+    `p` is the probability that it lies so far from what the measurements and the other priors say, None where a process
+    has solved; where it is below 0.05, `allowed` is the interval that these give the factor without it.
+    """
+
+    factor: str
+    kind: Literal["normal", "lognormal"]
+    mean: float
+    sd: float
+    unit: str
+    source: str
+    p: float | None
+    allowed: Interval | None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Certainty:
     """What measurements leave possible, all of a joint fit or the target alone: 95 % intervals by profile likelihood.
@@ -238,6 +256,7 @@ class InvertResult(StageResult):
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
     desirability: Desired | None = absent()
+    priors: Rows[PriorRow] = absent(Rows())
     published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()
 

@@ -16,10 +16,17 @@ from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.errors import TargetUnreachable
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
-from stemcal.stages.invert.certainty import certainty_by_process, certainty_of, measured_of, misfit_over
+from stemcal.stages.invert.certainty import (
+    certainty_by_process,
+    certainty_of,
+    measured_of,
+    misfit_over,
+    prior_rows,
+    priors_of,
+)
 from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
 from stemcal.stages.result import Head, Interval
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 
@@ -47,11 +54,13 @@ class SolvedByProcess(Note):
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
-    (low, high), unit = box_of(study, coding), study.naming.response.unit_suffix
-    region = Region(low, high, surface.radius)
+    region, unit = surface.region(study), study.naming.response.unit_suffix
+    priors = priors_of(study, coding)
     misfit = misfit_over(measured_of(target, [FIRST], study.naming), [surface.fitted], region)
+    misfit = misfit.with_priors(priors, region)
     try:
-        found = solve_target(surface.fitted, target.response, low, high, surface.radius, study.invert.rule, unit)
+        ends, rule = (region.low, region.high, region.radius), study.invert.rule
+        found = solve_target(surface.fitted, target.response, *ends, rule, unit, region.within, priors)
     except TargetUnreachable as unreachable:
         if surface.process is None:
             raise
@@ -69,6 +78,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         reachable=found.reachable,
         rule=found.rule,
         share=found.share,
+        priors=prior_rows(study, coding, misfit, region),
         notes=found.notes,
     )
 
@@ -95,7 +105,7 @@ def _solve_by_process(
         raise TargetUnreachable(target.response, low, high, study.naming.response.unit_suffix)
     laboratory = float(sum(source.variance[0] for source in misfit.sources if source.name == "laboratory"))
     df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
-    found = solve_by_process(process, coding.names, target.response, laboratory, df, region)
+    found = solve_by_process(process, coding.names, target.response, laboratory, df, region, misfit.priors)
     known = certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
     point = Point.of(surface.assess(study, found.coded, process), coding)
     opinion = surface.second_opinion
@@ -106,7 +116,9 @@ def _solve_by_process(
         None if opinion is None else opinion.process_predicted_r2,
     )
     reachable, rule = found.reachable, "process_nearest_to_centre"
-    return InvertResult.of(study, head, surface.radius, point, known, reachable=reachable, rule=rule, notes=(note,))
+    rows = prior_rows(study, coding, None, region)
+    more = {"reachable": reachable, "rule": rule, "priors": rows, "notes": (note,)}
+    return InvertResult.of(study, head, surface.radius, point, known, **more)
 
 
 def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:

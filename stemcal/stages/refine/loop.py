@@ -23,7 +23,6 @@ from stemcal.doe.calibration.approach import (
     next_step,
     through,
 )
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -32,12 +31,12 @@ from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
-from stemcal.stages.invert.certainty import measured_of, misfit_over
+from stemcal.stages.invert.certainty import measured_of, misfit_over, priors_of
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ResponseRow, Stopped
 from stemcal.stages.result import Interval
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import RefineOptions, Study
 
 _SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new
@@ -50,7 +49,7 @@ class Loop:
         self.study, self.surface, self.solution, self.simulate = study, surface, solution, simulate
         self.options = study.refine or RefineOptions()
         self.coding = surface.scales
-        self.region = Region(*box_of(study, self.coding), surface.radius)
+        self.region = surface.region(study)
         self.alone = not study.joint_targets
         self.means = (
             measured_of(study.calibration_target, [FIRST], study.naming) if self.alone else measured_means(study)
@@ -58,7 +57,8 @@ class Loop:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.trials: list[JointTrial] = []
         self.surfaces = self._surfaces()
-        self.misfit = misfit_over(self.means, self.surfaces, self.region, jointly=not self.alone)
+        misfit = misfit_over(self.means, self.surfaces, self.region, jointly=not self.alone)
+        self.misfit = misfit.with_priors(priors_of(study, self.coding), self.region)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
         self.reach = FIRST_RADIUS

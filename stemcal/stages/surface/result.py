@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stemcal.doe.calibration.inversion import Assessment, assess_point
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
@@ -18,6 +19,7 @@ from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpini
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import ReductionStep
+from stemcal.doe.regression.rivals import Comparison
 from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -27,6 +29,7 @@ from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
+from stemcal.stages.design import half_spaces
 from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
@@ -168,6 +171,7 @@ class SurfaceResult(StageResult):
     box_cox: BoxCox | None = None
     second_opinion: SecondOpinion | None = None
     sobol: Rows[SobolIndex] = absent(Rows())
+    comparison: Comparison | None = absent()
     conditions: Rows[AtCondition] = absent(Rows())
     coarse: Corrected | None = absent()
     pure_error: Note | None = None
@@ -267,6 +271,10 @@ class SurfaceResult(StageResult):
         """Return what the surface, or a process, says of a coded point, and whether it lies in ranges and design."""
         return assess_point(process or self.fitted, coded, *box_of(study, self.scales), self.radius)
 
+    def region(self, study: Study) -> Region:
+        """Return where a solution may lie."""
+        return region_in(study, self.scales, self.radius)
+
     def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
         part = next(part for part in self.conditions if part.condition == condition)
@@ -288,6 +296,7 @@ class SurfaceResult(StageResult):
             box_cox=None,
             second_opinion=None,
             sobol=Rows(),
+            comparison=None,
             conditions=Rows(),
             anova_of_copies=Rows(),
             published=None,
@@ -361,6 +370,18 @@ def told_by(fit: Surface) -> dict[str, Any]:
         "terms_dropped": fit.terms_dropped,
         "error_source": None if fit.error_source == "residual" else fit.error_source,
     }
+
+
+def region_in(study: Study, coding: Coding, radius: float | None) -> Region:
+    """Return where a solution may lie: the factors' ranges, the design's sphere, the constraints.
+
+    Raises
+    ------
+    UsageError
+        If the constraints leave nothing of them.
+    """
+    constraints = (*study.rsm.constraints, *study.invert.constraints)
+    return Region(*box_of(study, coding), radius, half_spaces(study, coding, constraints))
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:
