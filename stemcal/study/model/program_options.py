@@ -183,6 +183,6 @@ class OpenRadiossSolver(DeckSolver):
     """The same of the program that makes a table of the time histories."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
-    rate_law: Literal["paper", "cowper_symonds"] = "paper"
+    rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
     """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
-    `cowper_symonds` 1 + (rate/C)^(1/P)."""
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all."""
