@@ -12,7 +12,7 @@ from textwrap import wrap
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.equivalents import contact_scale, stiffest_share, wanted_step
+from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import Deck, Parts
@@ -39,6 +39,8 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _control(deck)
     yield from _output(deck)
     yield from _stem_material(deck.material, deck.form)
+    if deck.form.lengths == "lsdyna" and deck.nonlocal_length > 0.0:
+        yield from _nonlocal(deck.nonlocal_length)
     yield from _tool_materials(deck.law)
     yield from _part_cards(deck.solver)
     yield from _motion(deck.study)
@@ -60,7 +62,8 @@ def _head(deck: Deck) -> Iterator[str]:
 def _control(deck: Deck) -> Iterator[str]:
     solver, stem, law = deck.solver, deck.parts.stem, deck.law
     yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration})
-    step = -wanted_step(solver, stem, law) + 0.0
+    by_density = deck.form.lengths == "openradioss"
+    step = 0.0 if by_density else -wanted_step(solver, stem, law) + 0.0
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
     )
@@ -94,6 +97,12 @@ def _stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
     rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": _rate_of_plastic_flow(value)}
     curve: list[Card] = [{f"{name}{i}": 0.0 for i in range(1, 9)} for name in ("eps", "es")]
     yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve, long=form.long)
+
+
+def _nonlocal(length: float) -> Iterator[str]:
+    """Yield *MAT_NONLOCAL: the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents."""
+    weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": float(fitted(length, 10)), "nfreq": 100}
+    yield from keyword("MAT_NONLOCAL", {**weight, "nhv": 1, "nhvt": 0}, {"nl1": 1})
 
 
 def _rate_of_plastic_flow(value: Mapping[str, float]) -> float:
@@ -135,10 +144,8 @@ def _contacts(deck: Deck) -> Iterator[str]:
     friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
     friction |= {"vdc": float(f"{100 * c.damping:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
     erosion = {"isym": 0, "erosop": 1, "iadj": 1}
-    # a spread edge is rigid
-    edge = stiffest_share(deck.solver, c.penalty) if deck.edge_spread > 0.0 else c.penalty
     near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
-    blade = friction, _scales(deck, edge, (0.0, 0.0, radius)), erosion
+    blade = friction, _scales(deck, c.penalty, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
     for number, name, tool, title, cards in (
         (1, "ERODING", BLADE, "blade and stem", blade),

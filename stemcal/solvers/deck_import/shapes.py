@@ -60,8 +60,11 @@ def supports_of(nodes: Array) -> Supports:
     return Supports(_plain(2.0 * near), _plain(float(np.abs(flat[:, 0]).min()) - near))
 
 
-def discretisation_of(stem: Stem, nodes: Array) -> tuple[Discretisation, bool]:
-    """Return how a stem's nodes (N, 3) are spread, and whether the embedded solver's mesh is just that."""
+def discretisation_of(stem: Stem, nodes: Array, rests_at: float) -> tuple[Discretisation, bool]:
+    """Return how a stem's nodes (N, 3) are spread, and whether the embedded solver's mesh is just that.
+
+    A layer of nodes may lie where the stem rests, so far (mm) from the blade.
+    """
     x = np.unique(np.round(nodes[:, 0], 6))
     through = len(np.unique(np.round(np.linalg.norm(nodes[:, 1:], axis=1), 5))) - 1
     turn = np.unique(np.round(np.arctan2(nodes[:, 2], nodes[:, 1]) + 0.5 * pi, 6) % (2.0 * pi))
@@ -80,7 +83,7 @@ def discretisation_of(stem: Stem, nodes: Array) -> tuple[Discretisation, bool]:
     )
     for size in _sizes(stem, how, len(along) // 2, len(around)):
         trial = replace(how, element_size=size)
-        if _same(stem_mesh(stem, trial).nodes, nodes):
+        if _same(stem_mesh(stem, trial, rests_at).nodes, nodes):
             return trial, True
     return how, False
 

@@ -39,42 +39,34 @@ def installation(options: OpenRadiossSolver, folder: Path) -> Installation:
     Raises
     ------
     UsageError
-        If one of them is nowhere, or the definitions of keywords that the starter reads; all that is missing at once.
+        If one of them is nowhere, or the definitions of keywords that the starter reads.
     """
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     home = None if named is None else folder / named
     if home is not None and not home.is_dir():
         raise UsageError(f"solver.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
-    programs, missing = dict[str, str](), list[str]()
-    for name in _BEGINNINGS:
-        try:
-            programs[name] = _program(name, getattr(options, name), home, folder)
-        except UsageError as error:
-            missing.append(str(error))
-    home = home or _home_of(programs.get("starter"))
-    environment = {**_variables(options, home), **options.environment}
-    missing += _without_definitions(environment)
-    if missing:
-        raise UsageError("\n".join(missing))
+    programs = {name: _program(name, getattr(options, name), home, folder) for name in _BEGINNINGS}
+    environment = {**_variables(options, home or _home_of(programs["starter"])), **options.environment}
+    _require_definitions(environment)
     return Installation(**programs, environment=environment)
 
 
-def _home_of(starter: str | None) -> Path | None:
+def _home_of(starter: str) -> Path | None:
     """Return the home that a starter on PATH lies in, if it is one."""
-    home = None if starter is None else Path(starter).resolve().parent.parent
-    return home if home is not None and (home / _DEFINITIONS_FOLDER).is_dir() else None
+    home = Path(starter).resolve().parent.parent
+    return home if (home / _DEFINITIONS_FOLDER).is_dir() else None
 
 
-def _without_definitions(environment: Mapping[str, str]) -> list[str]:
-    """Say that the definitions of keywords are missing: without them the starter reads no deck."""
+def _require_definitions(environment: Mapping[str, str]) -> None:
+    """Refuse where the definitions of keywords are missing: without them the starter reads no deck."""
     named = environment.get(DEFINITIONS) or os.environ.get(DEFINITIONS)
     if named and Path(named).is_dir():
-        return []
+        return
     where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
-    return [
+    raise UsageError(
         f"solver.home: {where}, without whose definitions of keywords the starter ends every run with 'Check and set "
         f"{DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
-    ]
+    )
 
 
 def _program(name: str, given: str | None, home: Path | None, folder: Path) -> str:
