@@ -14,7 +14,8 @@ def as_embedded(deck: Deck) -> Study:
     """
     study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
     lengths = {"internal_length": Length(deck.internal_length if deck.form.lengths else 0.0)}
-    edge = {"edge_radius": deck.nose, "edge_spread": Length(0.0)}
+    thickness = max(study.blade.thickness, 2.0 * deck.nose)
+    edge = {"edge_radius": deck.nose, "edge_spread": Length(0.0), "thickness": thickness}
     return study.model_copy(
         update={
             "factors": (),

@@ -18,11 +18,12 @@ from stemcal.study.model import DeckSolver, EmbeddedSolver
 
 Array = NDArray[np.float64]
 
-# OpenRadioss's R_len over ℓ: R² ∇²ε̄ − ε̄ = −ε has the second moment of the weight exp(−r²/ℓ²) for R = ℓ/2, but its
-# field is held back by a damping of its own and loses what has failed; measured against the embedded solver's forces.
-_RADIOSS_LENGTH = 0.9
+# OpenRadioss's R_len over ℓ: R² ∇²ε̄ = ε̄ − ε averages with the second moment 2R² along each axis, exp(−r²/ℓ²) with ½ℓ².
+_RADIOSS_LENGTH = 0.5
 # LS-DYNA's L over ℓ: ⟨r²⟩ is 3/5 L² for its weight (1 + (r/L)⁸)⁻², as of a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
+# The radius of a nose over the distance within which a sharp edge bears: with it the force of both is alike.
+_NOSE = 1.4
 # A rate law that raises the yield stress by less than this at the highest rate has no effect.
 _NO_EFFECT = 1e-3
 
@@ -43,6 +44,11 @@ def density_factor(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Ma
     For a program whose nonlocal field cannot bear mass that is added to nodes.
     """
     return max(1.0, (wanted_step(solver, mesh, material) * _sound(material) / shortest(mesh)) ** 2)
+
+
+def nose_radius(spread: float) -> float:
+    """Return the radius of the nose (mm) that parts a stem at the force of a sharp edge spread so far (mm)."""
+    return _NOSE * spread
 
 
 def nonlocal_length(length: float, program: str) -> float:

@@ -11,7 +11,7 @@ from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, ra
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.equivalents import density_factor, nonlocal_length, rate_constants, shortest
+from stemcal.solvers.deck.equivalents import density_factor, nonlocal_length, nose_radius, rate_constants, shortest
 from stemcal.solvers.deck.fixed_width import STANDARD, fitted
 from stemcal.solvers.deck.form import DeckForm, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh, touching
@@ -91,7 +91,7 @@ class Deck:
     def nose(self) -> float:
         """The radius of the edge in the deck, mm: that of the blade, or of the spread that it stands for."""
         radius = self.study.blade.edge_radius
-        return max(radius, self.edge_spread) if self.form.lengths else radius
+        return max(radius, nose_radius(self.edge_spread)) if self.form.lengths else radius
 
     @property
     def nonlocal_length(self) -> float:

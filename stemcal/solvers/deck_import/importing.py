@@ -16,7 +16,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.files.decoding import decode
 from stemcal.files.plain import MIB, read_plain
-from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
+from stemcal.solvers.deck.equivalents import contact_scale, nose_radius, wanted_step
 from stemcal.solvers.deck.model import MOST_ELEMENTS
 from stemcal.solvers.deck_import.cards import CARDS, known_name, passed_over
 from stemcal.solvers.deck_import.keyword_blocks import Block
@@ -112,7 +112,7 @@ class _Study:
     def _blade(self) -> Blade:
         """Return the blade; of a deck of stemcal's, what it left out of it because nothing touches there."""
         found, kept = blade_of(self.source.nodes["blade"]), self.kept
-        nose = None if kept.edge_radius is None else max(kept.edge_radius, kept.edge_spread)
+        nose = None if kept.edge_radius is None else max(kept.edge_radius, nose_radius(kept.edge_spread))
         is_spread = nose is not None and bool(np.isclose(found.edge_radius, nose, rtol=_CLOSE))
         radius = kept.edge_radius if is_spread and kept.edge_radius is not None else found.edge_radius
         return replace(found, edge_radius=radius, width=max(found.width, kept.blade_width or 0.0))
