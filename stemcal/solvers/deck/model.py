@@ -14,10 +14,11 @@ from stemcal.fem.mesh import Mesh
 from stemcal.solvers.deck.equivalents import density_factor, nonlocal_length, nose_radius, rate_constants, shortest
 from stemcal.solvers.deck.fixed_width import STANDARD, fitted
 from stemcal.solvers.deck.form import DeckForm, form_of
-from stemcal.solvers.deck.tools import blade_mesh, supports_mesh, touching
+from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, OpenRadiossSolver, Study
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
+_BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
 # What the stem's card calls the parameters, in their order.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
@@ -137,9 +138,11 @@ class Deck:
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + study.loading.gap, how.element_size
         rests_at = 0.5 * supports.clearance + supports.fillet_radius
-        blade, along = touching(blade, b.length, diameter, study.loading.stroke)
+        along = min(b.length, _BLADE_OVER_STEM * diameter)
         return Parts(
-            stem_mesh(stem, how, rests_at), blade_mesh(blade, along, lowest, size), supports_mesh(supports, stem, size)
+            stem_mesh(stem, how, rests_at),
+            blade_mesh(blade, along, lowest, size, study.loading.stroke),
+            supports_mesh(supports, stem, size),
         )
 
     @cached_property
@@ -155,7 +158,6 @@ class Deck:
             "edge_spread": self.edge_spread,
             "edge_radius": study.blade.edge_radius,
             "blade_length": study.blade.length,
-            "blade_width": study.blade.width,
             "density_factor": self.density_factor,
             **{name: given[name] for name in ("hardening_parameter", "strain_rate_c", "strain_rate_p")},
             "rate_law": self._rate_law,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import ceil, cos, pi, radians, sin, tan
 
 import numpy as np
@@ -23,15 +22,12 @@ _FACET = 0.5
 _BEYOND, _BELOW = 5.0, 10.0
 
 
-def touching(blade: Blade, length: float, diameter: float, stroke: float) -> tuple[Blade, float]:
-    """Return the blade as low, and what of its length, as a stem of this diameter can touch within the stroke (mm)."""
-    wedge = blade.thickness / tan(radians(0.5 * blade.edge_angle))  # above the shoulders, whatever the bevel
-    return replace(blade, width=min(blade.width, wedge + stroke + 0.5 * diameter)), min(length, 1.5 * diameter)
+def blade_mesh(blade: Blade, length: float, lowest: float, size: float, stroke: float | None = None) -> Mesh:
+    """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm.
 
-
-def blade_mesh(blade: Blade, length: float, lowest: float, size: float) -> Mesh:
-    """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm."""
-    section = blade_section(blade, size)
+    Above what a stem can touch within the stroke its body is one element high.
+    """
+    section = blade_section(blade, size, stroke)
     section[..., 1] += lowest
     return _drawn_out([section], _even(-0.5 * length, 0.5 * length, size))
 
@@ -44,7 +40,7 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     return _drawn_out([right, left], _even(-half, half, size))
 
 
-def blade_section(blade: Blade, size: float) -> Array:
+def blade_section(blade: Blade, size: float, stroke: float | None = None) -> Array:
     """Return the nodes (rows, columns, 2) of the blade's section in x and z, the edge's lowest point at z = 0.
 
     The first row lies on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp. A nose
@@ -67,7 +63,9 @@ def blade_section(blade: Blade, size: float) -> Array:
     shoulder += (body[1] - touch) / tan(lean_right)
     rows = [edge]
     start = float(edge[[0, -1], 1].max())
-    for z in (*_even(start, shoulder, size)[1:], *_even(shoulder, blade.width, 4 * size)[1:]):
+    touched = blade.width if stroke is None else min(blade.width, shoulder + 2.0 * stroke)
+    top = [blade.width] if touched < blade.width else []
+    for z in (*_even(start, shoulder, size)[1:], *_even(shoulder, touched, 4 * size)[1:], *top):
         left = max(body[0], edge[0, 0] - (z - edge[0, 1]) * tan(lean_left))
         right = min(body[1], edge[-1, 0] + (z - edge[-1, 1]) * tan(lean_right))
         rows.append(np.stack([np.linspace(left, right, 2 * half + 1), np.full(2 * half + 1, z)], axis=-1))

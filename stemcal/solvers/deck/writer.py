@@ -21,6 +21,8 @@ from stemcal.study.model import DeckSolver, EmbeddedSolver, Study
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
+# Of tools that are held: the density over the stem's, and what they never reach.
+_HEAVY, _NEVER = 100.0, 1e6
 _HOURGLASS = {"viscous": 1, "stiffness": 4}
 _FORMULATION = {"one_point": 1, "full": 2}
 _BY_PART = 3
@@ -41,9 +43,10 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _stem_material(deck.material, deck.form)
     if deck.form.lengths == "lsdyna" and deck.nonlocal_length > 0.0:
         yield from _nonlocal(deck.nonlocal_length)
-    yield from _tool_materials(deck.law)
-    yield from _part_cards(deck.solver)
-    yield from _motion(deck.study)
+    held = _tools_are_held(deck.form)
+    yield from _held_tools(deck) if held else _tool_materials(deck.law)
+    yield from _part_cards(deck.solver, STEM if held else BLADE)
+    yield from _motion(deck.study, "SET" if held else "RIGID")
     yield from _contacts(deck)
     yield from _mesh(deck.parts)
     yield "*END"
@@ -84,9 +87,9 @@ def _output(deck: Deck) -> Iterator[str]:
         yield from keyword("DATABASE_BINARY_D3PLOT", {"dt": 10.0 * interval})
 
 
-def _stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
+def _stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) -> Iterator[str]:
     """Yield the stem's material: *MAT_024 with failure, or *MAT_003 with the nine parameters as they are."""
-    elastic = {"mid": STEM, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
+    elastic = {"mid": part, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}
     if form.material == "mat003":
         rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": _rate_of_plastic_flow(value)}
@@ -120,19 +123,45 @@ def _tool_materials(law: Material) -> Iterator[str]:
         yield from keyword("MAT_RIGID", tool, held_card, axes)
 
 
-def _part_cards(solver: EmbeddedSolver | DeckSolver) -> Iterator[str]:
+def _tools_are_held(form: DeckForm) -> bool:
+    """Tell whether every node of the tools is held or driven, in place of rigid bodies.
+
+    OpenRadioss takes the first group of elements for what says whether failure is nonlocal (``sforc3.F``), and sorts
+    groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
+    """
+    return form.lengths == "openradioss"
+
+
+def _held_tools(deck: Deck) -> Iterator[str]:
+    """Yield tools of the stem's law that never yield or fail, so heavy that they ask for no smaller time step."""
+    law, parts = deck.law, deck.parts
+    value = {**deck.material, "ro": _HEAVY * deck.material["ro"], "sigy": _NEVER, "etan": 0.0, "c": 0.0, "fail": _NEVER}
+    first = 1 + len(parts.stem.nodes)
+    for part, mesh in ((BLADE, parts.blade), (SUPPORTS, parts.supports)):
+        yield from _stem_material({**value, "e": law.elastic_modulus, "pr": law.poisson_ratio}, deck.form, part)
+        yield from keyword(
+            "SET_NODE_LIST_GENERATE", {"sid": part}, {"b1beg": first, "b1end": first + len(mesh.nodes) - 1}
+        )
+        first += len(mesh.nodes)
+        free_along_z = part == BLADE
+        held = {"dofx": 1, "dofy": 1, "dofz": 0 if free_along_z else 1, "dofrx": 0, "dofry": 0, "dofrz": 0}
+        yield from keyword("BOUNDARY_SPC_SET", {"nsid": part, "cid": 0, **held})
+
+
+def _part_cards(solver: EmbeddedSolver | DeckSolver, tools: int) -> Iterator[str]:
     form = _FORMULATION[solver.element if isinstance(solver, EmbeddedSolver) else "one_point"]
     yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": form})
-    yield from keyword("SECTION_SOLID", {"secid": BLADE, "elform": 1})
+    if tools != STEM:
+        yield from keyword("SECTION_SOLID", {"secid": tools, "elform": 1})
     for title, part in (("stem", STEM), ("blade", BLADE), ("supports", SUPPORTS)):
-        section = STEM if part == STEM else BLADE
+        section = STEM if part == STEM else tools
         yield from keyword("PART", {"pid": part, "secid": section, "mid": part}, title=title)
 
 
-def _motion(study: Study) -> Iterator[str]:
+def _motion(study: Study, of: str) -> Iterator[str]:
     """Yield the constant speed of the blade: minus one times a curve, whose columns hold all digits."""
-    motion = {"pid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
-    yield from keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID", motion)
+    motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
+    yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
     yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
     for time in (0.0, 2.0 * study.loading.duration):
         yield f"{time!r:>20}{study.loading.speed!r:>20}"

@@ -96,8 +96,8 @@ class _Study:
         self.kept = source.settings
         self.stem: Stem = stem_of(source.nodes["stem"])
         self.blade, self.supports = self._blade(), supports_of(source.nodes["supports"])
-        rests_at = 0.5 * self.supports.clearance + self.supports.fillet_radius
-        self.how, self.is_our_mesh = discretisation_of(self.stem, source.nodes["stem"], rests_at)
+        self.rests_at = 0.5 * self.supports.clearance + self.supports.fillet_radius
+        self.how, self.is_our_mesh = discretisation_of(self.stem, source.nodes["stem"], self.rests_at)
         self.remarks = list(source.remarks)
         if not self.is_our_mesh:
             self.remarks.append("*NODE, *ELEMENT_SOLID: the stem is meshed otherwise than the embedded solver does")
@@ -107,15 +107,15 @@ class _Study:
         """The stem as the study will mesh it, whole."""
         if mesh_size(self.stem, self.how).elements > MOST_ELEMENTS:
             raise UsageError(f"elements of {self.how.element_size:g} mm are too small for the stem; is --units right?")
-        return stem_mesh(self.stem, self.how)
+        return stem_mesh(self.stem, self.how, self.rests_at)
 
     def _blade(self) -> Blade:
-        """Return the blade; of a deck of stemcal's, what it left out of it because nothing touches there."""
+        """Return the blade; of a deck of stemcal's, with the edge that its nose stands for."""
         found, kept = blade_of(self.source.nodes["blade"]), self.kept
         nose = None if kept.edge_radius is None else max(kept.edge_radius, nose_radius(kept.edge_spread))
         is_spread = nose is not None and bool(np.isclose(found.edge_radius, nose, rtol=_CLOSE))
         radius = kept.edge_radius if is_spread and kept.edge_radius is not None else found.edge_radius
-        return replace(found, edge_radius=radius, width=max(found.width, kept.blade_width or 0.0))
+        return replace(found, edge_radius=radius)
 
     def sections(self) -> dict[str, Section]:
         """Return the sections of the study."""
@@ -259,8 +259,7 @@ class _Study:
 
     def _penalty(self, law: Material, solver: Section, sfs: float) -> float:
         """Return p of p m/Δt² that is as stiff as the contact with the supports."""
-        near = 0.5 * self.supports.clearance + self.supports.fillet_radius
-        place = (near, 0.0, -0.5 * self.stem.outer_diameter)
+        place = (self.rests_at, 0.0, -0.5 * self.stem.outer_diameter)
         per_share = contact_scale(_embedded(solver), self.mesh, law, 1.0, place)
         slsfac = self.source.first("CONTROL_CONTACT")["slsfac"] or _STANDARD_SLSFAC
         penalty = _round(slsfac * sfs / per_share, _DIGITS)

@@ -20,7 +20,6 @@ class Settings(BaseModel):
     edge_spread: SizeOrZero = 0.0
     edge_radius: SizeOrZero | None = None
     blade_length: Size | None = None
-    blade_width: Size | None = None
     density_factor: Annotated[Number, Field(ge=1)] = 1.0
     hardening_parameter: Number | None = None
     strain_rate_c: Annotated[Number, Field(gt=0)] | None = None
