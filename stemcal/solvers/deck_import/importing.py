@@ -208,7 +208,7 @@ class _Study:
         found: Section = {
             "kind": "embedded",
             "rate_law": "paper" if self._printed_rate() else "cowper_symonds",
-            "symmetry": kept.symmetry or whole,
+            "symmetry": kept.symmetry or (whole if source.symmetry == "none" else source.symmetry),
             "element_size": how.element_size,
             "elements_through_wall": how.through_wall,
             "edge_over": how.edge_over,
