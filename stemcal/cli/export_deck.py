@@ -71,8 +71,8 @@ def export_deck(
     from stemcal.study.model import DeckSolver, EmbeddedSolver
     from stemcal.text.decks import forces_told
 
-    known = isinstance(study.solver, EmbeddedSolver | DeckSolver)
-    size = study.solver.element_size.at(chosen) if known else 0.0
+    solver = study.solver
+    size = solver.element_size.at(chosen) if isinstance(solver, EmbeddedSolver | DeckSolver) else 0.0
     if chosen < 2 * size:
         raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
 

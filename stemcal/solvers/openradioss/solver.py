@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from stemcal.outputs import write_output
 from stemcal.run_warnings import NothingDeleted
@@ -48,6 +48,8 @@ class _Step(NamedTuple):
 @dataclass(frozen=True)
 class OpenRadioss(Program):
     """Answers requests by OpenRadioss; see `study.outside.OpenRadiossSolver`."""
+
+    revision: ClassVar[int] = 2
 
     @property
     def options(self) -> OpenRadiossSolver:
