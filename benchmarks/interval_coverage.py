@@ -1,6 +1,9 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
-python benchmarks/interval_coverage.py [laboratory] [mesh] [unequal] [surfaces] [replicates] [coarse]
+python benchmarks/interval_coverage.py [studies] [laboratory] [rough] [mesh] [unequal] [surfaces] [replicates] [coarse]
+    [priors]
+
+A number is that of the studies of each row, 1000 by default: a share is then good to ±1.4.
 
 Draws laboratories at a known truth: five diameters, n forces at each about the true one with a coefficient of
 variation of 5 %. Counts how often the interval of each of two parameters holds the truth, by profile and by posterior,
@@ -15,14 +18,17 @@ grid.
 The mesh: the study's own mesh stands at a place drawn at random, as do n others that its stage simulates. At each place
 the force differs by a part that all diameters share and a part of each diameter, both of 1 %. `mesh` takes the
 laboratory as known (30 specimens of 0.001 %), `both` has n specimens of 5 % and n places; the truth is the mean over
-all places. Half an hour for the laboratory, ten minutes for the mesh.
+all places. `rough` places the truth at three points, with quadratics that miss by 3 %. Ten minutes each.
 
 `surfaces`: a deterministic solver whose response is a smooth function, drawn at random of three families (sums of
-cosines, products of powers, sums of hyperbolic tangents): how often the interval of the mean and that of one more run
-hold the function at points spread over the region, with six copies of the centre run counted each and once.
+cosines, products of powers, sums of hyperbolic tangents), or rough but repeatable: how often the interval of the mean
+and that of one more run hold it at points spread over the region, with six copies of the centre run counted each and
+once.
 `replicates`: a program with a scatter of 5 %, each run of the design made r times, the laboratory known: how often the
 profile holds the truth, and its median width. `coarse`: fine responses are a factor times quadratics of coarse runs and
-a tilt; m fine runs, and how often the mean's interval holds the fine response. Some minutes each.
+a tilt; m fine runs, and how often the mean's interval holds the fine response. `priors`: a material drawn from normal
+and lognormal priors, each about as wide as what the forces tell; how often the profile holds it, the median width over
+that without priors, and how often a prior that is right is called contradicted (should be 5 %). Some minutes each.
 """
 
 from __future__ import annotations
@@ -35,9 +41,11 @@ import numpy as np
 
 from stemcal.doe.calibration.joint_fit import chance_of
 from stemcal.doe.calibration.mesh_scatter import scatter_of
-from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
+from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
-from stemcal.doe.calibration.profile import allowed_rises, holds
+from stemcal.doe.calibration.prior import Prior
+from stemcal.doe.calibration.prior_conflict import agreements
+from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import central_composite
@@ -50,8 +58,9 @@ SEED, STUDIES, COMPARED = 31_415, 1000, 10
 SPECIMENS = (3, 6, 30)
 DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
 TRUTH, SIDE, VARIATION = np.array([0.3, -0.2]), 1.68, 0.05
+SAME = np.full(len(DIAMETERS), VARIATION)
 REGION = Region(np.full(2, -SIDE), np.full(2, SIDE), None)
-NODES, NODES_MESH = 101, 61
+NODES, NODES_MESH = 101, 41
 SHARED, APART, KNOWN = 0.01, 0.01, 1e-5
 
 
@@ -106,7 +115,8 @@ def observations(lab: Laboratory, fitted: list[Surface], told: bool) -> list[Obs
 
 def pooled(lab: Laboratory, fitted: list[Surface]) -> Held:
     """As stemcal does it."""
-    return _by_misfit(misfit_of(observations(lab, fitted, told=True), REGION))
+    misfit = misfit_of(observations(lab, fitted, told=True), REGION)
+    return _by_misfit(misfit, _around_truth(misfit))
 
 
 def as_known(lab: Laboratory, fitted: list[Surface]) -> Held:
@@ -129,7 +139,7 @@ def _by_misfit(misfit: Misfit, axes: list[Array] | None = None) -> Held:
     density = log_posterior(misfit, REGION, _points(axes)).reshape([axis.size for axis in axes])
     best = _least(misfit, [])
     least, allowed = misfit.value(best), allowed_rises(misfit, best)
-    profile = [misfit.value(_least(misfit, [j])) - least <= allowed[j] for j in range(2)]
+    profile = [_rise(misfit, least, j) <= allowed[j] for j in range(2)]
     return Held(profile, _in_middle(density, axes), chance_of(misfit, best) < 0.05)
 
 
@@ -146,6 +156,12 @@ def _least(misfit: Misfit, held: list[int]) -> Array:
         x[free] += np.linalg.lstsq(slopes, gap, rcond=None)[0]
         x = REGION.nearest(x)
     return x
+
+
+def _rise(misfit: Misfit, least: float, j: int) -> float:
+    """Return how much the misfit rises where factor j is held at the truth, by the variances there."""
+    x = _least(misfit, [j])
+    return (misfit.value(x) - least) / misfit.looseness(x)
 
 
 def _axes() -> list[Array]:
@@ -188,7 +204,7 @@ WAYS: dict[str, Callable[[Laboratory, list[Surface]], Held]] = {
 }
 
 
-def coverage(way: str, n: int, variation: Array, error: float, studies: int = STUDIES) -> Array:
+def coverage(way: str, n: int, variation: Array, error: float, studies: int) -> Array:
     """Return shares in per cent: profile a, b, posterior a, b, rejected by the misfit test."""
     random = np.random.default_rng([SEED, n])
     exact = surfaces(0.0, random)
@@ -204,7 +220,7 @@ def coverage(way: str, n: int, variation: Array, error: float, studies: int = ST
     return np.asarray(100.0 * counts / studies)
 
 
-def coverage_of_mesh(n: int, specimens: int, variation: float, studies: int = STUDIES) -> Array:
+def coverage_of_mesh(n: int, specimens: int, variation: float, studies: int) -> Array:
     """Return shares in per cent as `coverage` does, with n places of the mesh beside the study's own."""
     random = np.random.default_rng([SEED, n, specimens])
     exact, d = surfaces(0.0, random), len(DIAMETERS)
@@ -223,53 +239,68 @@ def coverage_of_mesh(n: int, specimens: int, variation: float, studies: int = ST
     return np.asarray(100.0 * counts / studies)
 
 
-def mesh_rows() -> None:
+def mesh_rows(studies: int) -> None:
     """Print one row per number of places, the laboratory known and not."""
     for label, variation in (("mesh", KNOWN), ("both", VARIATION)):
         for n in SPECIMENS:
-            shares = coverage_of_mesh(n, 30 if variation == KNOWN else n, variation)
+            shares = coverage_of_mesh(n, 30 if variation == KNOWN else n, variation, studies)
             a, b, c, d, rejected = shares
-            print(f"{n:3d}   {label:<30} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
+            print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
 
 
 def main() -> None:
     """Print one row per number of specimens and way."""
-    wanted = sys.argv[1:] or ["laboratory", "mesh"]
-    print("                                        profile      posterior    misfit test")
-    print("  n   standard deviations               a      b     a      b     rejects, %")
+    numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
+    wanted = [word for word in sys.argv[1:] if not word.isdigit()] or ["laboratory", "mesh"]
+    studies = numbers[0] if numbers else STUDIES
+    print("                                              profile      posterior    misfit test")
+    print("  n   standard deviations                     a      b     a      b     rejects, %")
     if "laboratory" in wanted:
-        laboratory_rows()
+        laboratory_rows(studies)
     if "mesh" in wanted:
-        mesh_rows()
-    more = {"unequal": unequal_rows, "surfaces": surface_rows, "replicates": replicate_rows, "coarse": coarse_rows}
+        mesh_rows(studies)
+    more = {"rough": rough_rows, "unequal": unequal_rows, "surfaces": surface_rows, "replicates": replicate_rows}
+    more |= {"priors": prior_rows}
     for name in wanted:
         if name in more:
-            more[name]()
+            more[name](studies)
+    if "coarse" in wanted:
+        coarse_rows()
 
 
-def unequal_rows() -> None:
+def rough_rows(studies: int) -> None:
+    """Print studies of quadratics that miss by 3 %, with the truth near the centre and apart from it."""
+    before = TRUTH.copy()
+    for truth in (before, [-0.8, 0.7], [1.0, -0.9]):
+        TRUTH[:] = truth
+        for n in SPECIMENS:
+            row("pooled, surfaces 3 %, at " + ", ".join(f"{x:g}" for x in truth), n, SAME, 0.03, studies)
+    TRUTH[:] = before
+
+
+def unequal_rows(studies: int) -> None:
     """Print studies in which one diameter scatters three times as much as the others; `unequal` alone runs these."""
     for at in (0, 2, 4):
         variation = np.full(len(DIAMETERS), VARIATION)
         variation[at] *= 3.0
         for n in SPECIMENS:
-            a, b, c, d, rejected = coverage("pooled", n, variation, 0.0)
-            label = f"pooled, cv × 3 at {DIAMETERS[at]:g} mm"
-            print(f"{n:3d}   {label:<30} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
+            row(f"pooled, cv × 3 at {DIAMETERS[at]:g} mm", n, variation, 0.0, studies)
 
 
-def laboratory_rows() -> None:
+def laboratory_rows(studies: int) -> None:
     """Print how the laboratory's standard deviations are treated."""
-    same, differing = np.full(5, VARIATION), VARIATION * np.array([0.7, 1.4, 0.8, 1.2, 1.0])
-    for label, variation, error, ways in (
-        ("", same, 0.0, list(WAYS)),
-        (", surfaces 3 %", same, 0.03, ["pooled"]),
-        (", cv × 0.7 to 1.4", differing, 0.0, ["pooled"]),
-    ):
-        for way in ways:
-            for n in SPECIMENS:
-                a, b, c, d, rejected = coverage(way, n, variation, error)
-                print(f"{n:3d}   {way + label:<30} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
+    differing = VARIATION * np.array([0.7, 1.4, 0.8, 1.2, 1.0])
+    for way in reversed(WAYS):
+        for n in SPECIMENS:
+            row(way, n, SAME, 0.0, studies)
+    for n in SPECIMENS:
+        row("pooled, cv × 0.7 to 1.4", n, differing, 0.0, studies)
+
+
+def row(label: str, n: int, variation: Array, error: float, studies: int) -> None:
+    """Print one row; its label begins with the way."""
+    a, b, c, d, rejected = coverage(label.split(",")[0], n, variation, error, studies)
+    print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
 
 
 # ---- deterministic surfaces
@@ -298,10 +329,21 @@ def saturating(k: int, random: np.random.Generator) -> Smooth:
     return lambda x: np.asarray(150.0 + np.tanh(x @ slope.T + middle) @ size)
 
 
+def rough(k: int, random: np.random.Generator) -> Smooth:
+    """Powers, and answers that are rough by 3 N: the same at a point whenever it is asked for."""
+    smooth, own = powers(k, random), int(random.integers(2**31))
+
+    def at(x: Array) -> float:
+        return float(np.random.default_rng([own, *np.round(1e6 * (x + 5.0)).astype(int)]).standard_normal())
+
+    return lambda x: np.asarray(smooth(x) + 3.0 * np.array([at(point) for point in x]))
+
+
 FAMILIES: dict[str, Callable[[int, np.random.Generator], Smooth]] = {
     "waves": waves,
     "powers": powers,
     "saturating": saturating,
+    "rough": rough,
 }
 DESIGNS = {
     "two factors, rotatable": (central_composite(2, 6, "rotatable"), np.inf),
@@ -321,7 +363,7 @@ def within_region(design: Array, side: float, count: int, random: np.random.Gene
     return np.asarray(points[np.all(np.abs(points) <= side, axis=1)])
 
 
-def coverage_of_surfaces(design: Array, side: float, family: str, each_once: bool, studies: int = 400) -> Array:
+def coverage_of_surfaces(design: Array, side: float, family: str, each_once: bool, studies: int) -> Array:
     """Return shares in per cent: the mean's interval, that of one more run."""
     random, held, tried = np.random.default_rng(SEED), np.zeros(2), 0
     for _ in range(studies):
@@ -336,13 +378,13 @@ def coverage_of_surfaces(design: Array, side: float, family: str, each_once: boo
     return np.asarray(100.0 * held / tried)
 
 
-def surface_rows() -> None:
+def surface_rows(studies: int) -> None:
     """Print one row per design and family."""
     print("design and family                        copies: mean, one run   once: mean, one run")
     for label, (design, side) in DESIGNS.items():
         for family in FAMILIES:
-            shares = [*coverage_of_surfaces(design, side, family, False)]
-            shares += [*coverage_of_surfaces(design, side, family, True)]
+            shares = [*coverage_of_surfaces(design, side, family, False, studies)]
+            shares += [*coverage_of_surfaces(design, side, family, True, studies)]
             print(f"{label + ', ' + family:<42}" + " ".join(f"{share:8.1f}" for share in shares), flush=True)
 
 
@@ -359,10 +401,10 @@ def noisy_surfaces(replicates: int, random: np.random.Generator) -> list[Surface
     return found
 
 
-def replicate_rows() -> None:
+def replicate_rows(studies: int) -> None:
     """Print coverage and median width of the profile's intervals over the replicates."""
     print("  r   holds a, b, %    width a, b")
-    for replicates, studies in ((1, 600), (3, 300), (10, 100)):
+    for replicates in (1, 3, 10):
         random = np.random.default_rng([SEED, replicates])
         held, widths = np.zeros(2), []
         for _ in range(studies):
@@ -371,7 +413,7 @@ def replicate_rows() -> None:
             misfit = misfit_of(observations(lab, fitted, told=True), REGION)
             best = _least(misfit, [])
             least, allowed = misfit.value(best), allowed_rises(misfit, best)
-            held += [misfit.value(_least(misfit, [j])) - least <= allowed[j] for j in range(2)]
+            held += [_rise(misfit, least, j) <= allowed[j] for j in range(2)]
             slopes = misfit.beta @ term_gradient(best)
             spread = np.diag(np.linalg.inv(slopes.T @ (slopes / misfit.variance[:, None])))
             widths.append(2.0 * np.sqrt(np.array(allowed) * spread))
@@ -402,6 +444,42 @@ def coarse_rows() -> None:
                 held += int(np.sum((true >= ends[:, 0]) & (true <= ends[:, 1])))
                 tried += len(points)
             print(f"{k:7d} {count:10d} {100.0 * held / tried:18.1f}", flush=True)
+
+
+# ---- a material that is drawn from its priors
+
+
+def prior_rows(studies: int) -> None:
+    """Print coverage, width against that without priors, and how often a true prior is called contradicted."""
+    a, b = Prior(0, "normal", 0.3, 0.35, 0.0, 1.0), Prior(1, "lognormal", 10.0, 2.0, 10.0, 4.0)
+    m, s = a.mean, float(np.sqrt(np.log1p((b.sd / b.mean) ** 2)))
+    exact = surfaces(0.0, np.random.default_rng(SEED))
+    print("  n   holds a, b, %   width over that without priors   contradicted a, b, %")
+    for n in SPECIMENS:
+        random = np.random.default_rng([SEED, n, 7])
+        held, contradicted, widths = np.zeros(2), np.zeros(2), []
+        for _ in range(studies):
+            value = b.mean * np.exp(s * random.standard_normal() - 0.5 * s**2)
+            truth = np.array([m + a.sd * random.standard_normal(), (value - b.centre) / b.half_step])
+            truth = np.clip(truth, -0.9 * SIDE, 0.9 * SIDE)
+            broken = np.array([force(truth, d) for d in DIAMETERS])[:, None]
+            broken = broken * (1.0 + 2.0 * VARIATION * random.standard_normal((len(DIAMETERS), n)))
+            lab = Laboratory(broken.mean(axis=1), broken.std(axis=1, ddof=1), n)
+            bare = misfit_of(observations(lab, exact, told=True), REGION)
+            known = bare.with_priors((a, b), REGION)
+            held += holds(known, REGION, truth)
+            contradicted += [found.p < 0.05 for found in agreements(known, REGION)]
+            widths.append([_width(known), _width(bare)])
+        share = np.median(np.array(widths)[:, 0] / np.array(widths)[:, 1], axis=0)
+        a_held, b_held, a_off, b_off = 100.0 * np.append(held, contradicted) / studies
+        print(
+            f"{n:3d}   {a_held:6.1f} {b_held:6.1f}   {share[0]:8.2f} {share[1]:8.2f}   {a_off:8.1f} {b_off:6.1f}",
+            flush=True,
+        )
+
+
+def _width(misfit: Misfit) -> list[float]:
+    return [p.high - p.low for p in profiles_of(misfit, REGION, best_fit(misfit, REGION))]
 
 
 if __name__ == "__main__":

@@ -59,8 +59,8 @@ def export_deck(
 
     study = read_study(spec)
     levels = chosen_levels(study, study.midlevels(), settings or [])
-    require_material(study, levels)
     chosen = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
+    require_material(study, levels, chosen)
     if not out.absolute().parent.is_dir():
         raise UsageError(f"{out}: the folder {out.parent} does not exist")
 

@@ -73,7 +73,7 @@ def simulate(
     if diameter is not None:
         at = typed_size(diameter, "--diameter")
     levels = chosen_levels(study, levels, settings or [])
-    require_material(study, levels)
+    require_material(study, levels, at)
     _check_outputs(study, csv_file, figure, {"--symmetry": symmetry, "--frames": frames})
 
     if study.solver.kind != "embedded":
@@ -151,12 +151,12 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
     return levels
 
 
-def require_material(study: Study, levels: Mapping[str, float]) -> None:
+def require_material(study: Study, levels: Mapping[str, float], diameter: float) -> None:
     """Refuse levels that no material can have."""
     from stemcal.errors import UsageError
     from stemcal.study.rules.factors import wrong_levels
 
-    if wrong := list(wrong_levels(study, levels)):
+    if wrong := list(wrong_levels(study, levels, diameter)):
         raise UsageError("\n".join(wrong))
 
 

@@ -117,7 +117,7 @@ class _Tally:
 
     def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
         self.stage, self.rows, self.watch = stage, Counter(keys), watch
-        self.total, self.warned = len(keys), 0
+        self.total, self.warned = len(keys), set[tuple[int, str]]()
         self.done = self.cached = sum(self.rows[key] for key in known)
         self.failed = sum(self.rows[key] for key, answer in known.items() if not answer.ok)
         self.report()
@@ -131,11 +131,13 @@ class _Tally:
         self.report(answer.response, request.condition)
 
     def _warn(self, answer: Answer, request: Request) -> None:
-        """Tell of the first failures one by one."""
-        self.warned += 1
-        if self.warned <= MOST_WARNINGS:
+        """Tell of the first failures one by one; what befalls several replicates of a run, once."""
+        if (fault := (request.row, answer.message)) in self.warned:
+            return
+        self.warned.add(fault)
+        if len(self.warned) <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
-        elif self.warned == MOST_WARNINGS + 1:
+        elif len(self.warned) == MOST_WARNINGS + 1:
             logger.warning("more runs fail; `stemcal runs SPEC --status failed` lists them all")
 
     def report(

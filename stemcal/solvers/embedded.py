@@ -137,7 +137,7 @@ class Embedded(OfSpecAlone):
 
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
-        study, strain = self.study, self.study.material.failure_strain
+        study = self.study
         if study.failure.kind == "toughness":
             return {"element_size": _told(_options(study).element_size, diameter)}
         lengths = {
@@ -146,7 +146,9 @@ class Embedded(OfSpecAlone):
             "internal_length": study.material.internal_length,
         }
         found = {name: _told(length, diameter) for name, length in lengths.items()}
-        return found if strain is None else {**found, "failure_strain": f"{strain:g}"}
+        if study.material.failure_strain is None or "failure_strain" in study.names:
+            return found
+        return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
 
     def _tests(self, request: Request) -> tuple[ShearTest, ...]:
         return shear_tests(meshed_as(self.study, request), request.levels, request.condition, request.row)
@@ -228,7 +230,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
     blade, contact, failure = study.blade, study.contact, _toughness(study)
     return ShearTest(
         material=Material(
-            **study.parameters(levels),
+            **study.parameters(levels, diameter),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
             rate_filter=cutting.rate_filter(diameter, study.loading.speed),
             failure_length=solver.failure_length,

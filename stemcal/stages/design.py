@@ -26,7 +26,7 @@ from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import outcome_of
 from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import CoarseOptions, RsmOptions, Study, factors_taken, strongest_asked
+from stemcal.study.model import CoarseOptions, Constraint, RsmOptions, Study, factors_taken, strongest_asked
 
 _LEVEL_TOLERANCE = 1e-6
 
@@ -172,7 +172,7 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
-        options = replace(surface_options(study), within=half_spaces(study, coding))
+        options = replace(surface_options(study), within=half_spaces(study, coding, study.rsm.constraints))
         coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
         levels = _levels(study, coding, coded)
         once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
@@ -227,10 +227,10 @@ def surface_options(study: Study) -> SurfaceOptions:
     )
 
 
-def half_spaces(study: Study, coding: Coding) -> tuple[HalfSpace, ...]:
-    """Return the constraints of the surface in coded units; a factor that does not vary counts with its mid-level."""
+def half_spaces(study: Study, coding: Coding, constraints: Sequence[Constraint]) -> tuple[HalfSpace, ...]:
+    """Return constraints in coded units; a factor that does not vary counts with its mid-level."""
     found = []
-    for constraint in study.rsm.constraints:
+    for constraint in constraints:
         held = sum(c * study.factor(n).centre for n, c in constraint.of.items() if n not in coding.names)
         weights = np.array([constraint.of.get(name, 0.0) for name in coding.names])
         limit = constraint.at_most - held - float(weights @ np.array(coding.centre))

@@ -10,13 +10,18 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.base import stage_called
 from stemcal.study.model import RunsOptions, Study
 
-__all__ = ["POLICY", "require_same", "second_time"]
+__all__ = ["POLICY", "repeats_itself", "require_same", "second_time"]
 
 POLICY = RunsOptions(quorum=0.0)
 """Of the two runs: what fails tells nothing here, and is judged among the runs of its stage."""
 _SAME = 1e-6  # of the answer: what summing in another order may change
 # No chance in these: our own, a table, and runs by hand, where who does them says so by `replicates`.
 _ITSELF = ("embedded", "table", "manual")
+
+
+def repeats_itself(study: Study) -> bool:
+    """Tell whether equal inputs give equal answers: of our own solver, and of programs whose first run was repeated."""
+    return study.solver.kind not in ("table", "manual") and not study.replicates
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:

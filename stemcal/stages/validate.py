@@ -9,7 +9,6 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.validation.comparison import Exponent, Validation, ValidationRow, compare_conditions, error_percent
 from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
@@ -31,7 +30,7 @@ from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval, StageResult
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 
@@ -325,8 +324,8 @@ def _directions_seen(work: Work) -> int:
     if not study.joint_targets:
         return 1
     surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
-    region = Region(*box_of(study, surface.scales), surface.radius)
-    misfit = misfit_over(measured_means(study), joint_surfaces(study, surface), region)
+    surfaces = joint_surfaces(study, surface)
+    misfit = misfit_over(measured_means(study), surfaces, surface.region(study), jointly=True)
     responses = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
     point = surface.scales.point(solution.point.coded)
     return max(1, misfit.only(responses).directions_seen(point)) if responses else 1

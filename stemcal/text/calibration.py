@@ -8,15 +8,15 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
-from stemcal.stages.invert.joint import FlatDirection, UnequalScatter
-from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PublishedPoint
+from stemcal.stages.invert.joint import FlatDirection, ProcessesTaken, UnequalScatter
+from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PriorRow, PublishedPoint
 from stemcal.stages.invert.single import PublishedIncomplete, SolvedByProcess
-from stemcal.stages.invert.stage import ConstraintBroken
+from stemcal.stages.invert.stage import PriorUnused
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
-from stemcal.text.numbers import fixed, interval, significant, unit_written
+from stemcal.text.numbers import fixed, interval, short, significant, unit_written
 
 KNOWN = "known"
 """The kind of the remarks that say how well the parameters are known."""
@@ -47,9 +47,14 @@ def certainty(stage: InvertResult, names: Names) -> list[str]:
     parts = [(known(part, stage, names), unseen_changes(part, names)) for part in stage.known]
     if stage.joint is not None:
         formula = [] if stage.joint.null is None else [_without_mechanics(stage.joint.null, stage.joint)]
-        return [*(said for keeps, _ in parts for said in keeps), *_left_out(stage.joint, names), *formula]
+        return [
+            *priors(stage, names),
+            *(said for keeps, _ in parts for said in keeps),
+            *_left_out(stage.joint, names),
+            *formula,
+        ]
     expected = stage.point.prediction_interval
-    said = [_prediction(expected, names)]
+    said = [*priors(stage, names), _prediction(expected, names)]
     if len(stage.point.solution) > 1:
         one = "One measured {response} cannot fix several parameters: other combinations meet it as well."
         said.append(names.say(one, response=names.response.long))
@@ -101,7 +106,7 @@ def known(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> li
             between,
             factor=factor,
             low=significant(low),
-            high=_with_unit(significant(high), part.units[factor]),
+            high=with_unit(significant(high), part.units[factor]),
             share=100.0 * part.share[factor],
         )
         for factor, (low, high) in part.intervals.items()
@@ -135,11 +140,28 @@ def unseen_changes(part: Certainty, names: Names) -> list[str]:
 
 def change(factor: str, size: float, unit: str, names: Names) -> str:
     """Write how much a factor changes."""
-    return f"{names.factor(factor)} {_with_unit(names.say('{size:+.3g}', size=size), unit)}"
+    return f"{names.factor(factor)} {with_unit(names.say('{size:+.3g}', size=size), unit)}"
 
 
-def _with_unit(number: str, unit: str) -> str:
+def with_unit(number: str, unit: str) -> str:
+    """Write a number with its unit."""
     return f"{number} {unit_written(unit)}".rstrip()
+
+
+def known_beforehand(prior: PriorRow) -> str:
+    """Write the prior of a factor."""
+    sd = with_unit(short(prior.sd), prior.unit)
+    lognormal = "{mean} ± {sd}, lognormal"
+    return say("{mean} ± {sd}" if prior.kind == "normal" else lognormal, mean=short(prior.mean), sd=sd)
+
+
+def priors(stage: InvertResult, names: Names) -> list[str]:
+    """Say what was known beforehand and entered the calibration."""
+    entered = "Known beforehand: {factor:factor} {known} ({source})."
+    return [
+        names.say(entered, factor=prior.factor, known=known_beforehand(prior), source=prior.source)
+        for prior in stage.priors
+    ]
 
 
 def valid_for(stage: InvertResult) -> list[str]:
@@ -325,6 +347,11 @@ states(
     "may reach the target: the values are where it does. Confirm them with `refine: {{model: process}}`.",
 )
 states(
+    ProcessesTaken,
+    "For {count} of the {of} measured means a Gaussian process takes the quadratic's place: it predicts runs left out "
+    "clearly better.",
+)
+states(
     UnequalScatter,
     "The measured means do not scatter alike (Bartlett's test, p {p:p}): the weights of the fit stay those of one "
     "coefficient of variation, and the intervals rest on each mean's own standard deviation.",
@@ -337,11 +364,11 @@ states(
     SecondSolution,
     "A second solution lies equally far from the centre; the one given has the higher levels.",
 )
-states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
 states(
-    ConstraintBroken,
-    "The solution breaks a constraint of `rsm.constraints`, where no run lies: the surface extrapolates there.",
+    PriorUnused,
+    "The surface does not vary {factors:factors}: held in the middle of the range, whatever is known beforehand.",
 )
+states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
 
 
 @sentence.register

@@ -16,6 +16,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.store import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert.joint import ProcessesTaken
 from stemcal.stages.invert.single import SolvedByProcess
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
@@ -45,11 +46,11 @@ class Wave(SpecSolver):
 
 @pytest.fixture
 def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    def judged(wave: Wave, asked: float, extra: str = "") -> tuple[Verdict, Results]:
+    def judged(wave: SpecSolver, asked: float, extra: str = "", spec: str = SPEC) -> tuple[Verdict, Results]:
         monkeypatch.setitem(SOLVERS, "embedded", lambda _study: wave)
         folder = tmp_path / f"{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
-        (folder / "study.yaml").write_text(SPEC.replace("ASKED", f"{asked:g}") + extra, encoding="utf-8")
+        (folder / "study.yaml").write_text(spec.replace("ASKED", f"{asked:g}") + extra, encoding="utf-8")
         study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
         with suppress(TargetUnreachable):
             workflow.calibrate(study, place, InlineExecutor())
@@ -82,3 +83,34 @@ def test_what_a_wave_does_not_reach_is_out_of_reach_by_the_process(judge) -> Non
 def test_refining_goes_on_from_there(judge) -> None:
     verdict, results = judge(Wave(), 121.0, "refine: {model: process, tolerance_percent: 0.5}\n")
     assert results.refinement.converged and not verdict.says("target_missed")
+
+
+@dataclass(frozen=True)
+class Waves(SpecSolver):
+    """F = (100 + 18·sin(3a + 0.5) + 6b)·(d/8)^(2 + 0.4b): b changes how the force grows."""
+
+    def of(self, a: float, b: float, diameter: float) -> float:
+        return (100.0 + 18.0 * np.sin(3.0 * a + 0.5) + 6.0 * b) * (diameter / 8.0) ** (2.0 + 0.4 * b)
+
+    def solve(self, request: Request) -> Answer:
+        a = (request.levels["yield_stress"] - 15.0) / 5.0
+        b = (request.levels["failure_strain"] - 0.03) / 0.02
+        return Answer("ok", response=self.of(a, b, request.condition))
+
+
+@pytest.mark.parametrize("truth", [(0.1, 0.4), (-0.3, -0.3)])
+def test_a_joint_fit_takes_processes_where_the_quadratics_fail(judge, truth: tuple[float, float]) -> None:
+    """Three diameters, exact means: the quadratics miss a wave by 10 N and more, the processes find the truth."""
+    waves = Waves()
+    rows = [f"{{diameter: {d:g} mm, force: {waves.of(*truth, d):.6f} N, sd: 0.5 N, n: 10}}" for d in (7.0, 8.0, 10.0)]
+    of_one = "forces: [{diameter: 8 mm, force: ASKED N, sd: 1 N, n: 10}]"
+    spec = SPEC.replace(of_one, f"forces: [{', '.join(rows)}]").replace("runs: 14", "runs: 20")
+    verdict, results = judge(waves, 0.0, "invert: {diameters: all}\n", spec)
+    found = results.inversion
+    assert ProcessesTaken(3, 3) in found.notes
+    a, b = (found.point.solution["yield_stress"] - 15.0) / 5.0, (found.point.solution["failure_strain"] - 0.03) / 0.02
+    branch = (np.pi - 1.0) / 3.0 - truth[0]  # sin(3a + 0.5) takes each value twice
+    assert min(abs(a - truth[0]), abs(a - branch)) < 0.1 and b == pytest.approx(truth[1], abs=0.15)
+    assert max(abs(row.error_percent) for row in found.joint.rows) < 1.0
+    assert all(abs(row.compared.error_percent) < 3.0 for row in results.validation.rows)
+    assert not verdict.says("conflict") and not verdict.says("target_missed")

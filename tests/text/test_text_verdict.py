@@ -133,7 +133,7 @@ def test_remedies_have_their_numbers() -> None:
     [
         ("responses", STEM, "`invert: {responses: all}` fits what else was measured; if"),
         ("conditions", STEM, "`invert: {diameters: all}` fits all that was measured; if"),
-        (None, HEAP, "Measure another response or another kind of test, or hold b at a value from the literature."),
+        (None, HEAP, "Measure another response or another kind of test, or give b a prior from the literature."),
     ],
 )
 def test_what_identifies(unfitted: Any, names: Names, start: str) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 
@@ -28,7 +29,7 @@ _AS_GOOD = 1e-6
 class Aim:
     """A response with its target, and the values from which it is not wanted at all."""
 
-    surface: Surface
+    surface: Surface | GaussianProcess
     low: float
     target: float
     high: float

@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.levelset import extremes, level_points
+from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
-from stemcal.doe.regression.least_squares import Array, t_quantile
+from stemcal.doe.designs.i_optimal import HalfSpace
+from stemcal.doe.regression.gaussian_process import GaussianProcess
+from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.notes import Note, Weight
@@ -73,6 +76,8 @@ def solve_target(
     radius: float | None = None,
     rule: str = "least_coded_distance",
     unit: str = " N",
+    within: tuple[HalfSpace, ...] = (),
+    priors: Sequence[Prior] = (),
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
 
@@ -86,6 +91,10 @@ def solve_target(
         One of `RULES`.
     unit : str
         Of the target, as it stands behind a number.
+    within : half spaces
+        Linear constraints on the coded factors; no point of the set breaks one.
+    priors : sequence of Prior
+        What is known of factors beforehand: the rule is then `most_probable` where it would be the least distance.
 
     Raises
     ------
@@ -94,13 +103,14 @@ def solve_target(
     """
     if rule not in RULES:
         raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
-    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
+    rule = "most_probable" if priors and rule == "least_coded_distance" else rule
+    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius, within)
     ends = extremes(surface, region)
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
-    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends))
+    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends), priors)
     solutions = RULES[rule](problem)
     point = assess_point(surface, solutions[0], low, high, radius)
     ranges = tuple(problem.coded_range(j) for j in range(region.k))
@@ -117,7 +127,7 @@ def solve_target(
 
 
 def assess_point(
-    surface: Surface,
+    surface: Surface | GaussianProcess,
     coded: ArrayLike,
     low: ArrayLike | None = None,
     high: ArrayLike | None = None,
@@ -129,7 +139,7 @@ def assess_point(
     """
     x = np.asarray(coded, dtype=float)
     distance = float(np.linalg.norm(x))
-    reach = surface.design_radius if radius is None else radius
+    reach = float(np.linalg.norm(surface.design, axis=1).max()) if radius is None else radius
     inside = distance <= reach + 1e-6
     if low is not None and high is not None:
         inside = inside and bool(np.all((x >= np.asarray(low) - 1e-6) & (x <= np.asarray(high) + 1e-6)))
@@ -148,13 +158,11 @@ def _interval(ends: Array) -> Interval | None:
 
 
 def _share(problem: SolutionProblem) -> float | None:
-    """Part of the region where |ŷ − target| is within the half-width of the 95 % prediction interval."""
-    surface = problem.surface
-    if surface.mean_square is None:
+    """Part of the region whose 95 % prediction interval holds the target."""
+    if problem.surface.mean_square is None:
         return None
-    points = problem.region.spread(_SHARE_POINTS)
-    half_width = t_quantile(0.95, surface.df) * np.sqrt(surface.mean_square * (1.0 + surface.unscaled_variance(points)))
-    return float(np.mean(np.abs(surface.predict(points) - problem.target) <= half_width))
+    low, high = problem.surface.prediction_interval(problem.region.spread(_SHARE_POINTS)).T
+    return float(np.mean((low <= problem.target) & (problem.target <= high)))
 
 
 def _free_factors(problem: SolutionProblem, ranges: Sequence[Interval]) -> list[Note]:

@@ -17,7 +17,6 @@ from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.ridge import least_under, settled
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_gradient
 
 _CLOUD, _STARTS = 11, 4
 
@@ -58,18 +57,22 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
         errors_percent=misfit.errors_percent(x),
         misfit=least,
         df=misfit.df,
-        p_value=chance_of(misfit, x) if misfit.scale_known and misfit.df > 0 else None,
+        p_value=chance_of(misfit, x) if misfit.tests else None,
         flat=flat,
     )
 
 
 def nearest_alike(misfit: Misfit, region: Region, x: Array) -> Array:
-    """Return the point nearest to the centre at which the surfaces predict what they do at `x`."""
-    wanted = misfit.predict(x)[0]
+    """Return the point nearest to the centre at which the surfaces predict what they do at `x`, as likely by priors."""
+
+    def of(z: Array) -> Array:
+        return np.append(misfit.predict(z)[0] / misfit.measured, [prior.z(z[None])[0] for prior in misfit.priors])
+
+    wanted = of(x)
     same = {
         "type": "eq",
-        "fun": lambda z: (misfit.predict(z)[0] - wanted) / misfit.measured,
-        "jac": lambda z: misfit.beta @ term_gradient(z) / misfit.measured[:, None],
+        "fun": lambda z: of(z) - wanted,
+        "jac": lambda z: np.vstack([misfit.slopes(z) / misfit.measured[:, None], misfit.told(z)]),
     }
     return least_under(squared_distance(), x, region, same)
 
@@ -144,7 +147,7 @@ def _rules(misfit: Misfit, region: Region) -> list[dict[str, Any]]:
         return np.concatenate([z[-1] + errors, z[-1] - errors])
 
     def slopes(z: Array) -> Array:
-        slope = -100.0 * misfit.beta @ term_gradient(z[:-1]) / misfit.measured[:, None]
+        slope = -100.0 * misfit.slopes(z[:-1]) / misfit.measured[:, None]
         return np.vstack([np.column_stack([sign * slope, np.ones(len(slope))]) for sign in (1.0, -1.0)])
 
     return [{"type": "ineq", "fun": room, "jac": slopes}, *region.rules(more=1)]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 
@@ -35,7 +36,7 @@ def coordinate(j: int, sign: float, k: int) -> Objective:
     return Objective(lambda x: sign * float(x[j]), lambda x: direction, lambda points: sign * points[:, j])
 
 
-def height(surface: Surface, sign: float) -> Objective:
+def height(surface: Surface | GaussianProcess, sign: float) -> Objective:
     """Make sign·ŷ small."""
     return Objective(
         lambda x: sign * float(surface.predict(x)[0]),
@@ -49,7 +50,7 @@ def squared_distance() -> Objective:
     return Objective(lambda x: float(x @ x), lambda x: 2.0 * x, lambda points: np.sum(points**2, axis=1))
 
 
-def extremes(surface: Surface, region: Region) -> tuple[Array, Array]:
+def extremes(surface: Surface | GaussianProcess, region: Region) -> tuple[Array, Array]:
     """Return the points of the region where ŷ is least and greatest."""
     cloud = region.cloud(_CLOUD)
     lowest = optimise(height(surface, 1.0), cloud, region)[0]

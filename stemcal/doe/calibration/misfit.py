@@ -39,7 +39,9 @@ from numpy.typing import NDArray
 
 from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
+from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_gradient
@@ -57,13 +59,36 @@ UNEQUAL = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """A measured mean with the surface that predicts it; `kind` is what was measured."""
+    """A measured mean with the surface that predicts it, or a process in its place; `kind` is what was measured."""
 
     surface: Surface
     measured: float
     sd: float | None = None
     n: int | None = None
     kind: str = FIRST
+    process: GaussianProcess | None = None
+
+    @property
+    def model(self) -> Surface | GaussianProcess:
+        """What predicts the mean."""
+        return self.process or self.surface
+
+    @property
+    def error_df(self) -> int:
+        """Degrees of freedom behind the error of the prediction."""
+        if self.process is not None:
+            return len(self.process.response) - 1
+        return self.surface.mean_error.df if self.surface.mean_error else 0
+
+    def error_at(self, point: Array | None) -> float:
+        """Return the variance of the prediction at a point, or its mean over the runs; of a process that of left out.
+
+        A process knows its runs, and next to one it is sharp: what it is off by between them the runs left out tell.
+        """
+        if self.process is not None:
+            return float(np.mean(self.process.left_out**2))
+        where = self.surface.design if point is None else point
+        return 0.0 if self.surface.mean_error is None else float(np.mean(self.surface.mean_variance(where)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +145,17 @@ class Misfit:
     scale_df: float = np.inf
     sources: tuple[VarianceSource, ...] = ()
     shared: Array | None = None
+    priors: tuple[Prior, ...] = ()
 
     @property
     def scale_known(self) -> bool:
         """Whether D itself follows χ², or F with `scale_df`; else only ratios of D mean something."""
         return self.scatter != "misfit"
+
+    @property
+    def tests(self) -> bool:
+        """Whether the least misfit tests the model: variances known without it, and degrees of freedom left."""
+        return self.scatter not in ("misfit", "joint") and self.df > 0
 
     @property
     def unequal(self) -> bool:
@@ -147,6 +178,11 @@ class Misfit:
         """Coefficients, a row per observation."""
         return np.array([observation.surface.beta for observation in self.observations])
 
+    @cached_property
+    def processes(self) -> list[tuple[int, GaussianProcess]]:
+        """The observations that a process predicts, with it."""
+        return [(i, o.process) for i, o in enumerate(self.observations) if o.process is not None]
+
     @property
     def k(self) -> int:
         """Number of factors."""
@@ -154,19 +190,33 @@ class Misfit:
 
     @property
     def df(self) -> int:
-        """Observations beyond those needed to fix the factors."""
-        return len(self.observations) - self.k
+        """Observations and priors beyond those needed to fix the factors."""
+        return len(self.observations) + len(self.priors) - self.k
 
     def predict(self, points: Array) -> Array:
         """Return ŷ, (m points, observations)."""
-        return np.asarray(term_columns(points) @ self.beta.T)
+        found = np.asarray(term_columns(points) @ self.beta.T)
+        for i, process in self.processes:
+            found[:, i] = process.predict(points)
+        return found
+
+    def slopes(self, x: Array) -> Array:
+        """Return J = ∂ŷ/∂x at one point, (observations, factors)."""
+        found = np.asarray(self.beta @ term_gradient(x))
+        for i, process in self.processes:
+            found[i] = process.gradient(x)
+        return found
 
     def errors_percent(self, x: Array) -> Array:
         """Return 100·(measured − ŷ)/measured at one point."""
         return np.asarray(100.0 * (self.measured - self.predict(x)[0]) / self.measured)
 
     def many(self, points: Array) -> Array:
-        """Return D at (m, k) points."""
+        """Return D at (m, k) points, with what priors add to it."""
+        return self.of_data(points) + sum((prior.z(points) ** 2 for prior in self.priors), start=np.zeros(len(points)))
+
+    def of_data(self, points: Array) -> Array:
+        """Return D of the observations alone at (m, k) points."""
         gap = self.measured - self.predict(points)
         return np.asarray((gap * self.weighed(gap)).sum(axis=1))
 
@@ -193,15 +243,44 @@ class Misfit:
     def gradient(self, x: Array) -> Array:
         """Return ∂D/∂x = −2 Σ (measured − ŷ)/variance·∂ŷ/∂x."""
         weighted = self.weighed(self.measured - self.predict(x)[0])
-        slopes = np.asarray(self.beta @ term_gradient(x))
-        return np.asarray(-2.0 * weighted @ slopes)
+        found = np.asarray(-2.0 * weighted @ self.slopes(x))
+        for prior in self.priors:
+            found[prior.j] += 2.0 * float(prior.z(x[None])[0] * prior.slope(x[None])[0])
+        return found
+
+    def told(self, x: Array) -> Array:
+        """Return ∂z/∂x of the priors at x, (priors, factors): each a measurement of variance 1."""
+        rows = np.zeros((len(self.priors), self.k))
+        for row, prior in zip(rows, self.priors, strict=True):
+            row[prior.j] = prior.slope(x[None])[0]
+        return rows
+
+    def information(self, x: Array) -> Array:
+        """Return JᵀV⁻¹J + ZᵀZ at x, J = ∂ŷ/∂x, Z = ∂z/∂x of the priors."""
+        slopes, told = self.slopes(x), self.told(x)
+        return np.asarray(slopes.T @ self.weighed(slopes.T).T + told.T @ told)
+
+    def in_errors(self, x: Array) -> Array:
+        """Return how measured means and priors change with the factors at x, in their standard errors."""
+        return np.vstack([self.slopes(x) / np.sqrt(self.variance)[:, None], self.told(x)])
+
+    def with_priors(self, priors: Sequence[Prior], region: Region) -> Misfit:
+        """Return it with priors; a size of the variances that the misfit tells, it tells without them."""
+        if not priors:
+            return self
+        known = self if self.scale_known else self.scaled(self.value(best_fit(self, region)))
+        return replace(known, priors=tuple(priors))
+
+    def without_prior(self, prior: Prior) -> Misfit:
+        """Return it without one of its priors."""
+        return replace(self, priors=tuple(other for other in self.priors if other is not prior))
 
     def directions_seen(self, x: Array) -> int:
         """Return in how many directions of the factors the responses change by 1 % or more per coded unit.
 
         Counted by the singular values of (∂ŷ/∂x)/ŷ.
         """
-        slopes = (self.beta @ term_gradient(x)) / self.predict(x)[0][:, None]
+        slopes = self.slopes(x) / self.predict(x)[0][:, None]
         return int(np.sum(np.linalg.svd(slopes, compute_uv=False) >= _SEEN))
 
     def objective(self, scale: float = 1.0) -> Objective:
@@ -285,27 +364,43 @@ class Misfit:
         The estimate of factor j is a weighted sum of the observations, g = V⁻¹J(JᵀV⁻¹J)⁻¹eⱼ with J = ∂ŷ/∂x; D takes its
         variance for gᵀVg. What it is adds up over the sources, where V is pooled over each observation's own; the
         degrees of freedom are Satterthwaite's. Where no observation moves with the factor they are those of the whole.
+        Priors count as observations of known variance.
         """
-        slopes = self.beta @ term_gradient(x)
+        slopes = self.slopes(x)
         weighed = self.weighed(slopes.T).T
-        g = weighed @ np.linalg.pinv(slopes.T @ weighed)
+        covariance = np.linalg.pinv(self.information(x))
+        g, by_priors = weighed @ covariance, ((self.told(x) @ covariance) ** 2).sum(axis=0)
         found = [source.parts(g) for source in self.sources]
         self._as_mean_squares(found, g)
-        variance = sum((part for part, _ in found), start=np.zeros(self.k))
+        variance = sum((part for part, _ in found), start=by_priors)
         doubt = sum((part for _, part in found), start=np.zeros(self.k))
-        taken = sum((replace(source, apart=None).parts(g)[0] for source in self.sources), start=np.zeros(self.k))
+        taken = sum((replace(source, apart=None).parts(g)[0] for source in self.sources), start=by_priors)
         known = (doubt > 0.0) & (taken > 0.0)
-        df = np.where(known, variance**2 / np.where(known, doubt, 1.0), self.scale_df)
+        unknown = np.where(by_priors > 0.0, np.inf, self.scale_df)
+        df = np.where(known, variance**2 / np.where(known, doubt, 1.0), unknown)
         return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
+
+    def looseness(self, x: Array) -> float:
+        """Return the variance of the observations at x over what D takes it for, their mean.
+
+        A quadratic knows some places better than others, h(x); D has its error at the point that fits best.
+        """
+        ratio = np.ones_like(self.variance)
+        for source in self.sources:
+            if source.name == "surface" and source.apart is not None:
+                here = np.array([o.error_at(x[None, :]) for o in self.observations])
+                there = np.divide(here, source.apart, out=np.ones_like(here), where=source.apart > 0.0)
+                ratio += source.variance / self.variance * (there - 1.0)
+        return float(ratio.mean())
 
     def moments(self, x: Array) -> tuple[float, float, float]:
         """Return E = tr(QΩ) of the least misfit, its degrees of freedom tr(QΩ)²/tr(QΩQΩ), and those behind E.
 
         Q and Ω are those of `joint_fit.chance_of`.
         """
-        slopes = self.beta @ term_gradient(x)
-        weighed = self.weighed(slopes.T).T
-        q = self.weighed(np.eye(len(self.measured))) - weighed @ np.linalg.pinv(slopes.T @ weighed) @ weighed.T
+        slopes, told = self.slopes(x), self.told(x)
+        weighed, covariance = self.weighed(slopes.T).T, np.linalg.pinv(self.information(x))
+        q = self.weighed(np.eye(len(self.measured))) - weighed @ covariance @ weighed.T
         by_itself = sum((s.variance for s in self.sources if not s.shared), start=np.zeros_like(self.variance))
         omega, doubt = np.diag(np.maximum(self.variance - by_itself, 0.0)), 0.0  # at least what no force is better than
         for source in self.sources:
@@ -319,9 +414,11 @@ class Misfit:
             else:
                 omega += np.diag(source.apart)
                 doubt += float(np.sum((np.diag(q) * source.apart) ** 2 / source.apart_df))
-        spread = q @ omega
-        expected = float(np.trace(spread))
-        return expected, expected**2 / float(np.trace(spread @ spread)), expected**2 / max(doubt, 1e-300)
+        spread, across = q @ omega, weighed @ covariance @ told.T
+        alone = np.eye(len(told)) - told @ covariance @ told.T  # Q among the priors, whose Ω is 1
+        expected = float(np.trace(spread) + np.trace(alone))
+        squared = np.trace(spread @ spread) + np.trace(alone @ alone) + 2.0 * np.sum(across * (omega @ across))
+        return expected, expected**2 / float(squared), expected**2 / max(doubt, 1e-300)
 
     @property
     def equal_scatter_p(self) -> float | None:
@@ -380,8 +477,8 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
     own = (spread / measured) ** 2
     variation, freedom = _pooled(own, n - 1, kinds)
     laboratory = variation * measured**2 / n
-    errors = np.array([_surface_variance(o.surface, point) for o in observations])
-    error_df = np.array([error.df if (error := o.surface.mean_error) else 0 for o in observations])
+    errors = np.array([o.error_at(point) for o in observations])
+    error_df = np.array([o.error_df for o in observations])
     surface, surface_df = _pooled_errors(errors / measured**2, error_df, kinds)
     surface *= measured**2
     floor = (_FINEST * measured) ** 2
@@ -453,12 +550,6 @@ def _satterthwaite(parts: Sequence[Array], freedom: Sequence[float]) -> float:
     shares = [float(np.mean(np.divide(part, total, out=np.zeros_like(total), where=total > 0.0))) for part in parts]
     doubt = sum(share**2 / df for share, df in zip(shares, freedom, strict=True) if share > 0.0)
     return 1.0 / doubt if doubt > 0.0 else np.inf
-
-
-def _surface_variance(surface: Surface, point: Array | None) -> float:
-    """Return the variance of the mean response about a surface at a point, or its mean over the runs of the design."""
-    where = surface.design if point is None else point
-    return 0.0 if surface.mean_error is None else float(np.mean(surface.mean_variance(where)))
 
 
 def best_fit(misfit: Misfit, region: Region) -> Array:

@@ -1,11 +1,14 @@
-"""What the measured forces leave possible: samples of the parameters, with uniform priors over the region.
+"""What the measured forces leave possible: samples of the parameters, with the priors of the factors that have one
+and uniform ones over the region.
 
 The log likelihood of a point is −D/2 where the variances are known. Where they were estimated with ν degrees of freedom
 their common factor is integrated out under Jeffreys' prior: −((ν + m)/2)·ln(1 + D/ν), Student's t; where they are known
 up to that factor alone, −(m/2)·ln D. Outside the region it is −∞. Where several variances were estimated each for
 itself (the laboratory's, the surfaces', what the place of the mesh adds), each is integrated out by itself: it is
 drawn as s²·ν/χ²(ν), and the likelihood, |V|^(−1/2)·exp(−D/2), is the mean over the draws. One factor common to all
-would take the weights of the observations for known.
+would take the weights of the observations for known. The diameters need not scatter alike, and a few specimens do not
+show it: the variance of each lies about the pooled one by a scaled inverse χ² of `ALIKE` degrees of freedom, so what is
+drawn is the moderated variance of G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3.
 Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
 emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
 fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
@@ -18,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stemcal.doe.calibration.misfit import Misfit
+from stemcal.doe.calibration.misfit import Misfit, VarianceSource
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
@@ -27,6 +30,8 @@ WALKERS, STEPS, BURN_IN = 40, 2000, 500
 _CLOUD, _SEED = 13, 20_011
 _NO_PART = 1e-9  # a source below this part of the variance is rounding
 _DRAWS = 8  # 2^8 draws of the variances
+ALIKE = 4.0
+"""How alike the diameters scatter: ν₀ of σᵢ² ~ ν₀σ²/χ²(ν₀), by which two thirds of their sd are within a factor 1.5."""
 LONG_ENOUGH = 50
 """Chains of fewer autocorrelation times are too short to trust: emcee's own rule."""
 
@@ -113,25 +118,33 @@ def density_of(misfit: Misfit, region: Region) -> Callable[[Array], Array]:
 
     def density(points: Array) -> Array:
         if drawn is None:
-            found = _log_likelihood(misfit, misfit.many(points))
+            found = _log_likelihood(misfit, misfit.of_data(points))
         else:
             found = _mean_log_likelihood(apart, *drawn, points)
+        for prior in misfit.priors:
+            found = found + prior.log_density(points)
         return np.where(region.contains(points), found, -np.inf)
 
     return density
 
 
 def _apart(misfit: Misfit) -> Misfit:
-    """Return it without sources of no part; where the diameters scatter unequally each has a source of its own."""
-    sources = []
-    for source in misfit.sources:
-        unequal = misfit.unequal and source.name == "laboratory"
-        if unequal and source.apart is not None and source.apart_df is not None:
-            own = zip(np.diag(source.apart), source.apart_df.tolist(), strict=True)
-            sources += [replace(source, variance=of, df=df, apart=None) for of, df in own if of.any()]
-        elif np.any(source.variance > _NO_PART * misfit.variance):
-            sources.append(source)
-    return replace(misfit, sources=tuple(sources))
+    """Return it without sources of no part, the laboratory's of each diameter by itself."""
+    sources = [source for source in misfit.sources if np.any(source.variance > _NO_PART * misfit.variance)]
+    return replace(misfit, sources=tuple(part for source in sources for part in _moderated(source)))
+
+
+def _moderated(source: VarianceSource) -> list[VarianceSource]:
+    """Return (ν₀·s² + νᵢ·sᵢ²)/(ν₀ + νᵢ) of each diameter, s² the pooled variance; the source itself if not pooled."""
+    if source.name != "laboratory" or source.apart is None or source.apart_df is None:
+        return [source]
+    own_df = np.where(source.apart_df < source.df, source.apart_df, 0.0)
+    if not own_df.any() or not np.isfinite(source.df):
+        return [source]
+    variance = (ALIKE * source.variance + own_df * source.apart) / (ALIKE + own_df)
+    df = np.minimum(ALIKE + own_df, source.df)
+    each = zip(np.diag(variance), df.tolist(), strict=True)
+    return [replace(source, variance=of, df=df, apart=None) for of, df in each if of.any()]
 
 
 def _mean_log_likelihood(misfit: Misfit, own: Array, shared: Array, points: Array) -> Array:

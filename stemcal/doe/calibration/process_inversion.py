@@ -7,13 +7,16 @@ D(x) = (F − ŷ)²/(v + s²) over all others, taken over points that fill the r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stemcal.doe.calibration.infill import crossings, nearest_crossing
+from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.profile import GRID, Profile
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.solution_rules import away_from
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array, t_quantile
 
@@ -22,15 +25,12 @@ _CLOUD = 13
 
 @dataclass(frozen=True, eq=False)
 class ProcessSolution:
-    """The point where a process takes the target, what it says there, and what the target leaves possible.
+    """The point where a process takes the target, and what the target leaves possible.
 
     `reachable` are the least and greatest response that the region may have, by the process and its 95 % errors.
     """
 
     coded: Array
-    predicted: float
-    mean_interval: tuple[float, float]
-    prediction_interval: tuple[float, float]
     reachable: tuple[float, float]
     profiles: tuple[Profile, ...]
 
@@ -38,34 +38,38 @@ class ProcessSolution:
 def reach_of(process: GaussianProcess, region: Region) -> tuple[float, float]:
     """Return the least and greatest response that a region may have: ŷ ∓ t·s, and never less than the runs show."""
     cloud = region.cloud(_CLOUD)
-    middle = process.predict(cloud)
-    half = t_quantile(0.95, len(process.response) - 1) * process.standard_error(cloud)
+    low, high = process.mean_interval(cloud).T
     seen = process.response[region.contains(process.design, 1e-6)]
-    return float(np.append(middle - half, seen).min()), float(np.append(middle + half, seen).max())
+    return float(np.append(low, seen).min()), float(np.append(high, seen).max())
 
 
 def solve_by_process(
-    process: GaussianProcess, names: tuple[str, ...], target: float, variance: float, df: float, region: Region
+    process: GaussianProcess,
+    names: tuple[str, ...],
+    target: float,
+    variance: float,
+    df: float,
+    region: Region,
+    priors: Sequence[Prior] = (),
 ) -> ProcessSolution:
     """Return the point nearest to the centre where the process takes the target, or comes nearest to it.
+
+    With priors that is the point nearest to them (`solution_rules.most_probable`).
 
     Parameters
     ----------
     variance, df : float
         Of the measured mean; the fewer of these degrees of freedom and of the process's count.
     """
-    x = nearest_crossing(process, target, region)
+    taken, x = crossings(process, target, region), nearest_crossing(process, target, region)
+    if priors and len(taken):
+        x = taken[int(np.argmin(away_from(priors).many(taken)))]
     t = t_quantile(0.95, int(min(df, len(process.response) - 1)))
-    middle, error = float(process.predict(x)[0]), float(process.standard_error(x)[0])
-    one_more = (error**2 + process.nugget * process.variance) ** 0.5
-    points = np.vstack([x, crossings(process, target, region), region.cloud(_CLOUD)])
+    points = np.vstack([x, taken, region.cloud(_CLOUD)])
     total = np.maximum(variance + process.standard_error(points) ** 2, (1e-9 * target) ** 2)
-    misfit = (target - process.predict(points)) ** 2 / total
+    misfit = (target - process.predict(points)) ** 2 / total + sum(prior.z(points) ** 2 for prior in priors)
     return ProcessSolution(
         coded=x,
-        predicted=middle,
-        mean_interval=(middle - t * error, middle + t * error),
-        prediction_interval=(middle - t * one_more, middle + t * one_more),
         reachable=reach_of(process, region),
         profiles=tuple(_profile(points, misfit, j, name, t**2, region) for j, name in enumerate(names)),
     )

@@ -7,9 +7,10 @@ holds all v whose D rises above the least by no more than
     F(1, df; level)                       where they were estimated, with df degrees of freedom: few specimens
     Dmin·F(1, m − k; level)/(m − k)       where their common factor is told by the misfit of m observations
 
-See Venzon and Moolgavkar, Applied Statistics 37 (1988) 87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 each times the share by which the factor's variance, of each diameter's own scatter, differs from what D takes it for
-(`Misfit.freedom`). An end that reaches the edge of the region is an end of the region, not of what the data allow.
+(`Misfit.freedom`). A rise counts by the variances where it is (`Misfit.looseness`). An end that reaches the edge of the
+region is an end of the region, not of what the data allow. See Venzon and Moolgavkar, Applied Statistics 37 (1988)
+87–94; Raue et al., Bioinformatics 25 (2009) 1923–1929.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_gradient
 
 GRID = 25
 FREE = 0.5
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
+_SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +112,7 @@ class _Search:
 
     def __init__(self, misfit: Misfit, region: Region, best: Array) -> None:
         self.misfit, self.region, self.best = misfit, region, best
-        self.least = misfit.value(best)
+        self.least, self.of_data = misfit.value(best), float(misfit.of_data(best[None])[0])
         self.cloud = region.cloud(_CLOUD)
         self.scale = scale_of(misfit, self.cloud)
 
@@ -119,12 +120,19 @@ class _Search:
         """Return the least rise with xⱼ = value and the point of it; `start` is the point of a neighbour."""
         if self.region.k == 1:
             point = np.array([value])
-            return max(self.misfit.value(point) - self.least, 0.0), point
+            return self._risen(point), point
         slice_ = _slice(self.region, j, value)
         seeds = np.array([slice_.nearest(np.delete(x, j)) for x in [start, *self._nearby(j, value)]])
         found = optimise(_held(self.misfit.objective(self.scale), j, value), seeds, slice_)[0]
         point = np.insert(found, j, value)
-        return max(self.misfit.value(point) - self.least, 0.0), point
+        return self._risen(point), point
+
+    def _risen(self, point: Array) -> float:
+        """Return the rise, that of the observations over how much looser they are at the point."""
+        of_data = float(self.misfit.of_data(point[None])[0])
+        of_priors = sum(float(prior.z(point[None])[0] ** 2) for prior in self.misfit.priors)
+        by_priors = of_priors - (self.least - self.of_data)
+        return max((of_data - self.of_data) / self.misfit.looseness(point) + by_priors, 0.0)
 
     def crossing(self, j: int, inside: float, outside: float, allowed: float) -> float:
         """Return where the rise passes what is allowed, between a value inside and one outside."""
@@ -144,8 +152,9 @@ def _slice(region: Region, j: int, value: float) -> Region:
     """Return the region of the other factors where xⱼ = value."""
     radius = None
     if region.radius is not None:
-        radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + 1e-6
-    return Region(np.delete(region.low, j), np.delete(region.high, j), radius)
+        radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + _SLACK
+    within = tuple(half.where(j, value, _SLACK) for half in region.within)
+    return Region(np.delete(region.low, j), np.delete(region.high, j), radius, within)
 
 
 def _held(objective: Objective, j: int, value: float) -> Objective:
@@ -160,18 +169,16 @@ def _held(objective: Objective, j: int, value: float) -> Objective:
 def unseen_directions(misfit: Misfit, x: Array) -> Array:
     """Return unit vectors (coded) along which no response changes at x, to first order; (directions, factors).
 
-    They span the null space of the weighted Jacobian ∂ŷ/∂x.
+    They span the null space of the weighted Jacobian ∂ŷ/∂x, priors among its rows.
     """
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
-    _, sizes, rows = np.linalg.svd(slopes)
+    _, sizes, rows = np.linalg.svd(misfit.in_errors(x))
     rank = int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0)))
     return np.asarray(rows[rank:])
 
 
 def loosest_direction(misfit: Misfit, x: Array) -> Array:
     """Return the unit vector (coded) along which the responses change least at x, for their errors; (factors,)."""
-    slopes = (misfit.beta @ term_gradient(x)) / np.sqrt(misfit.variance)[:, None]
-    return np.asarray(np.linalg.svd(slopes)[2][-1])
+    return np.asarray(np.linalg.svd(misfit.in_errors(x))[2][-1])
 
 
 def moved_together(direction: Array) -> list[float]:

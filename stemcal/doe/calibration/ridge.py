@@ -5,7 +5,8 @@ data fix x̂ to σ = 1/√λ, and its interval is 2·σ·√(allowed rise) long.
 more the direction is flat: x̂ lies at whichever end of it the scatter of the laboratory has put it. In place of x̂ the
 point is taken that
 
-1. is nearest to the centre among those that the data cannot tell from x̂ (D ≤ D_min + allowed rise), and
+1. is nearest to the centre, along factors with a prior to what that says, among those that the data cannot tell from x̂
+   (D ≤ D_min + allowed rise), and
 2. from there has the least misfit at the same place along the flat directions: the floor of the valley.
 
 Where no scatter is known at all, a measured mean is taken to be good to 3 % for this question alone: with an exact mean
@@ -19,12 +20,12 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.calibration.levelset import Objective, squared_distance
+from stemcal.doe.calibration.levelset import Objective
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.profile import allowed_rise
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.solution_rules import away_from
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_gradient
 
 _MEAN_GOOD_TO, _MOST = 0.03, 0.75
 _CLOUD = 9
@@ -34,20 +35,27 @@ _KEPT = 1e-6
 
 def flat_directions(misfit: Misfit, region: Region, x: Array) -> Array:
     """Return unit vectors (coded) along which the data leave x free over the region, (directions, factors)."""
-    known = _with_scatter(misfit, misfit.value(x))
-    slopes = known.beta @ term_gradient(x)
-    certainty, vectors = np.linalg.eigh(slopes.T @ known.weighed(slopes.T).T)
+    known = with_scatter(misfit, misfit.value(x))
+    certainty, vectors = np.linalg.eigh(known.information(x))
     length = np.array([_chord(region, v) for v in vectors.T])
-    flat = np.maximum(certainty, 0.0) * (_MOST * length) ** 2 <= 4.0 * allowed_rise(known, known.value(x))
+    by_priors = np.sum((known.told(x) @ vectors) ** 2, axis=0) / np.maximum(certainty, 1e-300)
+    allowed = np.array([_allowed(known, known.value(x), min(part, 1.0)) for part in by_priors.tolist()])
+    flat = np.maximum(certainty, 0.0) * (_MOST * length) ** 2 <= 4.0 * allowed
     return np.asarray(vectors.T[flat])
+
+
+def _allowed(misfit: Misfit, least: float, by_priors: float) -> float:
+    """Return the rise allowed along a direction of which priors, known exactly, tell such a part."""
+    data = 1.0 - by_priors
+    return allowed_rise(misfit, least, df=misfit.scale_df / data**2 if data > 0.0 else np.inf)
 
 
 def nearest_on_floor(misfit: Misfit, region: Region, x: Array, flat: Array) -> Array:
     """Return the point of the valley's floor nearest to the centre; `x` has the least misfit, `flat` its directions."""
-    known = _with_scatter(misfit, misfit.value(x))
+    known = with_scatter(misfit, misfit.value(x))
     most = known.value(x) + allowed_rise(known, known.value(x))
     cloud = region.cloud(_CLOUD)
-    objective, distance = known.objective(scale_of(known, cloud)), squared_distance()
+    objective, distance = known.objective(scale_of(known, cloud)), away_from(known.priors)
     held = cloud[known.many(cloud) <= most]
     starts = [x, *held[np.argsort(distance.many(held), kind="stable")[:_STARTS]]]
     nearest = min((least_under(distance, start, region, below(known, most)) for start in starts), key=distance.value)
@@ -70,15 +78,15 @@ def presses_outwards(misfit: Misfit, region: Region, x: Array) -> bool:
 
     The surfaces are continued over half the region's width more to each side. `x` has the least misfit of the region.
     """
-    known = _with_scatter(misfit, misfit.value(x))
+    known = with_scatter(misfit, misfit.value(x))
     low, high = region.bounds()
     more = 0.5 * (high - low)
     radius = None if region.radius is None else 2.0 * region.radius
-    wider = best_fit(known, Region(low - more, high + more, radius))
+    wider = best_fit(known, replace(region, low=low - more, high=high + more, radius=radius))
     return known.value(x) - known.value(wider) > allowed_rise(known, known.value(wider))
 
 
-def _with_scatter(misfit: Misfit, least: float) -> Misfit:
+def with_scatter(misfit: Misfit, least: float) -> Misfit:
     """Return it with variances that mean something: those of the data, else of the misfit, else 3 % of each mean."""
     if misfit.scatter == "surface":
         variance = np.maximum(misfit.variance, (_MEAN_GOOD_TO * misfit.measured) ** 2)
@@ -88,12 +96,10 @@ def _with_scatter(misfit: Misfit, least: float) -> Misfit:
 
 def _chord(region: Region, direction: Array) -> float:
     """Return the length of the chord of a region through its point nearest to the centre."""
-    low, high = region.bounds()
-    middle = np.clip(0.0, low, high)
-    with np.errstate(divide="ignore"):
-        ends = np.where(np.abs(direction) > 1e-12, np.stack([low - middle, high - middle]) / direction, np.inf)
-    forward = np.where(ends > 0.0, ends, np.inf).min()
-    backward = np.where(-ends > 0.0, -ends, np.inf).min()
+    normals, limits = region.planes
+    rise, room = normals @ direction, np.maximum(limits - normals @ region.middle, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        forward, backward = (np.where(sign * rise > 1e-12, room / (sign * rise), np.inf).min() for sign in (1.0, -1.0))
     longest = np.inf if region.radius is None else 2.0 * region.radius
     reach = float((forward if np.isfinite(forward) else 0.0) + (backward if np.isfinite(backward) else 0.0))
     return min(reach, longest)

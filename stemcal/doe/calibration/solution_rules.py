@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stemcal.doe.calibration.levelset import Objective, coordinate, optimise, squared_distance
+from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -23,6 +24,7 @@ class SolutionProblem:
     target: float
     region: Region
     seeds: Array
+    priors: Sequence[Prior] = ()
 
     def best(self, objective: Objective) -> list[Array]:
         """Local optima over the solution set, best first."""
@@ -37,6 +39,27 @@ class SolutionProblem:
 def least_coded_distance(problem: SolutionProblem) -> list[Array]:
     """Stay as near the centre of the design as the target allows."""
     return problem.best(squared_distance())
+
+
+def most_probable(problem: SolutionProblem) -> list[Array]:
+    """Stay as near to what priors say as the target allows, along factors without one near the centre."""
+    return problem.best(away_from(problem.priors))
+
+
+def away_from(priors: Sequence[Prior]) -> Objective:
+    """Make Σ z² of the priors small, with x² of the factors that have none."""
+
+    def many(points: Array) -> Array:
+        rest = np.delete(points, [prior.j for prior in priors], axis=1)
+        return np.asarray(np.sum(rest**2, axis=1) + sum(prior.z(points) ** 2 for prior in priors))
+
+    def gradient(x: Array) -> Array:
+        found = 2.0 * x
+        for prior in priors:
+            found[prior.j] = 2.0 * float(prior.z(x[None])[0] * prior.slope(x[None])[0])
+        return np.asarray(found)
+
+    return Objective(lambda x: float(many(x[None])[0]), gradient, many)
 
 
 def least_prediction_variance(problem: SolutionProblem) -> list[Array]:
@@ -54,7 +77,7 @@ def least_prediction_variance(problem: SolutionProblem) -> list[Array]:
 def others_at_centre(problem: SolutionProblem) -> list[Array]:
     """Hold every factor but the leading one at 0 and solve the quadratic that is left.
 
-    The result stays in the box but may leave the sphere.
+    The result stays in the box and keeps the constraints, but may leave the sphere.
     """
     surface, region, j = problem.surface, problem.region, problem.surface.leading
     line = np.zeros((3, region.k))
@@ -63,12 +86,14 @@ def others_at_centre(problem: SolutionProblem) -> list[Array]:
     # ŷ − target = q₂x² + q₁x + q₀ along the leading factor
     roots = _real_roots(0.5 * (minus + plus) - middle, 0.5 * (plus - minus), middle - problem.target)
     inside = sorted((r for r in roots if region.low[j] <= r <= region.high[j]), key=lambda r: (abs(r), -r))
-    if not inside:
+    points = [np.where(np.arange(region.k) == j, r, 0.0) for r in inside]
+    points = [x for x in points if replace(region, radius=None).contains(x[None])[0]]
+    if not points:
         raise UsageError(
             f"invert.rule others_at_centre: with the other factors at their centres no {surface.names[j]} "
             f"within its range gives the target {problem.target:g}; choose least_coded_distance"
         )
-    return [np.where(np.arange(region.k) == j, r, 0.0) for r in inside]
+    return points
 
 
 def _real_roots(q2: float, q1: float, q0: float) -> list[float]:
@@ -89,4 +114,5 @@ RULES: dict[str, Callable[[SolutionProblem], list[Array]]] = {
     "least_coded_distance": least_coded_distance,
     "others_at_centre": others_at_centre,
     "least_prediction_variance": least_prediction_variance,
+    "most_probable": most_probable,
 }

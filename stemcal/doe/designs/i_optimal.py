@@ -37,6 +37,11 @@ class HalfSpace:
         """Tell for each of (m, k) points whether it lies inside."""
         return np.asarray(points @ np.array(self.normal) <= self.limit + _ROUNDING)
 
+    def where(self, j: int, value: float, slack: float) -> HalfSpace:
+        """Return what it is for the other factors where xⱼ = value, wider by a little."""
+        others = (*self.normal[:j], *self.normal[j + 1 :])
+        return HalfSpace(others, self.limit - self.normal[j] * value + slack)
+
 
 def i_optimal(k: int, runs: int, within: tuple[HalfSpace, ...] = ()) -> Array:
     """Choose the runs of a full quadratic in k factors among a grid of the cube, as far as the constraints hold.

@@ -15,13 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.doe.regression.surface import Surface
 
 _SCALES, _NUGGETS = (0.1, 20.0), (1e-8, 1.0)  # bounds of ℓ, in coded units, and of the nugget in units of σ²
 _STARTS = ((0.7, 1e-4), (2.0, 1e-6), (5.0, 1e-2))
 _PROBES = 10  # log2 of the points at which the two predictions are compared
 _CLEARLY_BETTER = 0.05
+MOST_RUNS = 150  # beyond this a Gaussian process takes longer than it is worth
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +62,19 @@ class GaussianProcess:
         rest = 1.0 - np.sum(solved * k, axis=1) + (1.0 - solved.sum(axis=1)) ** 2 / self.inverse.sum()
         n = len(self.response)
         return np.asarray(np.sqrt(np.maximum(rest, 0.0) * self.variance * n / (n - 1)))
+
+    def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
+        """Interval of the response: ŷ ± t·s."""
+        return self._interval(coded, level, 0.0)
+
+    def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
+        """Interval of one further run: ŷ ± t·√(s² + nugget·σ²)."""
+        return self._interval(coded, level, self.nugget * self.variance)
+
+    def _interval(self, coded: ArrayLike, level: float, extra: float) -> Array:
+        middle, t = self.predict(coded), t_quantile(level, len(self.response) - 1)
+        half_width = t * np.sqrt(self.standard_error(coded) ** 2 + extra)
+        return np.column_stack([middle - half_width, middle + half_width])
 
     def with_fantasy_point(self, coded: Array) -> GaussianProcess:
         """Return the process with its own prediction at a point taken for a run: the errors near it are smaller."""
@@ -148,7 +162,7 @@ def _process(scales: Array, nugget: float, design: Array, y: Array) -> GaussianP
 def second_opinion(surface: Surface) -> SecondOpinion | None:
     """Compare a surface with a Gaussian process through its runs; None below k + 3 distinct points."""
     k = len(surface.names)
-    if len(np.unique(np.round(surface.design, 9), axis=0)) < k + 3 or np.ptp(surface.response) == 0.0:
+    if not _worth_a_process(surface):
         return None
     from scipy.stats.qmc import Sobol
 
@@ -159,6 +173,21 @@ def second_opinion(surface: Surface) -> SecondOpinion | None:
     gaps = np.abs(process.predict(points) - surface.predict(points))
     largest, typical = float(gaps.max()), float(np.sqrt(np.mean(gaps**2)))
     return SecondOpinion(surface.predicted_r2, process.q2, largest, typical)
+
+
+def _worth_a_process(surface: Surface) -> bool:
+    points = len(np.unique(np.round(surface.design, 9), axis=0))
+    enough = points >= len(surface.names) + 3 and np.ptp(surface.response) > 0.0
+    return bool(enough and len(surface.design) <= MOST_RUNS)
+
+
+def better_process(surface: Surface) -> GaussianProcess | None:
+    """Return the process through a surface's runs where it predicts runs left out clearly better; else None."""
+    most = clearly_better(surface.predicted_r2, 1.0)  # no process does better than that
+    if not most or not _worth_a_process(surface):
+        return None
+    process = fit_process(surface.design, surface.response)
+    return process if clearly_better(surface.predicted_r2, process.q2) else None
 
 
 def clearly_better(polynomial: float | None, process: float | None) -> bool:

@@ -47,9 +47,10 @@ class Surface:
     such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
     `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
     is larger. `sequential_ss` has the type I sum of squares of every term. `copies` is how many runs only repeat
-    others of a deterministic solver: they count once, and are not among `design` and `response`. `mean_error` is what
-    the mean response may be off by; None of a saturated fit. Of coarse runs `unfitted` is the part of `mean_square`
-    that the mean shares, since too few fine runs tell of it.
+    others of a deterministic solver: they count once, and are not among `design` and `response`. `own_scatter` is the
+    variance of a run about the mean response in units of s²: 0 of a deterministic solver, whose runs are the response
+    itself. `mean_error` is what the mean response may be off by; None of a saturated fit. Of coarse runs `unfitted` is
+    the part of `mean_square` that the mean shares, since too few fine runs tell of it.
     """
 
     names: tuple[str, ...]
@@ -76,6 +77,7 @@ class Surface:
     terms_dropped: tuple[str, ...] = ()
     error_source: ErrorSource = "residual"
     copies: int = 0
+    own_scatter: float = 1.0
     mean_error: MeanError | None = None
     unfitted: float = 0.0
     sequential_ss: Mapping[str, float] = field(default_factory=dict)
@@ -123,8 +125,8 @@ class Surface:
         return self._interval(coded, level, self.unfitted)
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Interval of one further run: ŷ ± t·s·√(1 + φᵀ(XᵀX)⁻¹φ)."""
-        return self._interval(coded, level, 1.0)
+        """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = 0 of a deterministic solver, else 1."""
+        return self._interval(coded, level, max(self.own_scatter, self.unfitted))
 
     def _s2(self) -> float:
         return np.nan if self.mean_square is None else self.mean_square
@@ -276,6 +278,7 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
         terms_dropped=runs.losses.dropped,
         error_source=source,
         copies=runs.losses.copies,
+        own_scatter=0.0 if runs.losses.copies and not split.within_df else 1.0,
         mean_error=None if mean_square is None else mean_error_of(runs.design, fit, split, mean_square, df),
         sequential_ss=dict(zip(terms[1:], fit.sequential_ss.tolist(), strict=True)),
     )

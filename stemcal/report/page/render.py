@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ from stemcal.report.figures.style import inline
 from stemcal.report.page.headline import headline
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.tables.of_designs import checks_table, design_table
-from stemcal.report.tables.setting import setting_tables
+from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.base import stage_called, stages_of
 from stemcal.stages.result import StageResult
@@ -35,7 +35,7 @@ from stemcal.text.notes import sentence
 from stemcal.text.numbers import short
 from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
-from stemcal.text.verdict import use, word
+from stemcal.text.verdict import uses, word
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -116,7 +116,8 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     first = first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
-    said_of = Names(study.naming)
+    keys = Names(study.naming)  # remedies are edits of the spec, so they name its keys
+    people = replace(keys, labels=labels)
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -135,14 +136,14 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=word(verdict),
-        use="" if verdict.use is None else use(verdict.use, said_of),
+        use=" ".join(uses(verdict, people)),
         further=further_reasons(len(verdict.reasons) - 1),
-        reasons=[(sentence(reason, said_of), sentence(reason.remedy, said_of)) for reason in verdict.reasons],
+        reasons=[(sentence(reason, people), sentence(reason.remedy, keys)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
         valid_for=_beside_values(results, verdict.holds),
-        setting=part_of(setting_tables(study), ()),
+        setting=part_of([*setting_tables(study), *_grown(study, results, verdict.holds)], ()),
         sections=[section(result, plots, verdict, labels) for result in done],
         runs=part_of(run_tables(results, records), _plots_of("runs", plots)),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
@@ -162,6 +163,13 @@ def _beside_values(results: Results, holds: bool) -> list[str]:
         return []
     assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
     return [*valid_for(results.inversion), *assumed]
+
+
+def _grown(study: Study, results: Results, holds: bool) -> list[Table]:
+    """Return the growing parameters of each stem, once they are calibrated."""
+    if results.inversion is None or not study.material.growing():
+        return []
+    return visible([grown_table(study, results.parameters)], holds)
 
 
 def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Named
 from stemcal.report.tables.columns import condition
+from stemcal.study.model.growth import Growth
 from stemcal.text.language import say
-from stemcal.text.numbers import short, unit_written
+from stemcal.text.numbers import short, significant, unit_written
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -23,9 +26,23 @@ def setting_tables(study: Study) -> list[Table]:
     tables = [_factors(study), _measured(study)]
     if study.solver.kind == "embedded":
         tables.append(_values("Part", _virtual_test(study, study.solver), say("The virtual shear test")))
-    if study.material.given():
+    if study.material.given() or study.material.growing():
         tables.append(_values("Parameter", _material(study), say("Material held")))
     return tables
+
+
+def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
+    """Return what the growing parameters are for each measured stem, at these levels of the factors."""
+
+    def value(name: str) -> Callable[[float], float]:
+        scale, _ = _scaled(name)
+        return lambda diameter: scale * study.parameters(levels, diameter)[name]
+
+    columns = [replace(one, of=lambda diameter: diameter) for one in condition(study.naming)] + [
+        Column(name, name.replace("_", " ").capitalize(), _scaled(name)[1], significant, value(name))
+        for name in study.material.growing()
+    ]
+    return Table.of(columns, sorted(target.condition for target in study.targets.means), line("grown"), claims=True)
 
 
 def _values(head: str, values: dict[str, str], title: str) -> Table:
@@ -105,6 +122,26 @@ def _failure(study: Study) -> dict[str, str]:
 def _material(study: Study) -> dict[str, str]:
     rows = {}
     for name, value in study.material.given().items():
-        scale, unit = _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
-        rows[name] = f"{short(scale * value)} {unit_written(unit)}".strip()
+        rows[name] = _written(name, value)
+    for name, growth in study.material.growing().items():
+        if isinstance(growth, Growth):
+            given = say("a factor") if growth.value is None else _written(name, growth.value)
+            rows[name] = line("grows", value=given, at=growth.at, exponent=_exponent(growth.exponent))
+        else:
+            diameters, values = zip(*growth.rows, strict=True)
+            told = ", ".join(_written(name, value) for value in values)
+            rows[name] = line("by grade", values=told, diameters=", ".join(map(short, diameters)))
     return rows
+
+
+def _exponent(given: float | str) -> str:
+    return given if isinstance(given, str) else short(given)
+
+
+def _scaled(name: str) -> tuple[float, str]:
+    return _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))
+
+
+def _written(name: str, value: float) -> str:
+    scale, unit = _scaled(name)
+    return f"{short(scale * value)} {unit_written(unit)}".strip()

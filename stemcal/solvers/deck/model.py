@@ -67,7 +67,7 @@ class Deck:
     @cached_property
     def given(self) -> dict[str, float]:
         """The nine parameters of the study."""
-        return self.study.parameters(self.levels)
+        return self.study.parameters(self.levels, self.diameter)
 
     @property
     def law(self) -> Material:

@@ -40,7 +40,7 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _head(deck)
     yield from _control(deck)
     yield from _output(deck)
-    yield from _stem_material(deck.material, deck.form)
+    yield from stem_material(deck.material, deck.form)
     if deck.form.lengths == "lsdyna" and deck.nonlocal_length > 0.0:
         yield from _nonlocal(deck.nonlocal_length)
     held = _tools_are_held(deck.form)
@@ -87,7 +87,7 @@ def _output(deck: Deck) -> Iterator[str]:
         yield from keyword("DATABASE_BINARY_D3PLOT", {"dt": 10.0 * interval})
 
 
-def _stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) -> Iterator[str]:
+def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) -> Iterator[str]:
     """Yield the stem's material: *MAT_024 with failure, or *MAT_003 with the nine parameters as they are."""
     elastic = {"mid": part, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}
@@ -138,7 +138,7 @@ def _held_tools(deck: Deck) -> Iterator[str]:
     value = {**deck.material, "ro": _HEAVY * deck.material["ro"], "sigy": _NEVER, "etan": 0.0, "c": 0.0, "fail": _NEVER}
     first = 1 + len(parts.stem.nodes)
     for part, mesh in ((BLADE, parts.blade), (SUPPORTS, parts.supports)):
-        yield from _stem_material({**value, "e": law.elastic_modulus, "pr": law.poisson_ratio}, deck.form, part)
+        yield from stem_material({**value, "e": law.elastic_modulus, "pr": law.poisson_ratio}, deck.form, part)
         yield from keyword(
             "SET_NODE_LIST_GENERATE", {"sid": part}, {"b1beg": first, "b1end": first + len(mesh.nodes) - 1}
         )

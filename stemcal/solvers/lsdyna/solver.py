@@ -61,7 +61,7 @@ class LsDyna(OneCommand):
         return {
             "options": self.options.model_dump(mode="json", exclude=apart),
             "model": {} if self._own() else {name: dump[name] for name in sections},
-            "material": self.study.parameters(request.levels),
+            "material": self.study.parameters(request.levels, request.condition),
         }
 
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
@@ -73,7 +73,7 @@ class LsDyna(OneCommand):
             return {}
         own = template_bytes(self._own_at(request.condition))
         material = find_material(own, self.options.material)
-        deck, written = replaced(own, material, self.study.parameters(request.levels))
+        deck, written = replaced(own, material, self.study.parameters(request.levels, request.condition))
         write_output(folder / DECK, deck)
         return {"written": written}
 

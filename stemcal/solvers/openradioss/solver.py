@@ -73,7 +73,7 @@ class OpenRadioss(Program):
         return {
             "options": self.options.model_dump(mode="json", exclude=apart),
             "model": {name: dump[name] for name in ("specimen", "blade", "supports", "loading", "contact")},
-            "material": self.study.parameters(request.levels),
+            "material": self.study.parameters(request.levels, request.condition),
         }
 
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:

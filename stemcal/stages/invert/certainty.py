@@ -11,14 +11,18 @@ import numpy as np
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import Posterior, sample_posterior
+from stemcal.doe.calibration.prior import Prior
+from stemcal.doe.calibration.prior_conflict import Agreement, agreements
 from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.gaussian_process import better_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
+from stemcal.files.rows import Rows
 from stemcal.naming import CUTTING, FIRST, Named, Naming
-from stemcal.stages.invert.result import Certainty, PosteriorSummary, ProfileCurve
+from stemcal.stages.invert.result import Certainty, PosteriorSummary, PriorRow, ProfileCurve
 from stemcal.stages.result import Interval
 from stemcal.study.model import Study, Target
 
@@ -55,13 +59,42 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     return [Measured(target.condition, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
 
 
-def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region) -> Misfit:
-    """Return the misfit of measured means, each with its surface, within a region."""
+def misfit_over(
+    measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region, jointly: bool = False
+) -> Misfit:
+    """Return the misfit of measured means, each with its surface, within a region.
+
+    In a joint fit a process takes the place of a surface where it predicts the runs left out clearly better.
+    """
     observations = [
-        Observation(surface, mean.value, mean.sd, mean.n, mean.response)
+        Observation(surface, mean.value, mean.sd, mean.n, mean.response, better_process(surface) if jointly else None)
         for mean, surface in zip(measured, surfaces, strict=True)
     ]
     return misfit_of(observations, region)
+
+
+def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
+    """Return what the study knows beforehand of the factors of a surface."""
+    scales = zip(coding.names, coding.centre, coding.half_step, strict=True)
+    return tuple(
+        Prior(j, known.kind, known.mean, known.sd, centre, half_step)
+        for j, (name, centre, half_step) in enumerate(scales)
+        if (known := study.factor(name).prior) is not None
+    )
+
+
+def prior_rows(study: Study, coding: Coding, misfit: Misfit | None, region: Region) -> Rows[PriorRow]:
+    """Return every prior with how well the rest of a misfit agrees with it; untested without one."""
+    rows = []
+    untested = [Agreement(prior, None, None) for prior in priors_of(study, coding)]
+    for found in untested if misfit is None else agreements(misfit, region):
+        name, j = coding.names[found.prior.j], found.prior.j
+        known = study.factor(name).prior
+        assert known is not None
+        allowed = None if found.allowed is None else _natural(coding, j, *found.allowed)
+        unit = study.factor(name).unit
+        rows.append(PriorRow(name, known.kind, known.mean, known.sd, unit, known.source, found.p, allowed))
+    return Rows(rows)
 
 
 def certainty_of(
@@ -74,9 +107,8 @@ def certainty_of(
     best = best_fit(misfit, region)
     posterior = _posterior(coding, misfit, region) if study.invert.posterior else None
     directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
-    found = _told(study, coding, profiles_of(misfit, region, best), *directions)
-    df = misfit.scale_df if isfinite(misfit.scale_df) else None
-    return replace(found, source=source, scatter=misfit.scatter, posterior=posterior, df=df)
+    found = _told(study, coding, misfit, profiles_of(misfit, region, best), *directions)
+    return replace(found, source=source, posterior=posterior)
 
 
 def certainty_by_process(
@@ -87,12 +119,12 @@ def certainty_by_process(
     `misfit` tells what is known of the measured mean.
     """
     _, _, rows = np.linalg.svd(slope[None, :])
-    told = _told(study, coding, found.profiles, rows[1:], rows[-1])
-    df = misfit.scale_df if isfinite(misfit.scale_df) else None
-    return replace(told, scatter=misfit.scatter, df=df)
+    return _told(study, coding, misfit, found.profiles, rows[1:], rows[-1])
 
 
-def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Array, loosest: Array) -> Certainty:
+def _told(
+    study: Study, coding: Coding, misfit: Misfit, profiles: Sequence[Profile], unseen: Array, loosest: Array
+) -> Certainty:
     """Return what profiles tell: intervals, what is free, along which (coded) directions nothing is known."""
     changes = tuple(changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
@@ -100,7 +132,7 @@ def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Arr
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
     return Certainty(
         source="single",
-        scatter="surface",
+        scatter=misfit.scatter,
         level=0.95,
         intervals={p.factor: _natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)},
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
@@ -112,6 +144,7 @@ def _told(study: Study, coding: Coding, profiles: Sequence[Profile], unseen: Arr
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
         unseen_changes=changes,
+        df=misfit.scale_df if isfinite(misfit.scale_df) else None,
         units={name: study.factor(name).unit for name in coding.names},
     )
 

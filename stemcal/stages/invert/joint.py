@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stemcal.doe.calibration.consistency import contradiction, out_of_reach
+from stemcal.doe.calibration.contradiction import contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
@@ -21,7 +21,15 @@ from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
-from stemcal.stages.invert.certainty import Measured, certainty_of, changes_along, measured_of, misfit_over
+from stemcal.stages.invert.certainty import (
+    Measured,
+    certainty_of,
+    changes_along,
+    measured_of,
+    misfit_over,
+    prior_rows,
+    priors_of,
+)
 from stemcal.stages.invert.result import (
     Contradicted,
     Desired,
@@ -33,7 +41,7 @@ from stemcal.stages.invert.result import (
     Point,
 )
 from stemcal.stages.result import Head
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 
@@ -42,6 +50,14 @@ class UnequalScatter(Note):
     """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
 
     p: float
+
+
+@dataclass(frozen=True)
+class ProcessesTaken(Note):
+    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
+
+    count: int
+    of: int
 
 
 @dataclass(frozen=True)
@@ -80,32 +96,31 @@ def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
-    region = Region(*box_of(study, coding), surface.radius)
-    misfit = misfit_over(means, joint_surfaces(study, surface), region)
+    region = surface.region(study)
+    priors = priors_of(study, coding)
+    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True).with_priors(priors, region)
     fit = fit_jointly(misfit, region)
-    point = Point.of(surface.assess(study, fit.coded), coding)
     first = measured_of(target, [FIRST], study.naming)
-    there = first[0] in means  # a joint fit may leave the force at the calibration diameter out
-    single = misfit.alone(means.index(first[0]), fit.misfit) if there else misfit_over(first, [surface.fitted], region)
+    if first[0] in means:
+        single = misfit.alone(means.index(first[0]), fit.misfit)
+    else:  # a joint fit may leave the force at the calibration diameter out
+        single = misfit_over(first, [surface.fitted], region, jointly=True).with_priors(priors, region)
+    point = Point.of(surface.assess(study, fit.coded, single.observations[0].process), coding)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
-    return InvertResult(
-        head=head,
-        target=target.response,
-        point=point,
-        ranges=known.intervals,
-        coded_ranges=known.coded_intervals,
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
         rule="joint_least_squares",
-        radius=surface.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
+        priors=prior_rows(study, coding, misfit, region),
         desirability=_desired(study, means, misfit, region, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
+            *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
     )
@@ -119,7 +134,7 @@ def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Re
     aims = []
     for observation, mean in zip(misfit.observations, means, strict=True):
         values = [mean.value, *observation.surface.response.tolist()]
-        aims.append(Aim(observation.surface, min(values), mean.value, max(values)))
+        aims.append(Aim(observation.model, min(values), mean.value, max(values)))
     found = most_desirable(aims, region)
     judged = zip(means, aims, found.predicted, found.each, strict=True)
     rows = [
@@ -144,8 +159,8 @@ def _fitted(
     return JointFitted(
         rows=rows,
         further=Rows(row for i, row in enumerate(every) if i not in responses),
-        scatter=misfit.scatter,
-        misfit=fit.misfit if misfit.scale_known else None,
+        scatter="misfit" if misfit.scatter == "joint" else misfit.scatter,
+        misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") else None,
         df=fit.df,
         p=fit.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),

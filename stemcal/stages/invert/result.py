@@ -15,6 +15,7 @@ from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.study.model import Study
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,24 @@ class PosteriorSummary:
         except ImportError:
             raise UsageError('an InferenceData needs an extra: pip install "stemcal[bayes]"') from None
         return arviz.from_dict(posterior={name: [list(values)] for name, values in self.samples.items()})
+
+
+@dataclass(frozen=True)
+class PriorRow:
+    """What was known of a factor beforehand, in its unit, and from where.
+
+    `p` is the probability that it lies so far from what the measurements and the other priors say, None where a process
+    has solved; where it is below 0.05, `allowed` is the interval that these give the factor without it.
+    """
+
+    factor: str
+    kind: Literal["normal", "lognormal"]
+    mean: float
+    sd: float
+    unit: str
+    source: str
+    p: float | None
+    allowed: Interval | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,8 +256,30 @@ class InvertResult(StageResult):
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
     desirability: Desired | None = absent()
+    priors: Rows[PriorRow] = absent(Rows())
     published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()
+
+    @classmethod
+    def of(cls, study: Study, head: Head, radius: float, point: Point, known: Certainty, **more: Any) -> InvertResult:
+        """Return what the solution for the calibration target comes to; `more` are further fields."""
+        target = study.calibration_target
+        own: dict[str, Any] = {
+            "target": target.response,
+            "ranges": known.intervals,
+            "coded_ranges": known.coded_intervals,
+        }
+        return cls(
+            head=head,
+            point=point,
+            radius=radius,
+            certainty=known,
+            condition=target.condition,
+            target_sd=target.sd,
+            target_n=target.n,
+            parameters={**study.midlevels(), **point.solution},
+            **(own | more),
+        )
 
     @property
     def known(self) -> list[Certainty]:

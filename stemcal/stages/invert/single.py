@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,10 +16,17 @@ from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.errors import TargetUnreachable
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
-from stemcal.stages.invert.certainty import certainty_by_process, certainty_of, measured_of, misfit_over
+from stemcal.stages.invert.certainty import (
+    certainty_by_process,
+    certainty_of,
+    measured_of,
+    misfit_over,
+    prior_rows,
+    priors_of,
+)
 from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
 from stemcal.stages.result import Head, Interval
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 
@@ -47,32 +54,31 @@ class SolvedByProcess(Note):
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
-    (low, high), unit = box_of(study, coding), study.naming.response.unit_suffix
-    region = Region(low, high, surface.radius)
+    region, unit = surface.region(study), study.naming.response.unit_suffix
+    priors = priors_of(study, coding)
     misfit = misfit_over(measured_of(target, [FIRST], study.naming), [surface.fitted], region)
+    misfit = misfit.with_priors(priors, region)
     try:
-        found = solve_target(surface.fitted, target.response, low, high, surface.radius, study.invert.rule, unit)
+        ends, rule = (region.low, region.high, region.radius), study.invert.rule
+        found = solve_target(surface.fitted, target.response, *ends, rule, unit, region.within, priors)
     except TargetUnreachable as unreachable:
         if surface.process is None:
             raise
         return _solve_by_process(study, head, surface, surface.process, misfit, region, unreachable)
     known = certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
-    return InvertResult(
-        head=head,
-        target=found.target,
-        point=point,
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
         ranges=_by_factor(coding, found.ranges),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         reachable=found.reachable,
         rule=found.rule,
         share=found.share,
-        radius=found.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
+        priors=prior_rows(study, coding, misfit, region),
         notes=found.notes,
     )
 
@@ -99,15 +105,9 @@ def _solve_by_process(
         raise TargetUnreachable(target.response, low, high, study.naming.response.unit_suffix)
     laboratory = float(sum(source.variance[0] for source in misfit.sources if source.name == "laboratory"))
     df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
-    found = solve_by_process(process, coding.names, target.response, laboratory, df, region)
+    found = solve_by_process(process, coding.names, target.response, laboratory, df, region, misfit.priors)
     known = certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
-    assessed = replace(
-        surface.assess(study, found.coded),
-        predicted=found.predicted,
-        mean_interval=found.mean_interval,
-        prediction_interval=found.prediction_interval,
-    )
-    point = Point.of(assessed, coding)
+    point = Point.of(surface.assess(study, found.coded, process), coding)
     opinion = surface.second_opinion
     note = SolvedByProcess(
         unreachable.low,
@@ -115,22 +115,10 @@ def _solve_by_process(
         surface.predicted_r2,
         None if opinion is None else opinion.process_predicted_r2,
     )
-    return InvertResult(
-        head=head,
-        target=target.response,
-        point=point,
-        ranges=known.intervals,
-        coded_ranges=known.coded_intervals,
-        reachable=found.reachable,
-        rule="process_nearest_to_centre",
-        radius=surface.radius,
-        certainty=known,
-        condition=target.condition,
-        target_sd=target.sd,
-        target_n=target.n,
-        parameters={**study.midlevels(), **point.solution},
-        notes=(note,),
-    )
+    reachable, rule = found.reachable, "process_nearest_to_centre"
+    rows = prior_rows(study, coding, None, region)
+    more = {"reachable": reachable, "rule": rule, "priors": rows, "notes": (note,)}
+    return InvertResult.of(study, head, surface.radius, point, known, **more)
 
 
 def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -16,12 +16,12 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
-from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over
+from stemcal.stages.invert.certainty import Measured, certainty_of, measured_of, misfit_over, priors_of
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.mesh.result import BudgetRow
 from stemcal.stages.result import Interval
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 
@@ -52,18 +52,21 @@ class Carried:
         `further` has the scatter of travel and work.
         """
         coding, target = surface.scales, study.calibration_target
-        region, point = Region(*box_of(study, coding), surface.radius), coding.point(solution.point.coded)
+        region, point = surface.region(study), coding.point(solution.point.coded)
         response = measured_of(target, [FIRST], study.naming)
         jointly = bool(study.joint_targets)
         means = measured_means(study) if jointly else response
-        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region)
+        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region, jointly)
         misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
+        priors = priors_of(study, coding)
+        misfit = misfit.with_priors(priors, region)
         known = certainty_of(study, coding, misfit, region, "joint" if jointly else "single", point)
         alone = None
         if jointly:
             there = response[0] in means
-            own = misfit_over(response, [surface.fitted], region)
-            single = misfit.only([means.index(response[0])]) if there else own.with_mesh(mesh, 0.0)
+            own = misfit_over(response, [surface.fitted], region, jointly)
+            own = own.with_mesh(mesh, 0.0).with_priors(priors, region)
+            single = misfit.only([means.index(response[0])]) if there else own
             alone = certainty_of(study, coding, single, region, "single", point)
             coded, ranges = known.coded_intervals, known.intervals
         else:
@@ -101,7 +104,8 @@ class Carried:
 
 def _ranges(misfit: Misfit, region: Region, names: Sequence[str]) -> dict[str, Interval]:
     """Return the range of each factor over all points that give the target on a mesh at some place (95 %)."""
-    mesh_only = misfit.of_sources([source for source in misfit.sources if source.name.startswith("mesh")])
+    of_mesh = [source for source in misfit.sources if source.name.startswith("mesh")]
+    mesh_only = replace(misfit, priors=()).of_sources(of_mesh)
     profiles = profiles_of(mesh_only, region, best_fit(mesh_only, region))
     return {name: (profile.low, profile.high) for name, profile in zip(names, profiles, strict=True)}
 
@@ -109,8 +113,8 @@ def _ranges(misfit: Misfit, region: Region, names: Sequence[str]) -> dict[str, I
 def mesh_interval(surface: Surface, coded: object, mesh: MeshScatter, extra: float) -> Interval | None:
     """Return the 95 % interval of the mean over all places of the mesh, or of one simulation at any of them.
 
-    ŷ·m ± t·√(s²·(extra + h) + v·ŷ²·(extra + 1/P)) with the mean factor m of P places and the relative variance v of
-    one; `extra` is 1 for one simulation. None for a saturated surface.
+    ŷ·m ± t·√(s²·(extra·own + h) + v·ŷ²·(extra + 1/P)) with the mean factor m of P places and the relative variance v of
+    one; `extra` is 1 for one simulation, own the scatter of the surface's runs. None for a saturated surface.
     """
     if surface.mean_square is None:
         return None
@@ -118,7 +122,8 @@ def mesh_interval(surface: Surface, coded: object, mesh: MeshScatter, extra: flo
     middle = float(surface.predict(x)[0]) * mesh.mean_factor
     parts = [
         (
-            surface.mean_square * (max(extra, surface.unfitted) + float(surface.unscaled_variance(x)[0])),
+            surface.mean_square
+            * (max(extra * surface.own_scatter, surface.unfitted) + float(surface.unscaled_variance(x)[0])),
             float(surface.df),
         ),
         (mesh.variance * middle**2 * (extra + 1.0 / mesh.placements), mesh.df),

@@ -23,7 +23,7 @@ from stemcal.doe.calibration.approach import (
     next_step,
     through,
 )
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.comparison import error_percent
@@ -31,12 +31,12 @@ from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
-from stemcal.stages.invert.certainty import measured_of, misfit_over
+from stemcal.stages.invert.certainty import measured_of, misfit_over, priors_of
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ResponseRow, Stopped
 from stemcal.stages.result import Interval
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import RefineOptions, Study
 
 _SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new
@@ -49,7 +49,7 @@ class Loop:
         self.study, self.surface, self.solution, self.simulate = study, surface, solution, simulate
         self.options = study.refine or RefineOptions()
         self.coding = surface.scales
-        self.region = Region(*box_of(study, self.coding), surface.radius)
+        self.region = surface.region(study)
         self.alone = not study.joint_targets
         self.means = (
             measured_of(study.calibration_target, [FIRST], study.naming) if self.alone else measured_means(study)
@@ -57,7 +57,8 @@ class Loop:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.trials: list[JointTrial] = []
         self.surfaces = self._surfaces()
-        self.misfit = misfit_over(self.means, self.surfaces, self.region)
+        misfit = misfit_over(self.means, self.surfaces, self.region, jointly=not self.alone)
+        self.misfit = misfit.with_priors(priors_of(study, self.coding), self.region)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
         self.reach = FIRST_RADIUS
@@ -122,11 +123,16 @@ class Loop:
         further = [(trial.coded, float(trial.responses[0])) for trial in self.trials]
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
 
+    def _model(self, i: int) -> Surface | GaussianProcess:
+        """Return what predicts a measured mean."""
+        return self.misfit.observations[i].process or self.surfaces[i]
+
     def _predicted(self, point: Array, i: int) -> tuple[float, Interval | None]:
         """Return the prediction of a measured mean, and the interval of one simulation."""
-        low, high = map(float, self.surfaces[i].prediction_interval(point)[0])
+        model = self._model(i)
+        low, high = map(float, model.prediction_interval(point)[0])
         interval = (low, high) if math.isfinite(low) and math.isfinite(high) else None
-        return float(self.surfaces[i].predict(point)[0]), interval
+        return float(model.predict(point)[0]), interval
 
     def _compared(self, point: Array, i: int, value: float) -> ResponseRow:
         mean, (predicted, interval) = self.means[i], self._predicted(point, i)

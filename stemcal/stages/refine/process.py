@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from stemcal.doe.calibration.infill import next_batch, possible
 from stemcal.doe.regression.gaussian_process import GaussianProcess, clearly_better, fit_process
-from stemcal.doe.regression.least_squares import Array, t_quantile
 from stemcal.stages.refine.loop import Loop
 from stemcal.stages.refine.result import LearntProcess
-from stemcal.stages.result import Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import RefineOptions, Study
 
@@ -41,12 +39,8 @@ class ProcessLoop(Loop):
         fitted = self.surfaces[0]
         return fit_process(fitted.design, fitted.response)
 
-    def _predicted(self, point: Array, i: int) -> tuple[float, Interval | None]:
-        process = self._process()
-        middle, n = float(process.predict(point)[0]), len(process.response)
-        error = (float(process.standard_error(point)[0]) ** 2 + process.nugget * process.variance) ** 0.5
-        half = t_quantile(0.95, n - 1) * error
-        return middle, (middle - half, middle + half)
+    def _model(self, i: int) -> GaussianProcess:
+        return self._process()
 
     def learnt(self) -> LearntProcess:
         """Return the process that has learnt from all runs, and where it leaves the target possible."""

@@ -10,14 +10,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stemcal.doe.calibration.inversion import Assessment, assess_point
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
 from stemcal.doe.regression.fit_statistics import Coefficient
-from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpinion, fit_process
+from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpinion, better_process
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import ReductionStep
+from stemcal.doe.regression.rivals import Comparison
 from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -27,6 +29,7 @@ from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
+from stemcal.stages.design import half_spaces
 from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
@@ -131,7 +134,8 @@ class SurfaceResult(StageResult):
 
     Where the design was run with coarse elements, `coarse` tells how coefficients and intervals were corrected; the
     analysis of variance is that of the coarse runs. `anova_of_copies` counts every copy of a deterministic run, as
-    the tables of a paper that is analysed again do; it is there where that is another table.
+    the tables of a paper that is analysed again do; it is there where that is another table. `deterministic` tells that
+    equal inputs are known to give equal answers.
     """
 
     name: ClassVar[str] = "rsm"
@@ -167,9 +171,11 @@ class SurfaceResult(StageResult):
     box_cox: BoxCox | None = None
     second_opinion: SecondOpinion | None = None
     sobol: Rows[SobolIndex] = absent(Rows())
+    comparison: Comparison | None = absent()
     conditions: Rows[AtCondition] = absent(Rows())
     coarse: Corrected | None = absent()
     pure_error: Note | None = None
+    deterministic: bool = absent(False)
     anova_of_copies: Rows[AnovaRow] = absent(Rows())
     published: Audited | None = None
     notes: tuple[Note, ...] = ()
@@ -235,7 +241,8 @@ class SurfaceResult(StageResult):
         blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
         known = circumstances(blocks, answered, response, new)
         terms = [row.term for row in self.coefficients]
-        return fit_surface(coded, values, self.names, terms, *known, drop=self.inestimable == "drop")
+        found = fit_surface(coded, values, self.names, terms, *known, drop=self.inestimable == "drop")
+        return replace(found, own_scatter=0.0) if self.deterministic and known[2] is None else found
 
     def response_at(self, coded: Mapping[str, Any]) -> Any:
         """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""
@@ -258,13 +265,15 @@ class SurfaceResult(StageResult):
     @cached_property
     def process(self) -> GaussianProcess | None:
         """The process through the runs where it predicts runs left out clearly better than the surface; else None."""
-        if self.second_opinion is None or not self.second_opinion.process_is_better:
-            return None
-        return fit_process(self.fitted.design, self.fitted.response)
+        return better_process(self.fitted)
 
-    def assess(self, study: Study, coded: Array) -> Assessment:
-        """Return what the surface says of a coded point, and whether it lies inside ranges and design."""
-        return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
+    def assess(self, study: Study, coded: Array, process: GaussianProcess | None = None) -> Assessment:
+        """Return what the surface, or a process, says of a coded point, and whether it lies in ranges and design."""
+        return assess_point(process or self.fitted, coded, *box_of(study, self.scales), self.radius)
+
+    def region(self, study: Study) -> Region:
+        """Return where a solution may lie."""
+        return region_in(study, self.scales, self.radius)
 
     def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
@@ -287,6 +296,7 @@ class SurfaceResult(StageResult):
             box_cox=None,
             second_opinion=None,
             sobol=Rows(),
+            comparison=None,
             conditions=Rows(),
             anova_of_copies=Rows(),
             published=None,
@@ -360,6 +370,18 @@ def told_by(fit: Surface) -> dict[str, Any]:
         "terms_dropped": fit.terms_dropped,
         "error_source": None if fit.error_source == "residual" else fit.error_source,
     }
+
+
+def region_in(study: Study, coding: Coding, radius: float | None) -> Region:
+    """Return where a solution may lie: the factors' ranges, the design's sphere, the constraints.
+
+    Raises
+    ------
+    UsageError
+        If the constraints leave nothing of them.
+    """
+    constraints = (*study.rsm.constraints, *study.invert.constraints)
+    return Region(*box_of(study, coding), radius, half_spaces(study, coding, constraints))
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:

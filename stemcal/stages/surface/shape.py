@@ -20,7 +20,6 @@ from stemcal.stages.design import Design, design_radius
 from stemcal.study.model import Study
 
 _RIDGE_POINTS = 5
-_MOST_RUNS = 150  # beyond this a Gaussian process takes longer than it is worth
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[st
     kept = [term in surface.terms for term in term_names(surface.names)]
     apart, _ = block_columns(blocks if any(blocks) else None, np.ones(len(surface.design), dtype=bool))
     scale = box_cox(np.column_stack([term_columns(surface.design)[:, kept], apart]), surface.response)
-    other = second_opinion(surface) if len(surface.design) <= _MOST_RUNS else None
+    other = second_opinion(surface)
     by_name = design.coding.by_name
     ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
     factors = [study.factor(name) for name in design.names]

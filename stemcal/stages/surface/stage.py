@@ -10,6 +10,7 @@ import numpy as np
 from stemcal.doe.regression.anova import in_sequence
 from stemcal.doe.regression.fidelity import corrected, correction_of
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
+from stemcal.doe.regression.rivals import compare_surfaces, require_networks
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
@@ -21,10 +22,11 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.printed_tables import audit_surface
+from stemcal.stages.repeating import repeats_itself
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, reasons_given
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.conditions import fine_runs, run_conditions
-from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, told_by
+from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, region_in, told_by
 from stemcal.stages.surface.runs import circumstances, pure_error_of, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage
@@ -37,10 +39,13 @@ __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 def fit_response_surface(work: Work) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
+    if study.rsm.compare:
+        require_networks()
     screening = read_before(study, solver, work.folder)
     head = work.head("rsm")
     names, chosen = surface_factors(study, solver, screening)
     design = surface_design(recentred(study, screening), solver, names)
+    region_in(study, design.coding, None)  # refuses constraints that leave nothing, before any run
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
     runs = weighed(study, runs_of(design, requests, answers, solver).runs)
@@ -100,6 +105,8 @@ def _result(
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
+        comparison=compare_surfaces(fit) if study.rsm.compare else None,
+        deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
         anova_of_copies=Rows(printed.anova if printed is not fit else ()),
         published=audit_surface(study, printed.anova, printed.coefficients),

@@ -33,6 +33,10 @@ class ContinueStudy(Remedy):
     """Run what is not done yet."""
 
 
+class EnterResults(Remedy):
+    """Do the runs that are awaited and enter what came of them."""
+
+
 @dataclass(frozen=True)
 class WidenRange(Remedy):
     """Move an end of a factor's range to a value, in its unit."""
@@ -72,6 +76,15 @@ class AddRefinement(Remedy):
 class RaiseBudget(Remedy):
     """Give the refinement so many simulations."""
 
+    budget: int
+
+
+@dataclass(frozen=True)
+class MendTransfer(Remedy):
+    """Give the transfer what it lacks: more runs (so many), a wider range or a further factor, or a smoother model."""
+
+    stopped: Literal["tolerance", "budget", "out_of_reach", "settled"]
+    factors: tuple[str, ...]
     budget: int
 
 
@@ -151,29 +164,38 @@ class CheckModel(Remedy):
     factors: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class CheckPrior(Remedy):
+    """Check a prior against its source, or leave it out."""
+
+    factor: str
+    source: str
+
+
 class SmoothResponse(Remedy):
     """Make the response smoother, or average its roughness over more runs."""
 
 
-def region_of(surface: SurfaceResult) -> Region:
-    """Return the region of a surface: the factors' ranges within the design's radius, coded."""
+def region_of(surface: SurfaceResult, study: Study | None = None) -> Region:
+    """Return the region of a surface: the factors' ranges within the design's radius, and a study's constraints."""
     centre = np.array([entry.center for entry in surface.factors])
     reach = surface.radius * np.array([entry.half_step for entry in surface.factors])
     low = [end if entry.low is None else entry.low for entry, end in zip(surface.factors, centre - reach, strict=True)]
     high = [
         end if entry.high is None else entry.high for entry, end in zip(surface.factors, centre + reach, strict=True)
     ]
-    return Region(surface.scales.to_coded(low), surface.scales.to_coded(high), surface.radius)
+    within = () if study is None else surface.region(study).within
+    return Region(surface.scales.to_coded(low), surface.scales.to_coded(high), surface.radius, within)
 
 
-def reach(surface: SurfaceResult) -> tuple[float, float]:
-    """Return the least and the greatest response of a surface within ranges and design region.
+def reach(surface: SurfaceResult, study: Study) -> tuple[float, float]:
+    """Return the least and the greatest response of a surface within ranges, design region and constraints.
 
     Where a Gaussian process predicts better, they are what that leaves possible.
     """
     if surface.process is not None:
-        return reach_of(surface.process, region_of(surface))
-    low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, region_of(surface)))
+        return reach_of(surface.process, region_of(surface, study))
+    low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, region_of(surface, study)))
     return float(low[0]), float(high[0])
 
 
@@ -183,7 +205,7 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
-    end = extremes(surface.fitted, region_of(surface))[0 if target < reach(surface)[0] else 1]
+    end = extremes(surface.fitted, region_of(surface, study))[0 if target < reach(surface, study)[0] else 1]
     found = [
         (width, _widened(factor, up, width))
         for factor in map(study.factor, surface.names)

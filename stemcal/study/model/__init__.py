@@ -14,6 +14,7 @@ from stemcal.study.model.design_options import (
     strongest_asked,
 )
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
+from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
 from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Mean, Published, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
@@ -46,18 +47,22 @@ from stemcal.study.model.shear_test import (
 )
 from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection, TableSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
 from stemcal.study.model.whole_study import Study, StudyForm
 
 # fmt: off
 __all__ = [
-    "AROUND", "EMBEDDED", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult", "ClimbOptions",
+    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult",
+    "ClimbOptions",
     "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
-    "HourglassSection",
+    "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",
-    "OpenRadiossSolver", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions", "RegexResult",
+    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions",
+    "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
-    "SupportsSection", "TableSolver", "Target", "Targets", "factors_taken", "strongest_asked",
+    "SupportsSection", "TableSolver", "Target", "Targets", "TransferOptions",
+    "TransferTest", "exponents_in", "factors_taken", "strongest_asked",
 ]
 # fmt: on

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, StringConstraints
+from pydantic import BeforeValidator, Field, StringConstraints
 
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.types import units
-from stemcal.study.types.field_types import ColumnName, FactorName, Label, Number, Readable
+from stemcal.study.types.field_types import ColumnName, FactorName, Label, Number, Readable, Title
 
 MOST_FACTORS = 100
 
@@ -20,6 +20,19 @@ UnitText = Annotated[
     StringConstraints(strict=True, min_length=1, max_length=24),
     Readable,
 ]
+
+
+class PriorKnowledge(Frozen):
+    """What is known of a factor before anything is measured here; it enters the calibration as one more measurement."""
+
+    kind: Literal["normal", "lognormal"] = "normal"
+    """`normal`, or `lognormal` for what cannot be below 0 and scatters by a factor."""
+    mean: Number
+    """Mean of its value, in the unit of the factor."""
+    sd: Annotated[Number, Field(gt=0)]
+    """Standard deviation of its value: of what the stems of this study may have, not of a mean elsewhere."""
+    source: Annotated[Title, Field(min_length=3)]
+    """Where it is from: a publication, a test; it is told beside the result."""
 
 
 class Factor(Frozen):
@@ -39,6 +52,8 @@ class Factor(Frozen):
     """Lower end of the range that is searched."""
     high: Number
     """Upper end of the range that is searched."""
+    prior: PriorKnowledge | None = None
+    """What is known of it beforehand; without one all values between low and high are alike."""
     expected_sign: Literal["+", "-"] | None = None
     """What mechanics says of its effect on the force: a screening that finds the other sign says so."""
 

@@ -7,11 +7,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero, Time
+from stemcal.study.model.growth import Grades, Growth, MayGrow
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.types.field_types import Number, Quantity
 from stemcal.study.types.lengths import Length, StemLengthOrZero
 
-Stress = Annotated[float, Quantity("stress")]
+Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
+Ratio = Annotated[float | Growth | Grades, MayGrow(Number)]
 
 
 class SpecimenSection(Frozen):
@@ -86,34 +88,43 @@ class ContactSection(Frozen):
 
 
 class MaterialSection(Frozen):
-    """Fixed values of the material parameters that are no factors, in internal units."""
+    """Fixed values of the material parameters that are no factors, in internal units.
 
-    density: Annotated[float, Quantity("density")] | None = None
+    Each but `internal_length` may follow the stem's diameter: as a power of it, `{value: 15 MPa, at: 8 mm,
+    exponent: 0.5}`, without `value` where the parameter is a factor; or by grade, `{7 mm: 17 MPa, 9 mm: 19 MPa}`,
+    linear between the grades.
+    """
+
+    density: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("density")])] | None = None
     """Mass density."""
     elastic_modulus: Stress | None = None
     """Young's modulus E."""
-    poisson_ratio: Number | None = None
+    poisson_ratio: Ratio | None = None
     """Poisson's ratio."""
     yield_stress: Stress | None = None
     """Stress at which plastic flow begins, at rest."""
     tangent_modulus: Stress | None = None
     """Slope Et of the stress–strain curve beyond yield."""
-    hardening_parameter: Number | None = None
+    hardening_parameter: Ratio | None = None
     """0 for kinematic hardening, 1 for isotropic, between for a mixture."""
-    strain_rate_c: Annotated[float, Quantity("rate")] | None = None
+    strain_rate_c: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("rate")])] | None = None
     """C of the strain-rate law; larger, the less speed strengthens. `solver.rate_law: none` switches rate dependence
     off."""
-    strain_rate_p: Number | None = None
+    strain_rate_p: Ratio | None = None
     """P of the strain-rate law."""
-    failure_strain: Number | None = None
+    failure_strain: Ratio | None = None
     """Plastic strain, averaged over the internal length, at which an element is removed."""
     internal_length: StemLengthOrZero = Length(divisor=4.5)
     """Length over which the plastic strain that decides failure is averaged: a length, or a share of the diameter
     such as d/4.5. 0 mm: element by element, and the force belongs to the mesh."""
 
     def given(self) -> dict[str, float]:
-        """Return the parameters that have a value."""
-        return {name: value for name in PARAMETERS if (value := getattr(self, name, None)) is not None}
+        """Return the parameters that have one value for all stems."""
+        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), int | float)}
+
+    def growing(self) -> dict[str, Growth | Grades]:
+        """Return what the parameters are that follow the diameter."""
+        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), Growth | Grades)}
 
 
 class FailureSection(Frozen):

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST
+from stemcal.study.model.design_options import Constraint
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.model.measured_targets import AtSize
 from stemcal.study.types.field_types import Number, Whole
@@ -28,7 +29,8 @@ class InvertOptions(Frozen):
 
     rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
     """Which of the points that give the force is the solution: the nearest to the centre, the best predicted, or the
-    one with all factors but the strongest at their centre."""
+    one with all factors but the strongest at their centre. Where factors have a prior it is the one most probable by
+    these."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias=AliasChoices("diameters", "conditions")
     )
@@ -40,6 +42,9 @@ class InvertOptions(Frozen):
     ranges_chosen: Literal["before", "after"] = "before"
     """Whether the factors' ranges were fixed before the measured forces were seen; after that no diameter that is
     left out is an independent check."""
+    constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
+    """What solution, ranges and posterior have to keep to, in the units of the factors, whatever the design; those of
+    `rsm.constraints` hold here too."""
     discrepancy: Literal["none", "scale", "process"] = "none"
     """What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that changes
     smoothly with the diameter. Gives prediction intervals of the measured forces."""
@@ -58,6 +63,9 @@ class ClimbOptions(Frozen):
     """Steps from the middle to the edge of the ranges."""
     step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
     """Steps of one's own, in the units of the factors by their names; `steps` is then the most of them."""
+    at_once: Flag = False
+    """Whether all steps are run together, those behind the target too: fewer rounds where people do the runs, or many
+    cores. The mean of the screening then tells which way to go."""
     shrink: Share = 0.5
     """Share of each range over which the surface's design reaches, around the best step."""
 

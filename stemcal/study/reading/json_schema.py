@@ -40,6 +40,13 @@ def json_schema() -> dict[str, Any]:
     command["result"]["anyOf"] += [
         {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}
     ]
+    moving = schema["$defs"]["TransferOptions"]["properties"]["adjust"]
+    names = {"type": "array", "items": {"type": "string"}}
+    ranges = {"type": "object", "additionalProperties": moving.pop("additionalProperties")}
+    schema["$defs"]["TransferOptions"]["properties"]["adjust"] = {
+        "description": moving["description"],
+        "anyOf": [names, ranges],
+    }
     return schema
 
 
@@ -59,12 +66,14 @@ def _form() -> dict[str, Any]:
 def section_places() -> dict[str, str]:
     """Return where the keys of each class of the model stand in a spec.
 
-    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckHourglass")]
-    ['targets.forces[]', 'rsm.coding.*', 'solver.hourglass, kind: lsdyna, openradioss']
+    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckHourglass", "Growth")]
+    ['targets.forces[]', 'rsm.coding.*', 'solver.hourglass, kind: lsdyna, openradioss', 'material.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
     for name, path, kind in _sections(_schema(), "", ""):
         first, kinds = found.setdefault(name, (path, []))
+        if path != first and path.rpartition(".")[0] == first.rpartition(".")[0]:  # under several keys of a section
+            found[name] = first.rpartition(".")[0] + ".*", kinds
         if path == first and kind and kind not in kinds:
             kinds.append(kind)
     return {name: path + (f", kind: {', '.join(kinds)}" if kinds else "") for name, (path, kinds) in found.items()}
@@ -152,8 +161,9 @@ def _below(node: dict[str, Any], step: str | int) -> dict[str, Any]:
 
 def _resolved(node: dict[str, Any]) -> dict[str, Any]:
     options = [option for option in node.get("anyOf", ()) if option.get("type") != "null"]
-    if len(options) == 1:
-        node = options[0]
+    sections = [option for option in options if "$ref" in option]
+    if len(options) == 1 or len(sections) == 1:
+        node = (sections or options)[0]
     reference = node.get("$ref", "")
     found: dict[str, Any] = _schema()["$defs"].get(reference.removeprefix(_DEFS), {}) if reference else node
     return found

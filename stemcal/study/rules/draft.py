@@ -16,6 +16,8 @@ from stemcal.study.model import (
     EmbeddedSolver,
     Factor,
     FailureSection,
+    Grades,
+    Growth,
     InvertOptions,
     LsDynaSolver,
     ManualSolver,
@@ -31,6 +33,7 @@ from stemcal.study.model import (
     SupportsSection,
     TableSolver,
     Targets,
+    TransferOptions,
 )
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean
@@ -72,6 +75,7 @@ class Draft:
     refine: RefineOptions | None = None
     mesh: MeshOptions | None = None
     climb: ClimbOptions | None = None
+    transfer: TransferOptions | None = None
 
     @property
     def rate_law(self) -> str | None:
@@ -82,6 +86,11 @@ class Draft:
     def embedded(self) -> EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
         return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+
+    @property
+    def growing(self) -> dict[str, Growth | Grades]:
+        """The material parameters that follow the diameter."""
+        return self.material.growing() if self.material else {}
 
     @property
     def is_cut(self) -> bool:

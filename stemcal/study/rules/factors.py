@@ -7,13 +7,16 @@ from collections.abc import Iterator, Mapping
 from stemcal.study.model import (
     AROUND,
     EMBEDDED,
+    MOST_EXPONENT,
     PARAMETERS,
     DeckSolver,
     EmbeddedSolver,
     Factor,
+    Growth,
     LsDynaSolver,
     Parameter,
     Study,
+    exponents_in,
 )
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types import units
@@ -51,12 +54,36 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", index, "low"), message, "widen the range or move it to material")
 
 
+def priors_fit(draft: Draft) -> Iterator[Finding]:
+    """A lognormal prior is of what is above 0, a prior leaves something of the range, and the rule heeds priors."""
+    for index, factor in draft.factors.items():
+        if (prior := factor.prior) is None:
+            continue
+        path: NodePath = ("factors", index, "prior", "mean")
+        if prior.kind == "lognormal" and prior.mean <= 0:
+            message = f"a lognormal mean of {prior.mean:g} is not above 0"
+            yield Finding(path, message, "correct it, or write kind: normal")
+        elif prior.kind == "lognormal" and factor.low <= 0:
+            message = f"low {factor.low:g} cannot be with a lognormal prior"
+            yield Finding(("factors", index, "low"), message, "raise it above 0, or write kind: normal")
+        elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
+            message = f"{prior.mean:g} ± {prior.sd:g} leaves nothing of the range {factor.low:g} to {factor.high:g}"
+            yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
+    known = any(factor.prior is not None for factor in draft.factors.values())
+    if known and draft.invert is not None and draft.invert.rule != "least_coded_distance":
+        remedy = "leave it out: with priors the solution is the point most probable by them"
+        yield Finding(("invert", "rule"), f"{draft.invert.rule} takes no account of the priors", remedy)
+
+
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
     """The solver knows the factor and its unit measures the right thing."""
     if not draft.stem_solver:
         return
+    exponents = exponents_in(draft.growing.values())
     for index, factor in draft.factors.items():
         parameter = _known(draft).get(factor.name)
+        if parameter is None and factor.name in exponents:
+            continue
         if parameter is None:
             message = f"the {draft.stem_solver} solver has no parameter {factor.name!r}"
             yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, _known(draft)))
@@ -86,18 +113,28 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
                 yield Finding(("factors", index, level), f"{level} {given:g}{unit} {wrong}", remedy)
 
 
-def wrong_levels(study: Study, levels: Mapping[str, float]) -> Iterator[str]:
+def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
     """Yield what is wrong with levels (units of the spec) that stand in no spec: no material can have them."""
     if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
+    steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
+    if steep:
+        yield from (f"{name} = {levels[name]:g} is no exponent; take at most {MOST_EXPONENT:g}" for name in steep)
+        return
     for factor in study.factors:
+        if factor.name in study.exponents:
+            continue
         parameter, value = EMBEDDED[factor.name], levels[factor.name]
         shown = units.from_internal(factor.internal(value), parameter.unit)
         wrong = parameter.outside(shown) or ("is beyond what can be computed with" if abs(value) > MOST else None)
         if wrong:
             unit = "" if factor.unit == "1" else f" {factor.unit}"
             yield f"{factor.name} = {value:g}{unit} {wrong}; {parameter.label} in plants is {_plausible(factor.name)}"
-    given = study.parameters(levels)
+    given = study.parameters(levels, diameter)
+    for name in study.material.growing():
+        parameter, shown = PARAMETERS[name], units.from_internal(given[name], PARAMETERS[name].unit)
+        if wrong := parameter.outside(shown) or ("is beyond what can be computed with" if abs(shown) > MOST else None):
+            yield f"{name} = {shown:g} {parameter.unit} at this diameter {wrong}; {_plausible(name)} is usual in plants"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; change one of them"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
@@ -149,7 +186,7 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     if draft.rate_law != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {("material", name): name for name in (draft.material.given() if draft.material else ())}
+    places |= {("material", name): name for name in _in_material(draft)}
     for path, name in places.items():
         if name in RATE:
             yield Finding(path, f"rate_law: none has no use for {name}", "remove it, or choose another solver.rate_law")
@@ -162,7 +199,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}
     wrong = {name for name in PARAMETERS if not hasattr(draft.material, name)}  # told of already
-    given = {*draft.material.given(), *wrong, *draft.names, *meant, *(RATE if draft.rate_law == "none" else ())}
+    given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.rate_law == "none" else ())}
     given |= {STRAIN} if draft.is_cut else set()
     for name, parameter in PARAMETERS.items():
         if name in given:
@@ -180,11 +217,13 @@ def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
     if not draft.stem_solver or draft.material is None:
         return
-    tangent = _extreme(draft, "tangent_modulus", "high")
-    elastic = _extreme(draft, "elastic_modulus", "low")
-    if tangent and elastic and tangent[1] >= elastic[1]:
-        message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
-        yield Finding(tangent[0], message, "lower it, or raise elastic_modulus")
+    for diameter in sorted({*draft.diameters.values()}):
+        tangent = _extreme(draft, "tangent_modulus", "high", diameter)
+        elastic = _extreme(draft, "elastic_modulus", "low", diameter)
+        if tangent and elastic and tangent[1] >= elastic[1]:
+            message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
+            yield Finding(tangent[0], message, "lower it, or raise elastic_modulus")
+            return
 
 
 def failure_is_complete(draft: Draft) -> Iterator[Finding]:
@@ -212,7 +251,7 @@ def failure_is_complete(draft: Draft) -> Iterator[Finding]:
             message = f"failure by toughness needs {name} ({low:g} to {high:g} {EMBEDDED[name].unit})"
             yield Finding(("failure",), message, "add it to failure, or to factors to calibrate it")
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {("material", name): name for name in (draft.material.given() if draft.material else ())}
+    places |= {("material", name): name for name in _in_material(draft)}
     for path, name in places.items():
         if name == STRAIN:
             message = "failure by toughness has no use for failure_strain"
@@ -230,12 +269,42 @@ def design_takes_factors(draft: Draft) -> Iterator[Finding]:
         yield Finding(("screen", "design"), message, "write plackett-burman")
 
 
-def _extreme(draft: Draft, name: str, level: str) -> tuple[NodePath, float] | None:
+def _extreme(draft: Draft, name: str, level: str, diameter: float) -> tuple[NodePath, float] | None:
+    if name in draft.growing:
+        values = reached(draft, name, diameter)
+        return (("material", name), max(values) if level == "high" else min(values)) if values else None
     fixed = draft.material.given().get(name) if draft.material else None
     for index, factor in draft.factors.items():
         if factor.name == name and _unit_fits(factor):
             return ("factors", index, level), factor.internal(getattr(factor, level))
     return None if fixed is None else (("material", name), fixed)
+
+
+def reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:
+    """Return the values, internal units, of a growing parameter at the corners of what the study can ask for.
+
+    At one diameter, or at all that the study has.
+    """
+    growth, at = draft.growing[name], {factor.name: factor for factor in draft.factors.values()}
+    if name in at and not _unit_fits(at[name]):
+        return []
+    levels = [at[name].internal(end) for end in (at[name].low, at[name].high)] if name in at else [None]
+    exponents: list[dict[str, float]] = [{}]
+    if isinstance(growth, Growth) and isinstance(growth.exponent, str):
+        factor = at.get(growth.exponent)
+        if factor is None or max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
+            return []
+        exponents = [{factor.name: factor.internal(end)} for end in (factor.low, factor.high)]
+    if name not in at and growth.value is None:
+        return []
+    low, high = growth.known_between
+    diameters = [d for d in ([diameter] if diameter else draft.diameters.values()) if low <= d <= high]
+    return [growth.given_at(d, level, chosen) for d in diameters for level in levels for chosen in exponents]
+
+
+def _in_material(draft: Draft) -> tuple[str, ...]:
+    """Return the parameters that `material` tells of, fixed or growing."""
+    return (*draft.material.given(), *draft.growing) if draft.material else ()
 
 
 def _known(draft: Draft) -> Mapping[str, Parameter]:

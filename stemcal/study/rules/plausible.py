@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE
-from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Study
+from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Growth, Study
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
 from stemcal.study.types.lengths import Length
@@ -49,7 +49,7 @@ _LEAST_SCATTER = 1e-4  # of a mean
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    found = (_sizes, _speed, _mesh, _swing, _targets, _scatters, _outliers, _materials, _factors, _agreement)
+    found = (_sizes, _speed, _mesh, _swing, _targets, _scatters, _outliers, _materials, _growth, _factors, _agreement)
     return [finding for of in found for finding in of(study)]
 
 
@@ -67,7 +67,7 @@ def _speed(study: Study) -> Iterator[Finding]:
     speed = study.loading.speed
     if _MACHINE < speed < _MOWER:
         message = f"{speed:g} mm/s is faster than testing machines move (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, f"if it was {speed:g} mm/min, write that")
+        yield Finding(("loading", "speed"), message, "check its unit: testing machines are set in mm/min")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
@@ -144,7 +144,7 @@ def _struck(study: Study, diameter: float, mass_scaling: float) -> tuple[float, 
     What strikes a beam of stiffness k and mass m at the speed V sets it swinging with V √(k m), once in 2π √(m/k). It
     gives way by bending, 48EI/L³, and by shear, 4κGA/L; half the mass between the supports takes part.
     """
-    given, ratio = study.parameters({}), study.specimen.diameter_ratio
+    given, ratio = study.parameters({}, diameter), study.specimen.diameter_ratio
     elastic_modulus, span = given["elastic_modulus"], study.supports.clearance + 2.0 * study.supports.fillet_radius
     area, inertia = math.pi / 4.0 * diameter**2 * (1.0 - ratio**2), math.pi / 64.0 * diameter**4 * (1.0 - ratio**4)
     bending = 48.0 * elastic_modulus * inertia / span**3
@@ -212,6 +212,23 @@ def _materials(study: Study) -> Iterator[Finding]:
         parameter = PARAMETERS[name]
         shown = units.from_internal(value, parameter.unit)
         yield from _doubt(("material", name), shown, *parameter.plausible, parameter.unit)
+    for name in study.material.growing():
+        parameter, diameters = PARAMETERS[name], _conditions(study)
+        values = [units.from_internal(study.parameters({}, d)[name], parameter.unit) for d in diameters]
+        for value in {min(values), max(values)}:
+            yield from _doubt(("material", name), value, *parameter.plausible, parameter.unit)
+
+
+def _growth(study: Study) -> Iterator[Finding]:
+    """Question a screening that cannot see an exponent: at its diameter a power of the diameter ratio is 1."""
+    at = study.targets.calibrate_at
+    if study.screen.design == "none" or not isinstance(study.rsm.factors, str):
+        return
+    for name, growth in study.material.growing().items():
+        if isinstance(growth, Growth) and growth.exponent in study.names and math.isclose(growth.at, at, rel_tol=1e-9):
+            message = f"the screening, at {at:g} mm, cannot see {growth.exponent}: there it changes nothing"
+            remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
+            yield Finding(("material", name, "at"), message, remedy)
 
 
 def _factors(study: Study) -> Iterator[Finding]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, strongest_asked
 from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.types.strict_yaml import NodePath
 
 MOST_CCD_FACTORS = 8
 SPACE_FILLING = ("latin-hypercube", "sobol", "i-optimal")  # their size is free
@@ -73,17 +74,23 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def constraints_fit(draft: Draft) -> Iterator[Finding]:
-    """`rsm.constraints` name factors, cut an I-optimal design, and leave room in the ranges."""
-    if draft.rsm is None:
-        return
-    for index, constraint in enumerate(draft.rsm.constraints):
-        path = ("rsm", "constraints", index)
-        if draft.rsm.design != "i-optimal":
-            message = f"the runs of a {draft.rsm.design} design lie where they lie"
-            yield Finding(path, message, "write design: i-optimal, or leave the constraint out")
-        for name in constraint.of:
-            if name not in draft.names:
-                yield draft.unknown_factor((*path, "of", name), name)
+    """Constraints name factors and leave room in their ranges; `rsm.constraints` cut an I-optimal design."""
+    known = {factor.name: factor for factor in draft.factors.values()}
+    for section, options in (("rsm", draft.rsm), ("invert", draft.invert)):
+        for index, constraint in enumerate(options.constraints if options else ()):
+            path: NodePath = (section, "constraints", index)
+            if section == "rsm" and draft.rsm and draft.rsm.design != "i-optimal":
+                message = f"the runs of a {draft.rsm.design} design lie where they lie"
+                remedy = "write design: i-optimal, or put the constraint under invert, where it binds the solution"
+                yield Finding(path, message, remedy)
+            for name in constraint.of:
+                if name not in draft.names:
+                    yield draft.unknown_factor((*path, "of", name), name)
+            if all(name in known for name in constraint.of):
+                ends = [(c * known[name].low, c * known[name].high) for name, c in constraint.of.items()]
+                if (least := sum(map(min, ends))) >= constraint.at_most:
+                    message = f"the sum is {least:g} or more in the factors' ranges: nothing is left of them"
+                    yield Finding((*path, "at_most"), message, f"write more than {least:g}, or widen a range")
 
 
 def coarse_runs_are_possible(draft: Draft) -> Iterator[Finding]:
@@ -107,13 +114,16 @@ def coarse_runs_are_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def surface_weights_known(draft: Draft) -> Iterator[Finding]:
-    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set."""
+    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set, and no comparison."""
     rsm = draft.rsm
     if rsm and rsm.weights == "phases" and not (draft.embedded and draft.embedded.phases > 1):
         yield Finding(("rsm", "weights"), "the solver gives no scatter over mesh phases", "write solver.phases: 4")
     if rsm and rsm.blocks == "orthogonal" and (rsm.design != "central-composite" or rsm.alpha != "rotatable"):
         message = "orthogonal blocks are those of a central composite and set its alpha themselves"
         yield Finding(("rsm", "blocks"), message, "write design: central-composite and leave alpha out")
+    if rsm and rsm.blocks == "orthogonal" and rsm.compare:
+        message = "surfaces are compared on runs without blocks"
+        yield Finding(("rsm", "compare"), message, "leave it out, or leave blocks out")
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ from stemcal.naming import FIRST, FORCE, Naming
 from stemcal.study.model import Condition, Response, Target
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.rules.factors import reached
 from stemcal.study.types.named import declared_once
 from stemcal.study.types.units import UnitError, convert
 from stemcal.words import did_you_mean
@@ -90,8 +91,10 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
 
 def _yield_stresses(draft: Draft) -> list[float]:
     """Return the yield stresses that the study can take, MPa."""
-    if draft.material and draft.material.yield_stress:
-        return [draft.material.yield_stress]
+    if draft.material and (fixed := draft.material.given().get("yield_stress")):
+        return [fixed]
+    if "yield_stress" in draft.growing:
+        return reached(draft, "yield_stress")
     varied = [factor for factor in draft.factors.values() if factor.name == "yield_stress"]
     levels = [(level, factor.unit) for factor in varied for level in (factor.low, factor.high)]
     try:

@@ -116,6 +116,15 @@ def chance_by_hand(found, sd, n, x, least):
     return f_distribution.sf(least / mean, mean**2 / float(np.trace(form @ form)), mean**2 / doubt)
 
 
+def looser_by_hand(found, sd, n, points):
+    """The mean variance at (m, 2) points over that at the runs: of the surfaces s²(1 + h) over s²(1 + p/n)."""
+    variance, _ = weights_by_hand(found, sd, n)
+    columns, at = quadratic(found[0][2]), quadratic(points)
+    h = np.einsum("ij,jk,ik->i", at, np.linalg.inv(columns.T @ columns), at)
+    share = np.mean(pooled_surfaces(found) / variance)
+    return 1.0 + share * ((1.0 + h) / (1.0 + 6.0 / len(columns)) - 1.0)
+
+
 @pytest.mark.parametrize("radius", [None, 1.2])
 @pytest.mark.parametrize("sd", [(2.0, None, 0.02, None), (2.0, 3.0, 0.02, 1.0), (None,) * 4])
 def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
@@ -141,6 +150,8 @@ def test_fit_and_intervals_are_those_of_a_dense_grid(sd, radius) -> None:
     flat = fit.misfit * f_distribution.ppf(0.95, 1, 2) / 2
     allowed = allowed_by_hand(found, sd, n, fit.coded) if told else [flat, flat]
     for j, profile in enumerate(profiles_of(misfit, region, fit.coded)):
-        inside = axis[rise.min(axis=1 - j) - fit.misfit <= allowed[j]]
+        least = np.take_along_axis(points, rise.argmin(axis=1 - j, keepdims=True)[..., None], axis=1 - j).reshape(-1, 2)
+        looser = looser_by_hand(found, sd, n, least) if told else 1.0
+        inside = axis[(rise.min(axis=1 - j) - fit.misfit) / looser <= allowed[j]]
         assert (profile.low, profile.high) == pytest.approx((inside[0], inside[-1]), abs=1.5 * STEP)
         assert profile.bounded == (inside[0] > -REACH, inside[-1] < REACH)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic import exact, misfit, region, surfaces
 
-from stemcal.doe.calibration.consistency import contradiction, out_of_reach
+from stemcal.doe.calibration.contradiction import contradiction, out_of_reach
 from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.ridge import flat_directions, presses_outwards

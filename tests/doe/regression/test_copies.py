@@ -7,6 +7,7 @@ import pytest
 
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.copies import copies_of
+from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.reduction import reduce_surface
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import UsageError
@@ -53,9 +54,6 @@ def test_the_mean_of_a_deterministic_surface_is_off_by_what_it_misses() -> None:
     s2, h = surface.mean_square, float(surface.unscaled_variance(point)[0])
     assert s2 is not None and surface.df == 3
     assert surface.mean_variance(point) == pytest.approx(s2 * (1.0 + h))
-    assert surface.prediction_interval(point)[0, 1] - surface.predict(point)[0] == pytest.approx(
-        3.182446 * (s2 * (1.0 + h)) ** 0.5, rel=1e-6
-    )
 
 
 @pytest.mark.parametrize("replicates", [2, 10])
@@ -83,3 +81,20 @@ def test_a_lack_of_fit_stays_however_often_runs_are_repeated() -> None:
     assert lack is not None and pure is not None and error is not None
     assert (error.of_terms, error.df) == (lack, 3)
     assert error.missed == pytest.approx((lack - pure) / 10.0)
+
+
+def test_one_more_run_of_a_deterministic_solver_is_the_response_itself() -> None:
+    """Equal copies show that a run has no scatter of its own: t·s·√h, for the mean and for one more run."""
+    response = lambda x: 100.0 + x @ [10.0, 3.0] + 4.0 * x[:, 0] ** 2 * x[:, 1]  # noqa: E731
+    point, half = np.array([[0.5, 0.5]]), {}
+    for label, centre_points, scatter in (("copies", 6, 0.0), ("no copies", 1, 0.0), ("scatter", 6, 0.5)):
+        design = central_composite(2, centre_points, "face")
+        noise = scatter * np.sin(np.arange(len(design)))
+        surface = fit_surface(design, response(design) + noise, ["a", "b"])
+        s2, h = surface.mean_square or 0.0, float(surface.unscaled_variance(point)[0])
+        assert surface.mean_interval(point)[0, 1] == pytest.approx(
+            surface.predict(point)[0] + t_quantile(0.95, surface.df) * (s2 * h) ** 0.5
+        )
+        t = (surface.prediction_interval(point)[0, 1] - surface.predict(point)[0]) / s2**0.5
+        half[label] = (t / t_quantile(0.95, surface.df)) ** 2 - h
+    assert half == pytest.approx({"copies": 0.0, "no copies": 1.0, "scatter": 1.0}, abs=1e-9)

@@ -226,7 +226,8 @@ def test_a_deterministic_solver_has_no_lack_of_fit_test(ccd_runs, coding):
     once = fit_surface(ccd_runs.coded[keep], force[keep], coding.names)
     x = [[0.3, -0.4, 0.8]]
     assert surface.mean_square == once.mean_square and surface.df == once.df == 5
-    assert surface.prediction_interval(x) == pytest.approx(once.prediction_interval(x), rel=1e-15)
+    assert surface.mean_interval(x) == pytest.approx(once.mean_interval(x), rel=1e-15)
+    assert surface.prediction_interval(x) == pytest.approx(once.mean_interval(x), rel=1e-15)
     assert (surface.adequate_precision, surface.press) == (once.adequate_precision, once.press)
 
 

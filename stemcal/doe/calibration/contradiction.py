@@ -57,7 +57,7 @@ def out_of_reach(misfit: Misfit, region: Region) -> list[int]:
     """Return which observations their own surface misses everywhere in the region, by more than their scatter."""
     beyond = []
     for i, observation in enumerate(misfit.observations):
-        ends = [float(observation.surface.predict(end)[0]) for end in extremes(observation.surface, region)]
+        ends = [float(observation.model.predict(end)[0]) for end in extremes(observation.model, region)]
         gap = max(ends[0] - observation.measured, observation.measured - ends[1], 0.0)
         known = misfit.scatter in ("measured", "pooled")
         most = allowed_rise(misfit, 0.0) * misfit.variance[i] if known else (1e-9 * observation.measured) ** 2
@@ -75,7 +75,7 @@ def _chance(rise: float, df: float) -> float:
 
 def _allowed(misfit: Misfit, others: Misfit, i: int, region: Region, best: Array) -> tuple[float, float]:
     """Return the least and greatest ŷᵢ over the points that the other observations allow."""
-    surface, least = misfit.observations[i].surface, others.value(best)
+    surface, least = misfit.observations[i].model, others.value(best)
     rule = below(others, least + allowed_rise(misfit, least))
     cloud = region.cloud(9)
     held = np.vstack([best, cloud[others.many(cloud) <= least + allowed_rise(misfit, least)]])

@@ -1,0 +1,48 @@
+"""Does what was measured, with the other priors, contradict a prior?
+
+Leaving a prior out lowers the least misfit by T = D_min − D_min(without it), within χ²(1) where they agree, or F(1, ν)
+with variances that were estimated: as for a measured mean (`contradiction`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.misfit import Misfit, best_fit
+from stemcal.doe.calibration.prior import Prior
+from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.ridge import with_scatter
+
+LEVEL = 0.05
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """The probability of a prior so far from the rest, None if untested; where below `LEVEL`, what the rest allows."""
+
+    prior: Prior
+    p: float | None
+    allowed: tuple[float, float] | None
+
+
+def agreements(misfit: Misfit, region: Region) -> list[Agreement]:
+    """Return for each prior of a misfit whether the rest agrees with it."""
+    return [_agreement(misfit, region, prior) for prior in misfit.priors]
+
+
+def _agreement(misfit: Misfit, region: Region, prior: Prior) -> Agreement:
+    from scipy.special import chdtrc, fdtrc
+
+    whole = with_scatter(misfit, misfit.value(best_fit(misfit, region)))
+    rest = whole.without_prior(prior)
+    best = best_fit(rest, region)
+    rise = max(whole.value(best_fit(whole, region)) - rest.value(best), 0.0)
+    df = whole.scale_df
+    p = float(fdtrc(1.0, df, rise) if np.isfinite(df) else chdtrc(1.0, rise))
+    if p >= LEVEL:
+        return Agreement(prior, p, None)
+    profile = profiles_of(rest, region, best)[prior.j]
+    return Agreement(prior, p, (profile.low, profile.high))

@@ -1,0 +1,60 @@
+"""An exponent that is planted in the forces is found by a joint fit, and told of on the page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from fakes import FakeSolver
+
+from stemcal import workflow
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.report.tables.setting import grown_table, setting_tables
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+
+GROWING = Path(__file__).parents[1] / "cases" / "good" / "growing.yaml"
+YIELD, STRAIN, EXPONENT = 16.0, 0.036, 0.6
+
+
+def force(yield_stress: float, strain: float, d: float) -> float:
+    """F = 6·σy·(d/8)² + 2000·ε·d/8, in N; what the exponent does is in σy."""
+    return 6.0 * yield_stress * (d / 8.0) ** 2 + 2000.0 * strain * d / 8.0
+
+
+@dataclass(frozen=True)
+class OfYield(FakeSolver):
+    """Answers `force` with the yield stress that the study gives a stem of this diameter."""
+
+    study: Study | None = None
+
+    def solve(self, request: Request) -> Answer:
+        assert self.study is not None
+        given = self.study.parameters(request.levels, request.condition)
+        return Answer("ok", response=force(given["yield_stress"], given["failure_strain"], request.condition))
+
+
+def test_a_planted_exponent_is_found(tmp_path: Path) -> None:
+    path, folder, run = tmp_path / "growing.yaml", StudyFolder(tmp_path / "out"), InlineExecutor()
+    text = GROWING.read_text(encoding="utf-8")
+    for d, printed in ((7, "120"), (8, "159.2"), (11, "378.2")):
+        measured = force(YIELD * (d / 8.0) ** EXPONENT, STRAIN, d)
+        text = text.replace(f"force: {printed} N", f"force: {measured:.6f} N, sd: 1 N, n: 6")
+    path.write_text(text, encoding="utf-8")
+    study = load_study(path)
+    solver = OfYield(study=study)
+    workflow.fit_surface(study, folder, run, solver=solver)
+    found = workflow.invert(study, folder, solver=solver)
+    assert list(found.point.solution.values()) == pytest.approx([YIELD, STRAIN, EXPONENT], rel=0.05)
+    assert found.joint is not None and found.joint.max_abs_error_percent < 0.1
+    checked = workflow.validate(study, folder, run, solver=solver)
+    assert checked.max_abs_error_percent < 0.5
+    held = {table.title: table for table in setting_tables(study)}["Material held"]
+    assert ("yield_stress", "a factor at 8 mm, times (d / 8 mm)^growth") in held.rows
+    assert ("tangent_modulus", "0.4 MPa, 0.5 MPa, 0.7 MPa at 7, 9, 11 mm, linear between") in held.rows
+    table = grown_table(study, found.parameters)
+    sigma = {row[0]: dict(zip([c.key for c in table.columns], row, strict=True))["yield_stress"] for row in table.rows}
+    assert sigma == pytest.approx({d: YIELD * (d / 8.0) ** EXPONENT for d in (7.0, 8.0, 11.0)}, rel=0.03)

@@ -1,0 +1,144 @@
+"""Priors and constraints from the spec to files, verdict and sentences."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fakes import TWO_FACTORS, FakeSolver
+
+from stemcal import workflow
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.store import StudyFolder
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.stage import PriorUnused
+from stemcal.stages.results import Results
+from stemcal.stages.verdict.rules import PriorConflict, verdict_of
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+from stemcal.text.calibration import certainty
+from stemcal.text.names import Names
+from stemcal.text.results import shown_remarks
+from stemcal.text.verdict import sentence
+
+FORCES = """\
+targets:
+  calibrate_at: 8 mm
+  forces:
+    - {diameter: 8 mm, force: 110 N, sd: 2 N, n: 6}
+    - {diameter: 9 mm, force: 140 N, sd: 2 N, n: 6}
+rsm: {factors: [yield_stress, failure_strain], centre_points: 2}
+"""
+STRAIN = "{name: failure_strain, low: 0.01, high: 0.05"
+
+
+def inverted(folder: Path, prior: str = "", invert: str = "") -> tuple[Study, InvertResult, StudyFolder]:
+    """F = (100 + 20a + 8b + 3b² + ab/2)·(d/8)²; both diameters tell the same combination of a and b."""
+    text = TWO_FACTORS.replace(STRAIN, f"{STRAIN}{prior}") + FORCES + invert
+    path, place = folder / "study.yaml", StudyFolder(folder / "out")
+    path.write_text(text, encoding="utf-8")
+    study = load_study(path)
+    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
+    return study, workflow.invert(study, place, solver=OfTwo()), place
+
+
+class OfTwo(FakeSolver):
+    """Answers the known force of two factors."""
+
+    def solve(self, request):  # type: ignore[no-untyped-def]
+        levels = {"strain_rate_c": 90.0, "elastic_modulus": 1000.0, **request.levels}
+        return super().solve(type(request)(**{**vars(request), "levels": levels}))
+
+
+PRIOR = ', prior: {mean: 0.04, sd: 0.002, source: "axial tension, n = 12"}'
+
+
+def test_one_force_and_a_prior_fix_both_parameters(tmp_path: Path) -> None:
+    """b = 0.5 by its prior, so 110 = 100 + 20a + 4 + 0.75 + a/4: a = 0.2593, 16.30 MPa."""
+    study, free, _ = inverted(tmp_path)
+    assert free.certainty is not None and "failure_strain" in free.certainty.free and not free.priors
+    study, found, _ = inverted(tmp_path, PRIOR)
+    assert found.rule == "most_probable"
+    assert list(found.point.solution.values()) == pytest.approx([15 + 5 * 0.2593, 0.04], rel=5e-3)
+    known = found.certainty
+    assert known is not None and known.free == () and known.not_identified == ()
+    assert known.intervals["failure_strain"] == pytest.approx((0.04 - 0.00392, 0.04 + 0.00392), abs=2e-4)
+    said = certainty(found, Names(study.naming))
+    assert said[0] == "Known beforehand: failure_strain 0.04 ± 0.002 (axial tension, n = 12)."
+
+
+def test_a_prior_that_two_forces_contradict_is_a_reason(tmp_path: Path) -> None:
+    """At 9 mm the force asks for 110.6 N at 8 mm; only a failure strain of 0.09 would let σy be 10 MPa."""
+    weak = "{name: yield_stress, unit: MPa, low: 10, high: 20"
+    path = tmp_path / "study.yaml"
+    prior = 'prior: {mean: 11, sd: 0.2, source: "compression, Li 2019"}'
+    text = (TWO_FACTORS.replace(weak, f"{weak}, {prior}") + FORCES).replace(f"{STRAIN}}}", f"{STRAIN}{PRIOR}}}")
+    path.write_text(text, encoding="utf-8")
+    study, place = load_study(path), StudyFolder(tmp_path / "out")
+    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.invert(study, place, solver=OfTwo())
+    assert [row.factor for row in found.priors if row.allowed is not None] == ["yield_stress", "failure_strain"]
+    row = found.priors[0]
+    assert row.p < 0.001 and row.allowed is not None and row.allowed[0] > 15.5
+    reasons = [
+        reason
+        for reason in verdict_of(study, place, Results(inversion=found)).reasons
+        if isinstance(reason, PriorConflict)
+    ]
+    assert reasons[0].weight == "not_calibrated" and len(reasons) == 2
+    said = sentence(reasons[0], Names(study.naming))
+    assert said.startswith(
+        "The prior of yield_stress, 11 ± 0.2 MPa, contradicts what was measured, which without it gives "
+    )
+    remedy = sentence(reasons[0].remedy, Names(study.naming))
+    assert remedy.startswith("Check the prior of yield_stress against its source (compression, Li 2019)")
+
+
+@pytest.mark.parametrize("diameters", ["", ", diameters: all"])
+def test_a_constraint_under_invert_binds_the_solution(tmp_path: Path, diameters: str) -> None:
+    """σy ≤ 15.5 MPa, a ≤ 0.1: the rest is the failure strain's."""
+    limit = f"invert: {{constraints: [{{of: {{yield_stress: 1}}, at_most: 15.5}}]{diameters}}}\n"
+    _, found, _ = inverted(tmp_path, invert=limit)
+    assert found.point.solution["yield_stress"] <= 15.5 + 1e-6
+    assert found.cited["yield_stress"][1] <= 15.5 + 1e-5 and found.ranges["yield_stress"][1] <= 15.5 + 1e-5
+    assert found.point.predicted == pytest.approx(110.0, rel=0.01)
+
+
+def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
+    """Three forces whose misfit tells the scatter, F = 110 N·(d/8)² ± 1 %; the failure strain is the prior's."""
+    forces = "".join(
+        f"    - {{diameter: {d} mm, force: {110 * (d / 8) ** 2 * off:.4f} N}}\n"
+        for d, off in ((7, 1.01), (8, 1.0), (9, 0.99))
+    )
+    head, tail = FORCES.split("    - {diameter: 8 mm")[0], FORCES[FORCES.index("rsm:") :]
+    text = TWO_FACTORS.replace(STRAIN, f"{STRAIN}{PRIOR}") + head + forces + tail + "invert: {diameters: all}\n"
+    path, place = tmp_path / "study.yaml", StudyFolder(tmp_path / "out")
+    path.write_text(text, encoding="utf-8")
+    study = load_study(path)
+    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.invert(study, place, solver=OfTwo())
+    assert found.joint is not None and found.joint.scatter == "misfit" and found.joint.p is None
+    assert found.point.solution["failure_strain"] == pytest.approx(0.04, abs=5e-4)
+    assert found.certainty is not None and found.certainty.free == () and found.certainty.df == 1.0
+    assert any(
+        "the misfit of the fit itself gives the scatter" in one.sentence for one in shown_remarks(found, True, {})
+    )
+
+
+def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -> None:
+    held = "\n  - {name: density, unit: kg/m3, low: 1000, high: 1200, prior: {mean: 1150, sd: 20, source: weighed}}"
+    text = (TWO_FACTORS + FORCES).replace("{density: 1100 kg/m3, ", "{").replace("high: 0.05}", f"high: 0.05}}{held}")
+    path, place = tmp_path / "study.yaml", StudyFolder(tmp_path / "out")
+    path.write_text(text, encoding="utf-8")
+    study = load_study(path)
+    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.invert(study, place, solver=OfTwo())
+    assert PriorUnused(("density",)) in found.notes and found.parameters["density"] == 1100.0
+
+
+def test_constraints_that_leave_nothing_are_told_before_any_run(tmp_path: Path) -> None:
+    """Each leaves something of the ranges, both together nothing."""
+    above, below = "{of: {yield_stress: -1}, at_most: -16}", "{of: {yield_stress: 1}, at_most: 14}"
+    with pytest.raises(Exception, match="constraints: they leave no point of the region"):
+        inverted(tmp_path, invert=f"invert: {{constraints: [{above}, {below}]}}\n")
+    assert StudyFolder(tmp_path / "out").keys() == []
