@@ -25,7 +25,9 @@ def one_run(
     from stemcal.text.runs import warning_text
 
     if not isinstance(study.solver, ProgramOptions):
-        raise UsageError(f"simulate needs a solver that computes; this spec has kind {study.solver.kind}")
+        raise UsageError(
+            f"simulate needs `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
+        )
     solver = make_solver(study)
     solver.prepare()
     with waiting(f"one run of {study.solver.kind}", quiet):
