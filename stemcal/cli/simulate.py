@@ -81,7 +81,7 @@ def simulate(
     require_material(study, levels, at)
     _check_outputs(study, csv_file, figure, {"--symmetry": symmetry, "--frames": frames})
 
-    if study.solver.kind != "embedded" and test is None:
+    if study.solver.kind != "embedded" and test in (None, CUTTING):
         from stemcal.cli.one_run import one_run
 
         at = study.targets.calibrate_at if diameter is None and from_run is None else at
