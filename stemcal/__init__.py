@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.screen import ScreenResult
     from stemcal.stages.surface.result import SurfaceResult
+    from stemcal.stages.transfer.result import TransferResult
     from stemcal.stages.validate import ValidateResult
     from stemcal.study.model import Study
 
@@ -40,6 +41,7 @@ _NAMES = {
     "InvertResult": "stemcal.stages.invert.result",
     "MeshResult": "stemcal.stages.mesh.result",
     "RefineResult": "stemcal.stages.refine.result",
+    "TransferResult": "stemcal.stages.transfer.result",
     "ValidateResult": "stemcal.stages.validate",
     "Study": "stemcal.study.model",
 }
@@ -54,6 +56,7 @@ __all__ = [
     "Study",
     "StudyResults",
     "SurfaceResult",
+    "TransferResult",
     "ValidateResult",
     "__version__",
     "calibrate",

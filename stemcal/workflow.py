@@ -7,6 +7,7 @@
     refine        simulate at the solution, correct it, again              refine.json
     mesh          the solution on other meshes, if the spec asks for it    mesh.json
     validate      every diameter → measured against simulated              validate.json
+    transfer      the result in another program, corrected there           transfer.json
     audit         printed tables and claims against recomputed ones        audit.json
 
 A stage reads the file of the one before and leaves its own, so each can be run alone and again. Runs come
@@ -33,6 +34,7 @@ from stemcal.stages.refine.stage import refine
 from stemcal.stages.result import StageResult, read_result
 from stemcal.stages.screen import screen
 from stemcal.stages.surface.stage import fit_response_surface as fit_surface
+from stemcal.stages.transfer.stage import transfer
 from stemcal.stages.validate import ValidateResult, validate
 from stemcal.study.model import Study
 
@@ -47,6 +49,7 @@ __all__ = [
     "plan",
     "refine",
     "screen",
+    "transfer",
     "validate",
 ]
 

@@ -19,6 +19,7 @@ FLOORS = {
     "stemcal.outputs": 1,
     "stemcal.interrupts": 0,
     "stemcal.child": 1,
+    "stemcal.kits": 0,
     "stemcal.naming": 0,
     "stemcal.notes": 2,
     "stemcal.run_warnings": 2,
@@ -59,12 +60,18 @@ PLACES = {
     "distributed": ("stemcal.executors",),
     "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.processes"),
     "emcee": ("stemcal.doe",),
+    "sklearn": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
-INSIDE_FUNCTIONS = ("arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee")
+INSIDE_FUNCTIONS = (
+    "arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee", "sklearn",
+)  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 
-MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts)
+KITS = PACKAGE / "kits"  # whose folders hold data: scripts for other programs
+MODULES = sorted(
+    path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts and KITS not in path.parent.parents
+)
 
 
 def name_of(path: Path) -> str:

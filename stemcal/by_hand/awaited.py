@@ -47,6 +47,7 @@ def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Requ
 
     A program with chance in it gets them in random order, so that nothing that drifts is taken for an effect.
     """
+    study = study.seen_by(waiting.stage)
     solver = make_solver(study)
     wanted = {record_key(solver, request): request for request in waiting.requests}
     for part in asked(study, solver, folder):
@@ -61,7 +62,8 @@ def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Requ
 
 def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
     """Return the runs whose results may be entered: those that are awaited, and those that have some."""
-    solver = make_solver(study)
+    there = study.by_hand is not study
+    solver = make_solver(study.by_hand)
     awaited = [] if waiting is None else list(waiting.requests)
-    asked_for = [entry.request for entry in ledger(study, folder, solver)]
+    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage == "transfer") is there]
     return list({record_key(solver, request): request for request in (*awaited, *asked_for)}.values())

@@ -14,10 +14,27 @@ from typing import Any
 from stemcal.by_hand.awaited import run_name
 from stemcal.by_hand.form import FAILED, REPLICATE, WITHDRAWN, entered_responses
 from stemcal.by_hand.numbers import Unread, number_in, readings
-from stemcal.by_hand.reading import Filled
-from stemcal.files.typed import Tagged
+from stemcal.by_hand.reading import Filled, narrow
+from stemcal.by_hand.refusals import (
+    BrokenRow,
+    FailedWithValue,
+    FarOff,
+    Incomplete,
+    KnownOtherwise,
+    NoReason,
+    NothingToWithdraw,
+    OtherLevels,
+    OtherReplicate,
+    OtherStudy,
+    Refused,
+    SeveralMeant,
+    ToldTwice,
+    UnknownRun,
+    Unreadable,
+)
 from stemcal.folder.store import StudyFolder, now, provenance
 from stemcal.measured.outliers import grubbs
+from stemcal.naming import Named
 from stemcal.runs.answer import keep
 from stemcal.runs.batch import Computed
 from stemcal.runs.key import answer_of, record_key
@@ -31,108 +48,6 @@ _LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked 
 _SAME = 1e-9  # of a value: what writing and reading may change
 _DOUBTED = 1e-3  # chance that a value as far from the others comes of a normal sample
 _FEWEST = 4  # values that make a sample
-
-
-@dataclass(frozen=True)
-class Refused(Tagged):
-    """A row that is not taken: where it stands, which run it names."""
-
-    place: str
-    run: str
-
-
-@dataclass(frozen=True)
-class UnknownRun(Refused):
-    """No run of the study is called so."""
-
-
-@dataclass(frozen=True)
-class OtherReplicate(Refused):
-    """The run has no such replicate."""
-
-    replicate: str
-
-
-@dataclass(frozen=True)
-class SeveralMeant(Refused):
-    """Several runs are called so, and neither condition nor replicate tells which is meant."""
-
-
-@dataclass(frozen=True)
-class OtherLevels(Refused):
-    """The run was asked for at another level, or another condition."""
-
-    name: str
-    given: str
-    asked: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class Unreadable(Refused):
-    """A cell holds no number, for this reason."""
-
-    response: str
-    given: str
-    why: str
-    unit: str
-    wanted: str
-    readings: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True)
-class Incomplete(Refused):
-    """A response is missing beside the others."""
-
-    response: str
-
-
-@dataclass(frozen=True)
-class FailedWithValue(Refused):
-    """The run is said to have failed and to have given a value."""
-
-
-@dataclass(frozen=True)
-class NoReason(Refused):
-    """The run is said to have failed, not why."""
-
-
-@dataclass(frozen=True)
-class BrokenRow(Refused):
-    """The row has more cells than the heading, so that nobody knows which belongs where."""
-
-
-@dataclass(frozen=True)
-class ToldTwice(Refused):
-    """Two rows tell different results of the run."""
-
-    other: str
-
-
-@dataclass(frozen=True)
-class KnownOtherwise(Refused):
-    """Another result of the run was entered before."""
-
-    given: str
-    known: str
-    who: str
-    when: str
-
-
-@dataclass(frozen=True)
-class NothingToWithdraw(Refused):
-    """The run has no result that could be withdrawn."""
-
-
-@dataclass(frozen=True)
-class FarOff(Refused):
-    """A value is far from all others at the same condition."""
-
-    response: str
-    value: float
-    low: float
-    high: float
-    count: int
 
 
 @dataclass(frozen=True)
@@ -230,6 +145,8 @@ def _result(study: Study, solver: Solver, runs: Sequence[Request], filled: Fille
     place = filled.place, filled.run
     if filled.extra:
         return BrokenRow(*place)
+    if filled.study and filled.study != narrow(study.name):
+        return OtherStudy(*place, filled.study, study.name)
     request = _request(study, runs, filled)
     if isinstance(request, Refused):
         return request
@@ -260,11 +177,10 @@ def _other_level(study: Study, run: Request, filled: Filled) -> OtherLevels | No
     for factor in study.factors:
         asked, near = run.levels[factor.name], _LEVEL * (factor.high - factor.low)
         if not _is_level(filled, factor.name, asked, near, factor.unit):
-            return OtherLevels(
-                filled.place, filled.run, factor.name, filled.levels[factor.name], asked, _shown(factor.unit)
-            )
+            unit = Named("", "", "", factor.unit).unit_suffix
+            return OtherLevels(filled.place, filled.run, factor.name, filled.levels[factor.name], asked, unit)
     if at is not None and not _is_level(filled, at.name, run.condition, _LEVEL * abs(run.condition), at.unit):
-        return OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], run.condition, at.written)
+        return OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], run.condition, at.unit_suffix)
     return None
 
 
@@ -276,10 +192,6 @@ def _is_level(filled: Filled, name: str, asked: float, near: float, unit: str) -
     told = number_in(given, filled.decimal, heading, unit)
     possible = readings(given) if isinstance(told, Unread) else [told]
     return any(abs(value - asked) <= near for value in possible)
-
-
-def _shown(unit: str) -> str:
-    return "" if unit in ("", "1") else f" {unit}"
 
 
 def _answer(study: Study, filled: Filled) -> Answer | Refused:

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from stemcal.by_hand.awaited import gone_on, known_runs, run_name
-from stemcal.by_hand.entering import Correction, Entered, Refused, enter
+from stemcal.by_hand.entering import Correction, Entered, enter
 from stemcal.by_hand.form import entered_responses
 from stemcal.by_hand.reading import Filled
+from stemcal.by_hand.refusals import Refused
 from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.files.typed import to_json
 from stemcal.folder.store import StudyFolder
@@ -58,12 +59,12 @@ def enter_filled(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how
         waiting = gone_on(study, folder)
     except StemcalError:  # results may be the remedy; if not, it is told when the study goes on
         waiting = None
-    return enter(study, folder, known_runs(study, folder, waiting), sheet, how)
+    return enter(study.by_hand, folder, known_runs(study, folder, waiting), sheet, how)
 
 
 def require_manual(study: Study) -> None:
     """Raise `UsageError` if a solver answers by itself."""
-    if study.solver.kind != "manual":
+    if study.by_hand.solver.kind != "manual":
         raise UsageError(
             f"solver.kind is {study.solver.kind}, whose runs nobody enters; write solver: {{kind: manual}} for runs "
             "done by hand"

@@ -14,23 +14,24 @@ from stemcal.naming import Named
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 
-RUN, REPLICATE, WHO, WHEN, REMARK = "run", "replicate", "who", "when", "remark"
+RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"
 FAILED, WITHDRAWN = "failed", "withdrawn"
 _ROUND = 1e-5  # of a factor's range: what a level on the sheet may differ from the one that is asked for
 
-Kind = Literal["run", "factor", "condition", "replicate", "response", "said"]
+Kind = Literal["run", "factor", "condition", "replicate", "response", "said", "study"]
 ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
 
 
 @dataclass(frozen=True)
 class Field:
-    """A column of the sheet: what it is called, its unit, what it holds."""
+    """A column of the sheet: what it is called, its unit, what it holds; a `content` is the same in every row."""
 
     name: str
     unit: str
     kind: Kind
     label: str = ""
     decimals: int | None = None
+    content: str = ""
 
     @property
     def heading(self) -> str:
@@ -49,8 +50,10 @@ def fields_of(study: Study) -> list[Field]:
     conditions = [] if at is None else [Field(at.name, at.unit, "condition", at.label)]
     replicates = [Field(REPLICATE, "", "replicate")] if study.replicates > 1 else []
     responses = [Field(r.name, r.unit, "response", r.label) for r in entered_responses(study)]
-    said = [Field(name, "", "said") for name in (WHO, WHEN, REMARK)]
-    return [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses, *said]
+    asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
+    said = [*(Field(name, "", "said") for name in (WHO, WHEN, REMARK)), Field(STUDY, "", "study", content=study.name)]
+    own = {field.name.casefold() for field in asked}  # a factor may be called `study`
+    return [*asked, *(field for field in said if field.name not in own)]
 
 
 def entered_responses(study: Study) -> tuple[Named, ...]:
@@ -76,7 +79,7 @@ def _cell(run: Request, field: Field) -> str | float:
     if field.kind == "factor":
         return round(run.levels[field.name], field.decimals)
     told: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
-    return told.get(field.kind, "")
+    return told.get(field.kind, field.content)
 
 
 def sheet_text(study: Study, runs: Sequence[Request]) -> str:

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stemcal.by_hand import workbook
-from stemcal.by_hand.form import ASKED, REMARK, REPLICATE, RUN, WHEN, WHO, Field, entered_responses, fields_of
+from stemcal.by_hand.form import ASKED, REMARK, REPLICATE, RUN, STUDY, WHEN, WHO, Field, entered_responses, fields_of
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
 from stemcal.measured.encodings import decoded
-from stemcal.measured.workbook import is_foreign, is_workbook
+from stemcal.measured.workbook import is_foreign, is_workbook, text_of_cell
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
 
@@ -38,6 +38,7 @@ class Filled:
     who: str = ""
     when: str = ""
     remark: str = ""
+    study: str = ""
     decimal: str = "."
     extra: int = 0
 
@@ -91,12 +92,13 @@ def _json(text: str, source: str) -> object:
 def told(given: object, source: str, study: Study) -> list[Filled]:
     """Return what a program tells: runs as `ask` gives them, with numbers under ``responses``, or why it ``failed``."""
     runs = given.get("runs") if isinstance(given, Mapping) else given
+    of = text_of_cell(given.get(STUDY)) if isinstance(given, Mapping) else ""
     if not isinstance(runs, Sequence) or isinstance(runs, str):
         raise UsageError(f"{source}: no list of runs; give what `stemcal ask --json` prints, its responses filled in")
-    return [_told(run, f"{source}: run {number}", study) for number, run in enumerate(runs, 1)]
+    return [_told(run, f"{source}: run {number}", study, of) for number, run in enumerate(runs, 1)]
 
 
-def _told(run: object, place: str, study: Study) -> Filled:
+def _told(run: object, place: str, study: Study, of: str) -> Filled:
     if not isinstance(run, Mapping) or not isinstance(run.get("run"), str):
         raise UsageError(f'{place} has no name; give each as {{"run": "screen 1", "responses": {{…}}}}')
     names = [response.name for response in entered_responses(study)]
@@ -107,26 +109,21 @@ def _told(run: object, place: str, study: Study) -> Filled:
         if name not in names:
             raise UsageError(f"{place}: no response {name!r:.60}; {did_you_mean(str(name), names)}")
     at = study.naming.condition
-    places = {} if at is None or run.get("condition") is None else {at.name: _text(run["condition"])}
-    values = {name: _text(responses.get(name)) for name in names}
+    places = {} if at is None or run.get("condition") is None else {at.name: text_of_cell(run["condition"])}
+    values = {name: text_of_cell(responses.get(name)) for name in names}
     if run.get("failed"):
-        values[names[0]] = f"failed: {_text(run['failed'])}"
-    replicate = {} if run.get(REPLICATE) is None else {REPLICATE: _text(run[REPLICATE])}
+        values[names[0]] = f"failed: {text_of_cell(run['failed'])}"
+    replicate = {} if run.get(REPLICATE) is None else {REPLICATE: text_of_cell(run[REPLICATE])}
     return Filled(
         place,
         run["run"],
         values,
-        {str(name): _text(level) for name, level in levels.items()} | places | replicate,
-        who=_text(run.get(WHO)),
-        when=_text(run.get(WHEN)),
-        remark=_text(run.get(REMARK)),
+        {str(name): text_of_cell(level) for name, level in levels.items()} | places | replicate,
+        who=text_of_cell(run.get(WHO)),
+        when=text_of_cell(run.get(WHEN)),
+        remark=text_of_cell(run.get(REMARK)),
+        study=of,
     )
-
-
-def _text(value: object) -> str:
-    if value is None:
-        return ""
-    return repr(value) if isinstance(value, float) else str(value).strip()
 
 
 # ---- a sheet
@@ -180,6 +177,7 @@ def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
             who=_of(cells, columns, WHO),
             when=_of(cells, columns, WHEN),
             remark=_of(cells, columns, REMARK),
+            study=_of(cells, columns, STUDY),
             decimal=decimal,
             extra=max(0, len(cells) - width),
         )
@@ -199,7 +197,7 @@ def _columns(head: Sequence[str], source: str, study: Study) -> tuple[dict[Field
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit
-    missing = [column.heading for column in fields if column not in places and column.kind != "said"]
+    missing = [column.heading for column in fields if column not in places and column.kind not in ("said", "study")]
     if missing:
         raise UsageError(f"{source}: no column is headed {listed(missing)}; head it as in the sheet of this study")
     return places, units
@@ -220,7 +218,7 @@ def _parted(heading: str) -> tuple[str, str]:
 
 
 def _of(cells: Sequence[str], columns: Mapping[Field, int], name: str) -> str:
-    places = [i for column, i in columns.items() if column.name == name and column.kind in ("run", "said")]
+    places = [i for column, i in columns.items() if column.name == name and column.kind in ("run", "said", "study")]
     return _at(cells, places[0]) if places else ""
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
-from stemcal.measured.workbook import MAX_CELLS, MAX_UNPACKED
+from stemcal.measured.workbook import MAX_CELLS, opening, text_of_cell
 
 if TYPE_CHECKING:
     from stemcal.by_hand.form import Field
@@ -52,36 +51,11 @@ def tables(content: bytes, source: str) -> list[tuple[str, list[tuple[int, list[
     """Return title and (row number, cells) of every sheet of a workbook.
 
     A formula that was never calculated stands there as it is written, a cell merged with one of another row as
-    `MERGED`, an error as its sign: none of them passes for a value.
-
-    Raises
-    ------
-    UsageError
-        If openpyxl is not installed, or the file is damaged, too large, or no workbook of Excel's.
+    `MERGED`, an error as its sign: none of them passes for a value. `UsageError` as of `opening`.
     """
-    try:
-        import openpyxl
-    except ImportError:
-        raise UsageError(
-            f'{source} is a workbook; to read it install openpyxl with `pip install "stemcal[excel]"`, '
-            "or save its sheet as CSV"
-        ) from None
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            unpacked = sum(entry.file_size for entry in archive.infolist())
-        if unpacked > MAX_UNPACKED:
-            raise UsageError(f"{source} unpacks to more than {MAX_UNPACKED // 2**20} MiB; save its sheet as CSV")
-        values = openpyxl.load_workbook(io.BytesIO(content), data_only=True, keep_links=False)
-        formulas = openpyxl.load_workbook(io.BytesIO(content), data_only=False, keep_links=False)
-        pairs = zip(values.worksheets, formulas.worksheets, strict=True)
-        return [(sheet.title, list(_rows(sheet, other, source))) for sheet, other in pairs]
-    except UsageError:
-        raise
-    except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
-        reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
-        raise UsageError(
-            f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
-        ) from None
+    with opening(content, source) as load:
+        pairs = zip(load(data_only=True).worksheets, load(data_only=False).worksheets, strict=True)
+        return [(sheet.title, list(_rows(sheet, formulas, source))) for sheet, formulas in pairs]
 
 
 def _rows(sheet: Any, formulas: Any, source: str) -> Iterator[tuple[int, list[str]]]:
@@ -97,8 +71,4 @@ def _rows(sheet: Any, formulas: Any, source: str) -> Iterator[tuple[int, list[st
 
 
 def _text(cell: Any, formula: Any) -> str:
-    """Return a cell as it would stand in a text, a number with all its digits."""
-    value = formula.value if cell.value is None else cell.value
-    if value is None:
-        return ""
-    return repr(value) if isinstance(value, float) else str(value).strip()
+    return text_of_cell(formula.value if cell.value is None else cell.value)

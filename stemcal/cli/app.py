@@ -20,6 +20,7 @@ from stemcal.cli import (
     explain,
     export,
     export_deck,
+    export_material,
     import_deck,
     init,
     measure,
@@ -71,9 +72,9 @@ for _stage in STAGES:
     if _stage.name != "audit":
         app.command(rich_help_panel=PANEL)(stages.command_of(_stage))
 app.command(rich_help_panel=PANEL)(augment.augment)
-app.command(rich_help_panel=PANEL)(by_hand.enter)
+app.command(rich_help_panel=PANEL)(by_hand.enter_command())
 app.command(rich_help_panel=PANEL)(by_hand.ask)
-app.command(rich_help_panel=PANEL)(by_hand.tell)
+app.command(rich_help_panel=PANEL)(by_hand.tell_command())
 app.command(rich_help_panel=PANEL)(report.report)
 app.command(rich_help_panel=RESULTS)(export.export)
 app.command(rich_help_panel=RESULTS)(plot.plot)
@@ -84,6 +85,7 @@ app.command(rich_help_panel=AROUND)(check.check)
 app.command(rich_help_panel=AROUND)(plan.plan)
 app.command(rich_help_panel=AROUND)(simulate.simulate)
 app.command("export-deck", rich_help_panel=AROUND)(export_deck.export_deck)
+app.command("export-material", rich_help_panel=AROUND)(export_material.export_material)
 app.command("import-deck", rich_help_panel=AROUND)(import_deck.import_deck)
 app.command(rich_help_panel=FOLDER)(status.status)
 app.command(rich_help_panel=FOLDER)(runs.runs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,88 +50,91 @@ def ask(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = Fal
         work.folder.remember_spec(work.study.source)
         rows = [] if waiting is None else sheet_rows(work.study, work.folder, waiting)
         if rows:
-            sheet = hand_out(work.study, work.folder, rows)
+            sheet = hand_out(work.study.by_hand, work.folder, rows)
     if as_json:
-        say_json(asked_json(work.study, waiting, rows))
+        say_json(asked_json(work.study.by_hand, waiting, rows))
     elif waiting is None:
         say(nothing_awaited(str(spec)))
     else:
-        say_whole(*sheet_text(work.study, rows).removeprefix("\ufeff").splitlines())
+        say_whole(*sheet_text(work.study.by_hand, rows).removeprefix("\ufeff").splitlines())
         if not quiet:
             note(waiting_for(len(rows), waiting.stage, str(sheet), str(spec)))
 
 
-def tell(
-    spec: Spec,
-    file: Sheet,
-    out: Out = None,
-    replace: Replace = False,
-    reason: Reason = "",
-    who: Who = "",
-    sure: Sure = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
-) -> None:
-    """Record results and do nothing else: for programs, which ask and tell in turn.
-
-    FILE is what [bold]stemcal ask SPEC --json[/bold] prints with its responses filled in, or a sheet.
-
-    Example: [bold]stemcal tell my-study.yaml results.json[/bold]
-    """
-    from stemcal.cli.session import opened
-
-    content = _content(file)
-    with opened(spec, out, 1, "local", quiet) as work:
-        found = _entered(work, content, file, _correction(replace, reason, who, sure))
-    _show(work, found, as_json)
+def tell_command() -> Callable[..., None]:
+    """Return the command that records results and does nothing else."""
+    return _taking("tell", _TELL, goes_on=False)
 
 
-def enter(
-    spec: Spec,
-    file: Sheet,
-    out: Out = None,
-    replace: Replace = False,
-    reason: Reason = "",
-    who: Who = "",
-    sure: Sure = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
-) -> None:
-    """Record the results of a sheet, whole or in part, in any order, and go on as far as they allow.
+def enter_command() -> Callable[..., None]:
+    """Return the command that records results and goes on."""
+    return _taking("enter", _ENTER, goes_on=True)
 
-    Each row is checked; those that are right are taken, the others are named with what is wrong. A run that could not
-    be done is entered as [bold]failed: why[/bold]; with --replace and a reason,
-    [bold]withdrawn[/bold] takes a result back.
 
-    Example: [bold]stemcal enter my-study.yaml runs/my-study/sheet.xlsx[/bold]
-    """
+_TELL = """Record results and do nothing else: for programs, which ask and tell in turn.
+
+FILE is what [bold]stemcal ask SPEC --json[/bold] prints with its responses filled in, or a sheet.
+
+Example: [bold]stemcal tell my-study.yaml results.json[/bold]
+"""
+_ENTER = """Record the results of a sheet, whole or in part, in any order, and go on as far as they allow.
+
+Each row is checked; those that are right are taken, the others are named with what is wrong. A run that could not
+be done is entered as [bold]failed: why[/bold]; with --replace and a reason,
+[bold]withdrawn[/bold] takes a result back.
+
+Example: [bold]stemcal enter my-study.yaml runs/my-study/sheet.xlsx[/bold]
+"""
+
+
+def _taking(name: str, help_text: str, *, goes_on: bool) -> Callable[..., None]:
+    """Return a command that records results, and goes on from there or not."""
+
+    def command(
+        spec: Spec,
+        file: Sheet,
+        out: Out = None,
+        replace: Replace = False,
+        reason: Reason = "",
+        who: Who = "",
+        sure: Sure = False,
+        as_json: AsJson = False,
+        quiet: Quiet = False,
+    ) -> None:
+        from stemcal.cli.session import opened
+
+        content, how = _content(file), _correction(replace, reason, who, sure)
+        with opened(spec, out, 1, "local", quiet) as work:
+            _show(work, _entered(work, content, file, how), as_json)
+            show = _gone_on(work, as_json) if goes_on else None
+        if show is not None and not as_json:
+            show(False, quiet)
+
+    command.__name__, command.__doc__ = name, help_text
+    return command
+
+
+def _gone_on(work: Session, as_json: bool) -> Callable[..., None]:
+    """Take the study to its end; return what shows it."""
     from stemcal.by_hand.handing_out import take_back
     from stemcal.cli.run import go_through
-    from stemcal.cli.session import opened
 
-    content = _content(file)
-    with opened(spec, out, 1, "local", quiet) as work:
-        found = _entered(work, content, file, _correction(replace, reason, who, sure))
-        _show(work, found, as_json)
-        show = go_through(work, tell=not as_json)
-        take_back(work.folder)
-    if not as_json:
-        show(False, quiet)
+    show = go_through(work, tell=not as_json)
+    take_back(work.folder)
+    return show
 
 
 def _content(file: Path) -> bytes:
     """Return what is to be entered."""
     if str(file) == "-":
         return sys.stdin.buffer.read()
+    from stemcal.by_hand.reading import MAX_BYTES
     from stemcal.files.plain import read_plain
 
     try:
-        return read_plain(file, _MOST_BYTES)
+        return read_plain(file, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"{file}: {error.strerror}; name the sheet that is filled in") from None
-
-
-_MOST_BYTES = 10 << 20
 
 
 def _correction(replace: bool, reason: str, who: str, sure: bool) -> Correction:
@@ -149,7 +153,7 @@ def _entered(work: Session, content: bytes, file: Path, how: Correction) -> Ente
 
     require_manual(work.study)
     source = "standard input" if str(file) == "-" else file.name
-    return enter_filled(work.study, work.folder, filled(content, source, work.study), how)
+    return enter_filled(work.study, work.folder, filled(content, source, work.study.by_hand), how)
 
 
 def _show(work: Session, found: Entered, as_json: bool) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-KITS = ("by-hand",)
+from stemcal.kits import KITS
 
 
 def init(
@@ -17,10 +18,11 @@ def init(
         typer.Option(metavar="NAME", help="With published ranges: wheat, rice, rape, sugarcane, chickpea, maize."),
     ] = None,
     kit: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Another study to start from: by-hand, whose runs people do.")
+        str | None,
+        typer.Option(metavar="NAME", help=f"Another study to start from, with its files: {', '.join(KITS)}."),
     ] = None,
 ) -> None:
-    """Write NAME.yaml, a commented spec to start from. An existing file is left alone.
+    """Write NAME.yaml, a commented spec to start from, and the files of a kit. An existing file is left alone.
 
     Example: [bold]stemcal init maize-2026 --crop maize[/bold]
     """
@@ -29,18 +31,22 @@ def init(
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    write_new(path, template(stem, crop) if kit is None else _kit(kit, stem, crop))
-    say_whole(str(path))
+    texts = {path: template(stem, crop)} if kit is None else _kit(kit, path, crop)
+    texts = {file: text for file, text in texts.items() if file == path or not _holds(file, text)}
+    require_new(texts)
+    for file, text in texts.items():
+        write_new(file, text)
+        say_whole(str(file))
     given = f'"{path}"' if " " in str(path) else path
     note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")
 
 
-def _kit(kit: str, name: str, crop: str | None) -> str:
-    """Return the spec of a kit, for a study of that name."""
+def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:
+    """Return the spec of a kit, for a study of that name, and the files of the kit beside it."""
     import json
-    from importlib.resources import files
 
     from stemcal.errors import UsageError
+    from stemcal.kits import kit_text
     from stemcal.study.reading.template import study_name
     from stemcal.words import did_you_mean
 
@@ -48,10 +54,23 @@ def _kit(kit: str, name: str, crop: str | None) -> str:
         raise UsageError(f"--kit {kit[:60]!r}: there is none; {did_you_mean(kit, KITS)}")
     if crop is not None:
         raise UsageError("--crop is for a study of stems; leave out --kit")
-    text = files("stemcal.cli").joinpath(f"{kit}.yaml").read_text(encoding="utf-8")
-    return text.replace("runs/@NAME@", f"runs/{name}").replace(
-        "@NAME@", json.dumps(study_name(name), ensure_ascii=False)
-    )
+    name = json.dumps(study_name(path.stem), ensure_ascii=False)
+    spec = kit_text(kit).replace("runs/@NAME@", f"runs/{path.stem}").replace("@NAME@", name)
+    return {path: spec} | {path.parent / file: kit_text(file) for file in KITS[kit]}
+
+
+def _holds(path: Path, text: str) -> bool:
+    """Whether a file is there with this text: another kit of the folder has it too."""
+    return path.is_file() and path.read_text(encoding="utf-8", errors="replace") == text
+
+
+def require_new(paths: Iterable[Path]) -> None:
+    """Raise `UsageError` if one of these files is there already, before any is written."""
+    from stemcal.errors import UsageError
+
+    for path in paths:
+        if path.exists() or path.is_symlink():
+            raise UsageError(f"{path} exists already; choose another name or remove it first")
 
 
 def write_new(path: Path, text: str) -> None:

@@ -29,6 +29,6 @@ def recorded_run(study: Study, out: Path | None, short: str) -> tuple[dict[str, 
     unknown = sorted(set(request.levels) - set(study.names))
     if unknown:
         raise UsageError(f"run {short}: the spec has no factor {', '.join(unknown)} now; use the spec it was made with")
-    if record_key(make_solver(study), request) != key:
+    if record_key(make_solver(study.seen_by(request.stage)), request) != key:
         warn(f"the spec has changed since run {short}: same levels and diameter, but not the same model")
     return dict(request.levels), request.condition

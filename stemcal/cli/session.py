@@ -45,7 +45,7 @@ class Session:
         from stemcal.overview.foresight import demand_of_left, left_to_run
         from stemcal.solvers import make_solver
 
-        here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study)
+        here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study.seen_by(stage or ""))
         left = left_to_run(self.study, self.folder, solver, stage)
         require_sense(demand_of_left(left, solver), self.executor.workers, yes, here)
         self.watch.expect({part.stage: (part.rows, len(part.runs)) for part in left})
@@ -125,22 +125,19 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
     from stemcal.text.by_hand import waiting_for
 
     rows = sheet_rows(work.study, work.folder, waiting)
-    sheet = hand_out(work.study, work.folder, rows)
+    sheet = hand_out(work.study.by_hand, work.folder, rows)
     work.folder.remember_spec(work.study.source)
     return waiting_for(len(rows), waiting.stage, str(sheet), str(spec))
 
 
 def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:
     """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
-    from stemcal.executors.machine import free_memory, machine_memory
-    from stemcal.overview.foresight import excess, scarce
-    from stemcal.text.plan import sentences
+    from stemcal.text.plan import objections
 
-    for said in sentences(excess(demand, workers, machine_memory() if here else None)):
-        if not yes:
-            raise UsageError(f"{said} --yes begins it all the same.")
-        warn(said)
-    for said in sentences(scarce(demand, workers, free_memory()) if here else ()):
+    too_much, scarce = objections(demand, workers, here)
+    if too_much and not yes:
+        raise UsageError(f"{' '.join(too_much)} --yes begins it all the same.")
+    for said in (*too_much, *scarce):
         warn(said)
 
 

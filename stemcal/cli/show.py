@@ -89,7 +89,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.findings import spoken
-    from stemcal.report.tables.stages import joint_tables
+    from stemcal.report.tables.stages import joint_tables, tables_of
     from stemcal.report.tables.terminal import drawn, stage_tables
     from stemcal.text.calibration import KNOWN
     from stemcal.text.names import Names
@@ -102,6 +102,9 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
         say(*stage_tables(results.mesh, verdict.holds))
     if found is not None and verdict.holds:
         say(*spoken(found))
+    if results.transfer is not None:
+        tables = tables_of(results.transfer)
+        say(*(part for table in tables if not table.detail for part in drawn(table)))
     warnings = [] if verdict.says("physics") else warned(run_warnings(read_records(results, folder)))
     said = read_first([*warnings, *said_by_all(results, verdict.holds)])
     said = [(title, remark) for title, remark in said if remark.kind != KNOWN]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from stemcal.errors import UsageError
@@ -26,8 +27,9 @@ def is_foreign(content: bytes) -> bool:
     return content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(OTHERS)
 
 
-def sheets(content: bytes, source: str) -> list[tuple[str, list[Line]]]:
-    """Return title and lines of every sheet that is not empty.
+@contextmanager
+def opening(content: bytes, source: str) -> Iterator[Callable[..., Any]]:
+    """Yield `load`, which opens the workbook with options of openpyxl's; what goes wrong meanwhile is named.
 
     Raises
     ------
@@ -46,8 +48,7 @@ def sheets(content: bytes, source: str) -> list[tuple[str, list[Line]]]:
             unpacked = sum(entry.file_size for entry in archive.infolist())
         if unpacked > MAX_UNPACKED:
             raise UsageError(f"{source} unpacks to more than {MAX_UNPACKED // 2**20} MiB; save its sheet as CSV")
-        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
-        return [(sheet.title, lines) for sheet in book.worksheets if (lines := list(_lines(sheet, source)))]
+        yield lambda **options: openpyxl.load_workbook(io.BytesIO(content), keep_links=False, **options)
     except UsageError:
         raise
     except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
@@ -55,6 +56,13 @@ def sheets(content: bytes, source: str) -> list[tuple[str, list[Line]]]:
         raise UsageError(
             f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
         ) from None
+
+
+def sheets(content: bytes, source: str) -> list[tuple[str, list[Line]]]:
+    """Return title and lines of every sheet that is not empty; `UsageError` as of `opening`."""
+    with opening(content, source) as load:
+        book = load(read_only=True, data_only=True)
+        return [(sheet.title, lines) for sheet in book.worksheets if (lines := list(_lines(sheet, source)))]
 
 
 def _lines(sheet: Any, source: str) -> Iterator[Line]:
@@ -65,7 +73,7 @@ def _lines(sheet: Any, source: str) -> Iterator[Line]:
         seen += len(row) + 1
         if seen > MAX_CELLS:
             raise UsageError(f"{source}: sheet {sheet.title!r} has more than {MAX_CELLS:,} cells; is it one of curves?")
-        cells = [_text(value) for value in row]
+        cells = [text_of_cell(value) for value in row]
         while cells and not cells[-1]:
             cells.pop()
         if not cells:
@@ -76,7 +84,7 @@ def _lines(sheet: Any, source: str) -> Iterator[Line]:
         yield Line(" ".join(filter(None, cells)), tuple(cells), cells[0].startswith("#") and len(cells) == 1)
 
 
-def _text(value: object) -> str:
+def text_of_cell(value: object) -> str:
     """Return a cell's value as it would stand in a text, a number with all its digits."""
     if value is None:
         return ""

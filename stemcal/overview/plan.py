@@ -65,6 +65,23 @@ class DecidedLater(Note):
 
 
 @dataclass(frozen=True)
+class AskedTogether(Note):
+    """A stage knows its runs once the stage before it is done, and has them run together: so many at most."""
+
+    stage: str
+    most: int
+
+
+@dataclass(frozen=True)
+class InAnotherProgram(Note):
+    """The transfer has runs of its own in another solver of this kind: so many at most, beside those here."""
+
+    solver: str
+    here: int
+    there: int
+
+
+@dataclass(frozen=True)
 class OtherMeshes(Note):
     """The solution is simulated at so many places of the mesh, with so many element sizes, at so many conditions."""
 
@@ -139,6 +156,7 @@ def plan(
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))
     left = [missing(part, study, solver, folder) for part in wanted]
     stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
+    to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
     rest = overhead(solver)
@@ -154,9 +172,9 @@ def plan(
         "plan",
         study.name,
         Rows(stages),
-        sum(stage.to_run for stage in stages),
+        to_run,
         None if None in seconds else sum(second or 0.0 for second in seconds),
-        (*notes, *_decided_later(study), *foretold),
+        (*notes, *_decided_later(study), *_in_another_program(study, folder, to_run), *foretold),
         max((stage.memory for stage in stages if stage.memory is not None), default=None),
         costs.source,
         costs.recorded,
@@ -183,11 +201,20 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
 def _decided_later(study: Study) -> Iterator[Note]:
     """Yield how many runs may come on top, one by one."""
     if study.climb is not None:
-        yield DecidedLater("climb", study.climb.steps + 1)
+        yield (AskedTogether if study.climb.at_once else DecidedLater)("climb", study.climb.steps + 1)
     if study.refine is not None:
         yield DecidedLater("refine", study.refine.budget)
     if study.mesh is not None:
         yield OtherMeshes(study.mesh.phases, len(study.mesh.sizes), max(len(study.joint_targets), 1))
+
+
+def _in_another_program(study: Study, folder: StudyFolder | None, here: int) -> Iterator[Note]:
+    """Yield how many runs the transfer may still ask of its solver, beside those here."""
+    if study.transfer is None:
+        return
+    records = [] if folder is None else [folder.peek(key) for key in folder.keys()]  # noqa: SIM118
+    done = sum(record is not None and record["request"]["stage"] == "transfer" for record in records)
+    yield InAnotherProgram(study.transfer.solver.kind, here, max(0, study.transfer.budget - done))
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:

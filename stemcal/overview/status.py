@@ -27,6 +27,7 @@ from stemcal.study.model import Study
 SCHEMA_VERSION = 2
 SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: those that are awaited
 _SHORTEST_KEY = 4
+_DECIDING = {stage.name for stage in STAGES}
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ def _others(known: Collection[str], stages: Collection[str], study: Study, folde
     """Yield the records of stages that decide from run to run what to ask next."""
     for key in folder.keys():  # noqa: SIM118
         record = folder.peek(key) if key not in known else None
-        if record is not None and record["request"]["stage"] not in stages:
+        if record is not None and record["request"]["stage"] in _DECIDING - {*stages}:
             yield _entry(Request(**record["request"]), key, study, folder)
 
 
@@ -162,7 +163,8 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
     ]
     verdict = verdict_of(study, folder)
     place = folder.path / SHEET
-    sheet = str(place) if isinstance(solver, ByHand) and place.exists() else None
+    manual = isinstance(solver, ByHand) or study.by_hand.solver.kind == "manual"
+    sheet = str(place) if manual and place.exists() else None
     return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict, sheet)
 
 
@@ -231,13 +233,13 @@ def retry(
 
     A record is replaced when its new answer is there, not before.
     """
-    solver = solver or make_solver(study)
     policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
     with folder:
         chosen = _chosen(ledger(study, folder, solver), keys)
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
-            answer_all(requests, solver, folder, executor, watch, policy, again={entry.key for entry in chosen})
+            own = solver or make_solver(study.seen_by(stage))
+            answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
 
 

@@ -24,7 +24,7 @@ class ByHand:
         require_manual(study)
         with StudyFolder(default_place(study.name) if out is None else out) as folder:
             waiting = gone_on(study, folder)
-            return [] if waiting is None else asked_runs(study, sheet_rows(study, folder, waiting))
+            return [] if waiting is None else asked_runs(study.by_hand, sheet_rows(study, folder, waiting))
 
     def tell(self, study: Study, runs: Sequence[Mapping[str, Any]], out: str | Path | None, **how: Any) -> int:
         """Record results; return how many were taken."""
@@ -41,7 +41,7 @@ class ByHand:
             raise UsageError(f"tell: no parameter {', '.join(how)}; there are replace, who and sure")
         correction = Correction(bool(reason), str(reason), who or user_name(), bool(sure))
         with StudyFolder(default_place(study.name) if out is None else out) as folder:
-            found = enter_filled(study, folder, told(list(runs), "tell", study), correction)
+            found = enter_filled(study, folder, told(list(runs), "tell", study.by_hand), correction)
         if found.refused:
             raise UsageError("\n".join(refused(found, Names(study.naming))))
         return len(found.taken) + len(found.replaced)

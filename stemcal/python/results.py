@@ -25,6 +25,7 @@ from stemcal.stages.result import R, StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
@@ -225,6 +226,11 @@ class StudyResults:
         """Measured against simulated response."""
         found = self._there(self._results.validation, "validate")
         return _plotted(Validation, found, ValidationPlots(found, self.study))
+
+    @property
+    def transfer(self) -> TransferResult:
+        """The parameters for another program or mesh, and what they give there."""
+        return self._there(self._results.transfer, "transfer")
 
     def _there(self, result: R | None, stage: str) -> R:
         if result is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,10 +13,9 @@ from stemcal import workflow
 from stemcal.cutting import CuttingResult, Symmetry
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
-from stemcal.executors.machine import machine_memory
 from stemcal.files.rows import Column, Table
 from stemcal.folder.store import StudyFolder, default_place
-from stemcal.overview.foresight import Demand, demand_of_left, demand_of_one, excess, left_to_run
+from stemcal.overview.foresight import Demand, demand_of_left, demand_of_one, left_to_run
 from stemcal.python.by_hand import ByHand
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
@@ -29,7 +29,7 @@ from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, level_of
 from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.types.field_types import Whole
-from stemcal.text.plan import sentences
+from stemcal.text.plan import objections
 from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None
@@ -99,10 +99,12 @@ def _study(given: Study | str | Path) -> Study:
 
 
 def _require_sense(demand: Demand, workers: int, yes: bool) -> None:
-    """Refuse what needs more than this machine's memory, or days, unless that is meant."""
-    too_much = [] if yes else sentences(excess(demand, workers, machine_memory()))
-    if too_much:
+    """Refuse what needs more than this machine's memory, or days, unless that is meant; warn of scarce memory."""
+    too_much, scarce = objections(demand, workers)
+    if too_much and not yes:
         raise UsageError(f"{' '.join(too_much)} yes=True begins it all the same.")
+    for said in (*too_much, *scarce):
+        warnings.warn(said, stacklevel=3)
 
 
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:

@@ -161,6 +161,22 @@ STAGES: tuple[Stage, ...] = (
         pictured=True,
     ),
     Stage(
+        "transfer",
+        "Transfer",
+        "stemcal.stages.transfer.stage",
+        "transfer",
+        "TransferResult",
+        ("transfer", "targets"),
+        lambda _study: "validate",
+        """Run the calibrated point in another program or on another mesh, and correct it there.
+
+        What answers there stands under transfer.solver. It ends within transfer.tolerance_percent of the measured
+        value, or after transfer.budget runs of that program. With a section transfer in the spec it is part of
+        `stemcal run`.
+        """,
+        lambda study: study.transfer is not None,
+    ),
+    Stage(
         "audit",
         "Audit",
         "stemcal.stages.audit.stage",

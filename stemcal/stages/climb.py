@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -18,7 +18,7 @@ from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
-from stemcal.stages.result import CodedScale, Head, StageResult
+from stemcal.stages.result import CodedScale, DesignRuns, Head, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
@@ -89,7 +89,11 @@ def _climbed(
     study: Study, head: Head, names: list[str], chosen: list[Note], screening: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
     options, target = study.climb or ClimbOptions(), study.calibration_target.response
-    rows = _walk(study, names, [screening.effect(name).effect for name in names], options, simulate)
+    effects = [screening.effect(name).effect for name in names]
+    if options.at_once:
+        rows = _leap(study, names, effects, options, simulate, screening.design)
+    else:
+        rows = _walk(study, names, effects, options, simulate)
     responses = [row.outcome.response for row in rows]
     best = rows[nearest_step(responses, target)]
     return ClimbResult(
@@ -114,15 +118,33 @@ def _walk(
 ) -> list[ClimbRow]:
     """Simulate the centre, then step along the slope until the response has passed the target."""
     target = study.calibration_target.response
-    start = _row(study, 0, dict.fromkeys(names, 0.0), simulate)
-    if start.outcome.response is None:
-        raise RunsFailed(f"climb: the run at mid-levels failed ({start.outcome.reason}): {start.outcome.message}")
-    rows = [start]
-    path = _path(study, names, effects, options, start.outcome.response < target)
+    start = _rows(study, names, [[0.0] * len(names)], simulate)
+    if start[0].outcome.response is None:
+        failed = start[0].outcome
+        raise RunsFailed(f"climb: the run at mid-levels failed ({failed.reason}): {failed.message}")
+    rows = start
+    path = _path(study, names, effects, options, start[0].outcome.response < target)
     for step, point in enumerate(path[1:], 1):
-        rows.append(_row(study, step, dict(zip(names, map(float, point), strict=True)), simulate))
+        rows += _rows(study, names, [point], simulate, step)
         if passed([row.outcome.response for row in rows], target):
             break
+    return rows
+
+
+def _leap(
+    study: Study,
+    names: list[str],
+    effects: Sequence[float],
+    options: ClimbOptions,
+    simulate: SimulateAt,
+    design: DesignRuns,
+) -> list[ClimbRow]:
+    """Simulate the whole path together; the mean of the screening is what a plane has at its centre."""
+    known = [run.response for run in design.runs if run.response is not None]
+    rise = sum(known) / len(known) < study.calibration_target.response
+    rows = _rows(study, names, _path(study, names, effects, options, rise), simulate)
+    if all(row.outcome.response is None for row in rows):
+        raise RunsFailed(f"climb: all {len(rows)} runs failed ({rows[0].outcome.reason}): {rows[0].outcome.message}")
     return rows
 
 
@@ -135,13 +157,22 @@ def _path(study: Study, names: list[str], effects: Sequence[float], options: Cli
     return own_path(effects, sizes, options.steps, rise)
 
 
-def _row(study: Study, step: int, coded: dict[str, float], simulate: SimulateAt) -> ClimbRow:
-    levels = study.midlevels()
-    for name, value in coded.items():
-        factor = study.factor(name)
-        levels[name] = float(f"{factor.centre + factor.half_range * value:.12g}")
-    (found,) = simulate(step, [levels], [study.targets.calibrate_at])
-    return ClimbRow(step, levels, coded, error_percent(study.calibration_target.response, found.response), found)
+def _rows(
+    study: Study, names: list[str], points: Iterable[Sequence[float]], simulate: SimulateAt, first: int = 0
+) -> list[ClimbRow]:
+    """Simulate coded points together; `first` is the step of the first one."""
+    coded = [dict(zip(names, map(float, point), strict=True)) for point in points]
+    levels = [study.midlevels() | {name: _natural(study, name, at) for name, at in one.items()} for one in coded]
+    found, target = simulate(first, levels, [study.targets.calibrate_at]), study.calibration_target.response
+    return [
+        ClimbRow(step, at, point, error_percent(target, outcome.response), outcome)
+        for step, (at, point, outcome) in enumerate(zip(levels, coded, found, strict=True), first)
+    ]
+
+
+def _natural(study: Study, name: str, coded: float) -> float:
+    factor = study.factor(name)
+    return float(f"{factor.centre + factor.half_range * coded:.12g}")
 
 
 def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:

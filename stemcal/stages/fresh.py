@@ -46,7 +46,10 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
 
     Without a `solver` of one's own it is the spec's.
     """
-    dump = _with_contents(study.model_dump())
+    whole, study = study, study.seen_by(stage)
+    if study is not whole:
+        solver = None  # the stage has one of its own
+    dump = _with_contents(whole.model_dump())
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in ("published", *stage_called(stage).options)}
     if not study.naming.is_cutting:
@@ -57,7 +60,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     if stage_called(stage).simulates:
         parts |= _solver_parts(study, solver, stage) | {"runs.censored": study.runs.censored}
         parts["solver.replicates"] = study.replicates
-    if (before := stage_called(stage).needs(study)) is not None:
+    if (before := stage_called(stage).needs(whole)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {CODE: code_version()} | {name: digest(part)[:_SHORT] for name, part in parts.items()}
 
@@ -133,7 +136,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
         differing = _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    corrected = not differing and study.solver.kind == "manual" and _corrected(stage, study, folder)
+    corrected = not differing and study.seen_by(stage).solver.kind == "manual" and _corrected(stage, study, folder)
     return ["results"] if corrected else differing
 
 

@@ -18,6 +18,7 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult, read_result
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.study.model import Study
 
@@ -36,12 +37,14 @@ class Results:
     refinement: RefineResult | None = None
     mesh: MeshResult | None = None
     validation: ValidateResult | None = None
+    transfer: TransferResult | None = None
     stale: tuple[str, ...] = ()
 
     def done(self) -> Iterator[StageResult]:
         """Yield the results that are there, in the order of the stages."""
         everything = (
             self.screen, self.climb, self.surface, self.inversion, self.refinement, self.mesh, self.validation,
+            self.transfer,
         )  # fmt: skip
         yield from (result for result in everything if result is not None)
 
@@ -86,6 +89,7 @@ def fresh_results(study: Study, folder: StudyFolder) -> Results:
         read(RefineResult),
         read(MeshResult),
         read(ValidateResult),
+        read(TransferResult),
     )
     results = Results(*found, stale=tuple(dict.fromkeys(reasons)))
     if results.mesh is None or results.inversion is None:

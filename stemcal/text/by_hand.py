@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from stemcal.by_hand.entering import (
+from stemcal.by_hand.entering import Entered
+from stemcal.by_hand.refusals import (
     BrokenRow,
-    Entered,
     FailedWithValue,
     FarOff,
     Incomplete,
@@ -13,6 +13,7 @@ from stemcal.by_hand.entering import (
     NothingToWithdraw,
     OtherLevels,
     OtherReplicate,
+    OtherStudy,
     SeveralMeant,
     ToldTwice,
     UnknownRun,
@@ -64,6 +65,7 @@ def refused(found: Entered, names: Names) -> list[str]:
 
 
 states(UnknownRun, "{place}: the study asks for no run {run!r}; write its name as on the sheet, such as screen 3")
+states(OtherStudy, "{place}: {run} is of the study {given!r}, not of {own!r}; enter the row for that one")
 states(OtherReplicate, "{place}: {run} has no replicate {replicate!r}; write the number as on the sheet")
 states(SeveralMeant, "{place}: several runs are called {run}; tell its condition and replicate, as `ask` gives them")
 states(Incomplete, "{place}: {run} has no {response}; write its value too, or `failed: why`")

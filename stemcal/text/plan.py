@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stemcal.executors import machine
 from stemcal.notes import Note
-from stemcal.overview.foresight import ScarceMemory, TooLong, TooMuchMemory
-from stemcal.overview.plan import CannotCarry, DecidedLater, DesignPower, FactorsAssumed, OtherMeshes, Plan
+from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
+from stemcal.overview.plan import (
+    AskedTogether,
+    CannotCarry,
+    DecidedLater,
+    DesignPower,
+    FactorsAssumed,
+    InAnotherProgram,
+    OtherMeshes,
+    Plan,
+)
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 from stemcal.text.numbers import duration
+from stemcal.text.transfer import program
 
 
 def total(found: Plan) -> list[str]:
@@ -69,9 +80,25 @@ def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
     return [sentence(note, names or Names()) for note in notes]
 
 
+def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[str], list[str]]:
+    """Say what speaks against so many runs: more than this machine's memory or days; memory that is not free now.
+
+    Where they are computed is `here`, or elsewhere: then this machine's memory does not count.
+    """
+    too_much = excess(demand, workers, machine.machine_memory() if here else None)
+    return sentences(too_much), sentences(scarce(demand, workers, machine.free_memory()) if here else ())
+
+
 states(FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
 states(DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
+states(AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
 states(CannotCarry, "{stage}, {design}: {reason}")
+
+
+@sentence.register
+def _(note: InAnotherProgram, names: Names) -> str:
+    template = "{here} runs here, at most {count} in {program} (transfer)."
+    return names.say(template, here=note.here, count=note.there, program=program(note.solver))
 
 
 @sentence.register

@@ -10,7 +10,7 @@ from stemcal.notes import Weight
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.text import audit, calibration, climb, mesh, refinement, runs, screening, surface, validation
+from stemcal.text import audit, calibration, climb, mesh, refinement, runs, screening, surface, transfer, validation
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, sentence
@@ -50,11 +50,12 @@ _TOPICS = {
     "refine": _Topic(refinement.remarks, refinement.outcome),
     "mesh": _Topic(mesh.remarks, mesh.certainty, mesh.certainty),
     "validate": _Topic(validation.remarks, validation.outcome, validation.certainty),
+    "transfer": _Topic(transfer.remarks, transfer.outcome, transfer.certainty),
     "audit": _Topic(audit.remarks, audit.outcome),
 }
 TOPICS = (runs,)
 """What gives notes of several stages their sentences."""
-_AGREEING = ("refine", "validate")
+_AGREEING = ("refine", "validate", "transfer")
 _CLAIMING = ("invert", "mesh", *_AGREEING)
 
 

@@ -60,6 +60,13 @@ def certainty(stage: SurfaceResult, names: Names) -> list[str]:
     return [explained, names.say(untested if p is None else misses if p < 0.05 else fits, p=p)]
 
 
+RIVALS = {
+    "quadratic": "Quadratic surface",
+    "gaussian_process": "Gaussian process",
+    "neural_network": "Neural network",
+}
+
+
 def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
     """Return what a surface says beside its tables."""
     said = [remark(note, names) for note in stage.notes]
@@ -224,7 +231,7 @@ states(ScatterOfPlaces, "Every run is the mean over {places} places of the mesh;
 states(EqualRepeats, "Repeated runs agree exactly: the solver is deterministic, and there is no pure error.")
 states(
     ScatterOfSeeds,
-    "Every run has a seed of its own; runs at the same levels scatter with a standard deviation of {sd:response .3g} "
+    "Every run was done anew; runs at the same levels scatter with a standard deviation of {sd:response .3g} "
     "({df} df).",
 )
 states(

@@ -27,6 +27,11 @@ LINES = {
     "region of the runs.",
     "curvature": "Negative: the {response} falls on both sides along that axis; the columns give its direction, coded.",
     "sobol": "Variance shares of the {response}",
+    "comparison": "Kinds of surface on the same runs",
+    "compared": "{runs} runs predicted from the others in {folds} folds, all runs of a point left out together; "
+    "R² of the fit: of the runs that it is fitted to. Network: mean of {networks}, {neurons} hidden units. "
+    "The calibration does not depend on this table.",
+    "passed over": "Of {count} more no prediction is compared: without them the quadratic cannot be fitted.",
     "uniform": "Sobol' indices of the fitted surface, factors uniform over their ranges; total: with all interactions.",
     "ridge": "Ridge of steepest ascent",
     "of another": "{title}: {response}",
@@ -82,6 +87,19 @@ LINES = {
     "tests": "Different: Welch's test. Equal: two one-sided tests; a small p shows agreement within the margin.",
     "corrected": "With one scale for what the model misses",
     "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
+    # a transfer to another program
+    "transferred": "Parameters for {there}",
+    "alone": "What is not named stays as calibrated. Range: by the scatter of the measured mean, all else as it is.",
+    "belongs": "They belong to {settings}.",
+    "there": "The {response} in {there}",
+    "reached": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
+    "not reached": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
+    "runs there": "Runs in {there}",
+    "regularisation": "Failure strain over element size",
+    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N within 5 % (stem of {at:g} "
+    "mm). At one place: what the places would take each by itself.",
+    "valid": "yes",
+    "not valid": "no",
     # audit and runs
     "audit": "What does not agree",
     "agree": "Printed cells that agree: {counts}.",

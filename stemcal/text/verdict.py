@@ -8,7 +8,7 @@ from stemcal.files.durable import plain
 from stemcal.files.typed import to_json
 from stemcal.stages.base import stage_called
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.result import Judged, Use, Verdict
+from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
 from stemcal.stages.verdict.rules import (
     CheckMissed,
     Conflict,
@@ -22,6 +22,7 @@ from stemcal.stages.verdict.rules import (
     SignAgainstExpectation,
     SolutionDoubtful,
     TargetMissed,
+    TransferMissed,
     Unchecked,
     Unfinished,
     ValidationFailed,
@@ -32,6 +33,7 @@ from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 from stemcal.text.numbers import fixed, interval
+from stemcal.text.transfer import program
 
 
 def word(verdict: Verdict) -> str:
@@ -50,7 +52,7 @@ def lines(verdict: Verdict, names: Names) -> list[str]:
     rest = [say_number("({count} more reason.)", "({count} more reasons.)", more)] if more > 0 else []
     return [
         " ".join([opening(verdict, names), *rest]),
-        *([use(verdict.use, names)] if verdict.use is not None else []),
+        *([" ".join(where)] if (where := uses(verdict, names)) else []),
         *(say("Next: {remedy}", remedy=sentence(reason.remedy, names)) for reason in verdict.reasons[:1]),
     ]
 
@@ -64,6 +66,7 @@ def opening(verdict: Verdict, names: Names) -> str:
 def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
     """Return the verdict as commands print it: facts, and with each the sentence that it makes."""
     where = verdict.use
+    there = verdict.there
     reasons = [{**to_json(reason), "text": sentence(reason, names)} for reason in verdict.reasons]
     for said, reason in zip(reasons, verdict.reasons, strict=True):
         said["remedy"] |= {"text": sentence(reason.remedy, names)}
@@ -72,11 +75,31 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
         "verdict_use": None if where is None else {**to_json(where), "text": use(where, names)},
         "verdict_reasons": reasons,
     }
+    if there is not None:
+        facts["verdict_use_there"] = {**to_json(there), "text": use_there(there, names)}
     content: dict[str, Any] = plain(facts)
     return content
 
 
 # ---- where it may be used
+
+
+def uses(verdict: Verdict, names: Names) -> list[str]:
+    """Say where the result may be used, here and in the program of a transfer."""
+    here = [use(verdict.use, names)] if verdict.use is not None else []
+    return [*here, *([use_there(verdict.there, names)] if verdict.there is not None else [])]
+
+
+def use_there(where: UseThere, names: Names) -> str:
+    """Say at which conditions the response agrees in the program of a transfer, and what is off most."""
+    good = "Good in {there} (within {within:g} %) at {good:conditions}."
+    none = "In {there} not within {within:g} % anywhere."
+    if not names.placed:
+        good, none = "Good in {there} (within {within:g} %).", "In {there} not within {within:g} %."
+    fields = {"there": program(where.solver), "within": where.use.within_percent, "good": where.use.good}
+    said = names.say(good if where.use.good else none, **fields)
+    worst = where.use.worst
+    return said if worst is None else f"{said} {say('Worst there: {miss}.', miss=miss(worst, names))}"
 
 
 def use(where: Use, names: Names) -> str:
@@ -121,6 +144,13 @@ def _size(percent: float) -> str:
 
 
 # ---- reasons
+
+
+@sentence.register
+def _(reason: TransferMissed, names: Names) -> str:
+    template = "In {there} the {response} is {missed:.1f} % from what it is to be."
+    there, missed = program(reason.solver), reason.missed_percent
+    return names.say(template, there=there, response=names.response.long, missed=missed)
 
 
 states(OnTheEdge, "The solution lies on the edge of the region searched.")
@@ -251,12 +281,25 @@ states(
 
 
 states(advice.ContinueStudy, "`stemcal run SPEC` goes on.")
+states(advice.EnterResults, "Do the runs of the sheet, then `stemcal enter SPEC SHEET`; `stemcal run SPEC` writes it.")
 states(advice.VaryAnother, "Vary a further factor: {factor:factor} is at the end of what it can be.")
 states(advice.AddRefinement, "Add `refine: {{}}` to the spec: it simulates at the solution and corrects it.")
 states(
     advice.RaiseBudget,
     "Raise `budget` under `refine` to {budget}, or look whether the response jumps between neighbouring points.",
 )
+
+
+@sentence.register
+def _(remedy: advice.MendTransfer, names: Names) -> str:
+    mends = {
+        "budget": "Raise `budget` under `transfer` to {budget}.",
+        "out_of_reach": "Give {factors:factors} a wider range, or name a further factor, under `adjust` of `transfer`.",
+        "settled": "Take the mean over places of the mesh there (`phases` of the embedded solver), or another factor.",
+    }
+    return names.say(mends[remedy.stopped], **vars(remedy))
+
+
 states(advice.SimulateValidation, "Validate with a solver that simulates.")
 states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
 states(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,9 @@ from stemcal.by_hand.handing_out import hand_out
 from stemcal.cli.app import app
 from stemcal.errors import UsageError, Waiting
 from stemcal.folder.store import StudyFolder
+from stemcal.kits import kit_text
 
-HEAP = files("stemcal.cli").joinpath("by-hand.yaml").read_text(encoding="utf-8").replace("@NAME@", "heap")
+HEAP = kit_text("by-hand").replace("@NAME@", "heap")
 
 
 def spec_of(folder: Path, **changes: str) -> Path:
@@ -47,7 +47,7 @@ def test_a_study_that_waits_ends_with_six_and_leaves_its_sheet(tmp_path: Path) -
     assert done.exit_code == 6
     assert f"Waiting for 15 results of rsm; fill in {out / 'sheet.xlsx'}, then: stemcal enter" in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
-    assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark"]
+    assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
     sheet = openpyxl.load_workbook(out / "sheet.xlsx").worksheets[0]
     assert [[str(c.value or "") for c in row] for row in sheet.iter_rows()] == [head, *rows]

@@ -7,7 +7,6 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from datetime import datetime
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +17,16 @@ from sheets import Cells, awaited, entered, text_of
 from stemcal.by_hand.entering import Correction
 from stemcal.errors import UsageError
 from stemcal.folder.store import StudyFolder
+from stemcal.kits import kit_text
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.by_hand import refused
 from stemcal.text.names import Names
 
 RUNS = 15
-ANGLE, BULK, WHO, WHEN, REMARK = 4, 5, 6, 7, 8
+ANGLE, BULK, WHO, WHEN, REMARK, STUDY = 4, 5, 6, 7, 8, 9
 HURT = 3  # the row that most kinds of damage are done to
-HEAP = files("stemcal.cli").joinpath("by-hand.yaml").read_text(encoding="utf-8")
+HEAP = kit_text("by-hand")
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,10 @@ def sheet(heap: Study, tmp_path: Path) -> Cells:
     """Return the sheet with every result written."""
     head, *rows = awaited(heap, StudyFolder(tmp_path / "asking"))
     assert [len(rows), head[ANGLE], head[BULK], head[WHO]] == [RUNS, "angle (deg)", "bulk (kg/m3)", "who"]
-    return [head, *([*row[:ANGLE], *(f"{value:.1f}" for value in measured(row[1:4])), "Li", "", ""] for row in rows)]
+    return [
+        head,
+        *([*row[:ANGLE], *(f"{value:.1f}" for value in measured(row[1:4])), "Li", "", "", "heap"] for row in rows),
+    ]
 
 
 def put(column: int, text: str) -> Callable[[Cells], str]:
@@ -172,6 +175,7 @@ TAKEN: dict[str, Callable[[Cells], str | bytes]] = {
     "as it is": text_of,
     "sorted": rows(sorted),
     "columns moved": each(lambda row: row[::-1]),
+    "the study's name deleted": put(STUDY, ""),
     "columns for remarks deleted": each(lambda row: row[:WHO]),
     "a column of one's own": each(lambda row: [*row, "dry"]),
     "semicolons and decimal commas": german,
@@ -190,7 +194,7 @@ TAKEN: dict[str, Callable[[Cells], str | bytes]] = {
     "lines above the heading": lambda cells: "Sheet of Friday\n\n" + text_of(cells),
     "Excel's line on its separator": lambda cells: "sep=;\n" + german(cells),
     "empty lines": lambda cells: text_of(cells).replace("\n", "\n\n"),
-    "lines of commas": lambda cells: text_of([*cells, [""] * 9, [""] * 9]),
+    "lines of commas": lambda cells: text_of([*cells, [""] * 10, [""] * 10]),
     "a Chinese Excel's CSV": lambda cells: put(REMARK, "堆积角偏大")(cells).encode("gbk"),
     "a German Excel's CSV": lambda cells: headed((ANGLE, "angle (°)"))(cells).encode("cp1252"),
     "Unicode of Excel": lambda cells: text_of(cells, "\t").encode("utf-16"),
@@ -234,8 +238,11 @@ REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "a level changed": (put(1, "0.45"), {"OtherLevels": 1}),
     "a level deleted": (put(2, ""), {"OtherLevels": 1}),
     "names moved on": (names_moved_on, {"OtherLevels": 12}),
-    "another study's levels": (each(lambda row: [row[0], "0.9", *row[2:]] if row[0] != "run" else row),
+    "another study's levels": (each(lambda row: [row[0], "0.9", *row[2:]] if row[0].startswith("rsm") else row),
                                {"OtherLevels": RUNS}),
+    "another study's name": (put(STUDY, "heap 2"), {"OtherStudy": 1}),
+    "another study's rows": (each(lambda row: [*row[:STUDY], "hay"] if row[0].startswith("rsm") else row),
+                             {"OtherStudy": RUNS}),
     "a run that is not asked for": (put(0, "rsm 99"), {"UnknownRun": 1}),
     "another stage's run": (put(0, "screen 3"), {"UnknownRun": 1}),
     "a name deleted": (put(0, ""), {"UnknownRun": 1}),
@@ -301,7 +308,7 @@ def test_refused_whole(damage: str, heap: Study, sheet: Cells, tmp_path: Path) -
 
 def test_a_quote_that_is_left_open_swallows_no_rows(heap: Study, sheet: Cells, tmp_path: Path) -> None:
     lines = text_of(sheet).splitlines()
-    lines[HURT] += '"too wet'
+    lines[HURT] = lines[HURT].replace(",,heap", ',"too wet,heap')
     with pytest.raises(UsageError, match=r"sheet\.csv:"):
         entered(heap, StudyFolder(tmp_path / "study"), "\n".join(lines))
 

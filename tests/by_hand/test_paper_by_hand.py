@@ -112,7 +112,7 @@ def changed(sheet: Cells, run: str, value: str) -> str:
     """Return a sheet of one row with another value."""
     head, *rows = sheet
     row = next(row for row in rows if row[0] == run)
-    return text_of([head, [*row[:-4], value, *row[-3:]]])
+    return text_of([head, [*row[:-5], value, *row[-4:]]])
 
 
 def test_another_value_needs_a_reason_and_makes_what_followed_stale(tmp_path: Path) -> None:
@@ -144,12 +144,12 @@ def test_a_run_that_failed_counts_as_one(tmp_path: Path) -> None:
     """The screening goes on without it, as after a simulation that failed."""
     study, folder = load_study(paper_by_hand(tmp_path)), StudyFolder(tmp_path / "study")
     sheet = filled_in(awaited(study, folder))
-    sheet[4][-4], sheet[4][-1] = "", "failed: the stem slipped"
+    sheet[4][-5], sheet[4][-2] = "", "failed: the stem slipped"
     assert len(entered(study, folder, text_of(sheet)).taken) == 12
     with folder, pytest.raises(Waiting) as waiting:
         workflow.calibrate(study, folder, InlineExecutor())
     assert waiting.value.stage == "rsm" and waiting.value.exit_code == 6
     run = folder.read_stage("screen")["design"]["runs"][3]
     assert (run["status"], run["reason"], run["message"]) == ("failed", "not_run", "the stem slipped")
-    sheet[4][-1] = ""
+    sheet[4][-2] = ""
     assert entered(study, folder, changed(sheet, "screen 4", "180.3")).replaced == ("screen 4",)

@@ -75,6 +75,18 @@ def test_have_your_own_program_answer(clone: Path) -> None:
 
 
 @pytest.mark.slow
+def test_take_the_parameters_to_another_mesh(clone: Path) -> None:
+    """The page's tables are what its commands print; the material has the file that its deck is checked by."""
+    page = HOWTO / "transfer.md"
+    printed = give(commands(page), clone)
+    are_printed(outputs(page), printed.values())
+    planned = printed["stemcal plan configs/wild-chrysanthemum-transfer.yaml"]
+    assert "runs here, at most 12 in the other model (transfer)." in " ".join(planned.split())
+    told = json.loads((clone / "material" / "material.json").read_text("utf-8"))
+    assert told["valid_sizes"] == [0.7071, 1.0, 1.414, 2.0] and told["check"]["deck"] == "check.k"
+
+
+@pytest.mark.slow
 def test_do_the_runs_by_hand(clone: Path) -> None:
     """The page's angles, written into each sheet, come to the parameters that it shows."""
     page = HOWTO / "by-hand.md"
@@ -100,11 +112,19 @@ def write_angles(sheet: Path, angles: dict[str, str]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(shutil.which("lmp") is None, reason="LAMMPS (lmp) is not installed")
+def test_start_from_a_kit(clone: Path) -> None:
+    printed = give(commands(HOWTO / "kits.md"), clone)
+    assert "10 runs to compute" in printed["stemcal plan stalk.yaml"]
+    assert "873." in printed["stemcal run stalk.yaml --workers 1"]
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS (liggghts) is not installed")
 def test_calibrate_a_heap_of_grains(clone: Path) -> None:
     """The same seeds give the same heaps; another build of the program gives others, within their scatter."""
     printed = give(commands(HOWTO / "heap.md"), clone)
-    assert "62 runs to compute" in printed["stemcal plan configs/repose-heap.yaml"]
+    assert "62 runs to compute" in printed["stemcal plan repose-heap.yaml"]
     folder = clone / "runs" / "repose-heap"
     pure = next(
         row for row in json.loads((folder / "rsm.json").read_text("utf-8"))["anova"] if row["source"] == "Pure error"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import json
 import math
 import shutil
@@ -12,8 +12,10 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from typer.testing import CliRunner
 
 from stemcal import workflow
+from stemcal.cli.app import app
 from stemcal.doe.calibration.profile import allowed_rise, holds
 from stemcal.doe.calibration.region import Region
 from stemcal.executors.local import LocalExecutor
@@ -27,8 +29,8 @@ from stemcal.stages.surface.result import box_of
 from stemcal.study.reading import load_study
 from stemcal.study.types.placeholders import fill
 
-CONFIGS = Path(__file__).parents[2] / "configs"
-SPEC = CONFIGS / "repose-heap.yaml"
+KITS = Path(__file__).parents[2] / "stemcal" / "kits"
+GRAINS = KITS / "grains"
 HIDDEN = {
     "grain_friction": 0.35,
     "grain_rolling": 0.08,
@@ -41,20 +43,19 @@ needs_program = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIG
 
 @pytest.fixture(scope="module")
 def heap() -> ModuleType:
-    """Return the script beside the spec as a module."""
-    found = importlib.util.spec_from_file_location("heap", CONFIGS / "repose" / "heap.py")
-    assert found is not None and found.loader is not None
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
-    return module
+    """Return the kit's script as a module."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(GRAINS)
+        return importlib.import_module("heap")
 
 
 def poured(folder: Path, seed: int, step: float = 1.2e-4, **levels: float) -> dict[str, float]:
     """Make one heap."""
     folder.mkdir(parents=True)
     values = values_of(Request("screen", 0, {**HIDDEN, **levels}, 1.0))
-    (folder / "heap.in").write_bytes(fill((CONFIGS / "repose" / "heap.in").read_bytes(), values))
-    shutil.copy(CONFIGS / "repose" / "heap.py", folder)
+    (folder / "heap.in").write_bytes(fill((GRAINS / "heap.in").read_bytes(), values))
+    for script in ("heap.py", "grains.py"):
+        shutil.copy(GRAINS / script, folder)
     subprocess.run([sys.executable, "heap.py", str(seed), str(step)], cwd=folder, check=True, capture_output=True)
     found: dict[str, float] = json.loads((folder / "out.json").read_text("utf-8"))
     return found
@@ -82,12 +83,15 @@ def test_a_full_box_has_its_density(heap: ModuleType) -> None:
         for j in range(deep)
     ]
     mass = len(grains) * heap.DENSITY * 4.0 / 3.0 * math.pi * radius**3
-    assert heap.bulk_density(grains) == pytest.approx(mass / (heap.WIDTH * heap.DEPTH * 0.08), rel=0.002)
+    assert heap.bulk_density(grains, heap.DENSITY, heap.WIDTH, heap.DEPTH) == pytest.approx(
+        mass / (heap.WIDTH * heap.DEPTH * 0.08), rel=0.002
+    )
 
 
 def test_a_packing_is_loose_its_own_and_the_same_again(heap: ModuleType) -> None:
-    grains = heap.pack(7)
-    assert grains == heap.pack(7) != heap.pack(8)
+    size = heap.GRAINS, heap.WIDTH, heap.DEPTH
+    grains = heap.pack(*size, 7)
+    assert grains == heap.pack(*size, 7) != heap.pack(*size, 8)
     for n, (x, y, z, r) in enumerate(grains[:200]):
         for a, b, c, s in grains[:n]:
             dy = (b - y + 0.5 * heap.DEPTH) % heap.DEPTH - 0.5 * heap.DEPTH
@@ -126,7 +130,11 @@ def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
 
     Two responses and three factors: a curve of solutions. The truth lies on it within what the scatter allows.
     """
-    study = load_study(SPEC)
+    assert (
+        CliRunner().invoke(app, ["init", str(tmp_path / "heap.yaml"), "--kit", "angle-of-repose-liggghts"]).exit_code
+        == 0
+    )
+    study = load_study(tmp_path / "heap.yaml")
     store = StudyFolder(tmp_path / "out")
     with LocalExecutor(2) as executor:
         workflow.calibrate(study, store, executor)

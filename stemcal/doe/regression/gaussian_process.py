@@ -22,7 +22,7 @@ _SCALES, _NUGGETS = (0.1, 20.0), (1e-8, 1.0)  # bounds of ℓ, in coded units, a
 _STARTS = ((0.7, 1e-4), (2.0, 1e-6), (5.0, 1e-2))
 _PROBES = 10  # log2 of the points at which the two predictions are compared
 _CLEARLY_BETTER = 0.05
-_MOST_RUNS = 150  # beyond this a Gaussian process takes longer than it is worth
+MOST_RUNS = 150  # beyond this a Gaussian process takes longer than it is worth
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +178,7 @@ def second_opinion(surface: Surface) -> SecondOpinion | None:
 def _worth_a_process(surface: Surface) -> bool:
     points = len(np.unique(np.round(surface.design, 9), axis=0))
     enough = points >= len(surface.names) + 3 and np.ptp(surface.response) > 0.0
-    return bool(enough and len(surface.design) <= _MOST_RUNS)
+    return bool(enough and len(surface.design) <= MOST_RUNS)
 
 
 def better_process(surface: Surface) -> GaussianProcess | None:

@@ -21,6 +21,7 @@ from stemcal.report.figures.fit import diagnostics, observed_predicted, residual
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fracture_frames, mesh
 from stemcal.report.figures.style import png, resize, save, svg, write_both
+from stemcal.report.figures.transfer import transferred
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.records import Details, Records, curves_of
 from stemcal.solvers.film import frames_of
@@ -28,10 +29,12 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.text.captions import caption
 from stemcal.text.names import Names
 from stemcal.text.numbers import short
+from stemcal.text.transfer import program
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,6 +90,8 @@ def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
         plots += inversion_plots(results.surface, results.inversion, labels) if results.inversion is not None else []
     if results.validation is not None:
         plots += validation_plots(study, results.validation)
+    if results.transfer is not None:
+        plots.append(transfer_plot(results.transfer))
     return plots + run_plots(study, records)
 
 
@@ -197,6 +202,12 @@ def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
         text = caption(Names(naming), "growth")
         plots.append(Plot("growth", "validate", text, partial(growth, validate)))
     return plots
+
+
+def transfer_plot(transfer: TransferResult) -> Plot:
+    """Return the figure of a transfer."""
+    text = caption(Names(transfer.naming), "transfer", there=program(transfer.solver.kind))
+    return Plot("transfer", "transfer", text, partial(transferred, transfer))
 
 
 def spread_of(study: Study, response: Named) -> dict[float, float]:

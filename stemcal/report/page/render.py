@@ -35,7 +35,7 @@ from stemcal.text.notes import sentence
 from stemcal.text.numbers import short
 from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
-from stemcal.text.verdict import use, word
+from stemcal.text.verdict import uses, word
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -136,7 +136,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=word(verdict),
-        use="" if verdict.use is None else use(verdict.use, people),
+        use=" ".join(uses(verdict, people)),
         further=further_reasons(len(verdict.reasons) - 1),
         reasons=[(sentence(reason, people), sentence(reason.remedy, keys)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],

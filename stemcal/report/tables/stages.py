@@ -17,6 +17,7 @@ from stemcal.report.tables.of_parameters import (
     refine_table,
 )
 from stemcal.report.tables.of_responses import desired_table, further_table, joint_table, validation_tables
+from stemcal.report.tables.of_transfer import transfer_tables
 from stemcal.stages.audit.stage import AuditResult
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
@@ -25,6 +26,7 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
@@ -54,6 +56,8 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
             return [mesh_table(stage, names), budget_table(stage, names)]
         case ValidateResult():
             return validation_tables(stage, names)
+        case TransferResult():
+            return transfer_tables(stage, names)
         case AuditResult():
             return [audit_table(stage, names)]
     return []

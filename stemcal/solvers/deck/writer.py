@@ -38,7 +38,7 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _head(deck)
     yield from _control(deck)
     yield from _output(deck)
-    yield from _stem_material(deck.material, deck.form)
+    yield from stem_material(deck.material, deck.form)
     yield from _tool_materials(deck.law)
     yield from _part_cards(deck.solver)
     yield from _motion(deck.study)
@@ -81,7 +81,7 @@ def _output(deck: Deck) -> Iterator[str]:
         yield from keyword("DATABASE_BINARY_D3PLOT", {"dt": 10.0 * interval})
 
 
-def _stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
+def stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
     """Yield the stem's material: *MAT_024 with failure, or *MAT_003 with the nine parameters as they are."""
     elastic = {"mid": STEM, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}

@@ -19,6 +19,7 @@ from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpini
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import ReductionStep
+from stemcal.doe.regression.rivals import Comparison
 from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -170,6 +171,7 @@ class SurfaceResult(StageResult):
     box_cox: BoxCox | None = None
     second_opinion: SecondOpinion | None = None
     sobol: Rows[SobolIndex] = absent(Rows())
+    comparison: Comparison | None = absent()
     conditions: Rows[AtCondition] = absent(Rows())
     coarse: Corrected | None = absent()
     pure_error: Note | None = None
@@ -294,6 +296,7 @@ class SurfaceResult(StageResult):
             box_cox=None,
             second_opinion=None,
             sobol=Rows(),
+            comparison=None,
             conditions=Rows(),
             anova_of_copies=Rows(),
             published=None,

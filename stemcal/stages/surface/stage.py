@@ -10,6 +10,7 @@ import numpy as np
 from stemcal.doe.regression.anova import in_sequence
 from stemcal.doe.regression.fidelity import corrected, correction_of
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
+from stemcal.doe.regression.rivals import compare_surfaces, require_networks
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.folder.store import StudyFolder
@@ -38,6 +39,8 @@ __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 def fit_response_surface(work: Work) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
+    if study.rsm.compare:
+        require_networks()
     screening = read_before(study, solver, work.folder)
     head = work.head("rsm")
     names, chosen = surface_factors(study, solver, screening)
@@ -102,6 +105,7 @@ def _result(
         box_cox=beside.box_cox,
         second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
+        comparison=compare_surfaces(fit) if study.rsm.compare else None,
         deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
         anova_of_copies=Rows(printed.anova if printed is not fit else ()),

@@ -33,6 +33,10 @@ class ContinueStudy(Remedy):
     """Run what is not done yet."""
 
 
+class EnterResults(Remedy):
+    """Do the runs that are awaited and enter what came of them."""
+
+
 @dataclass(frozen=True)
 class WidenRange(Remedy):
     """Move an end of a factor's range to a value, in its unit."""
@@ -72,6 +76,15 @@ class AddRefinement(Remedy):
 class RaiseBudget(Remedy):
     """Give the refinement so many simulations."""
 
+    budget: int
+
+
+@dataclass(frozen=True)
+class MendTransfer(Remedy):
+    """Give the transfer what it lacks: more runs (so many), a wider range or a further factor, or a smoother model."""
+
+    stopped: Literal["tolerance", "budget", "out_of_reach", "settled"]
+    factors: tuple[str, ...]
     budget: int
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal
 
@@ -59,8 +59,9 @@ class Physics:
 
 
 def physics_of(results: Results, folder: StudyFolder) -> Physics:
-    """Read the checks of every run of the results; runs of solvers that tell none are not counted."""
-    keys = dict.fromkeys(outcome.key for _, outcome in results.runs() if outcome.key and outcome.ok)
+    """Read the checks of every run of the study's own solver; runs of solvers that tell none are not counted."""
+    own = replace(results, transfer=None).runs()
+    keys = dict.fromkeys(outcome.key for _, outcome in own if outcome.key and outcome.ok)
     every = {key: doubts for key in keys if (doubts := _doubts_of(key, folder)) is not None}
     found = list(every.values())
     kinds = dict.fromkeys(kind for doubts in found for kind in doubts)

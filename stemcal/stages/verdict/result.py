@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.files.typed import Tagged
+from stemcal.files.typed import Tagged, absent
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 Severity = Literal["with_reservations", "not_calibrated"]
@@ -49,20 +49,32 @@ class Use:
 
 
 @dataclass(frozen=True)
+class UseThere:
+    """Where the parameters for another program may be used in it, and which kind of solver that is."""
+
+    solver: str
+    use: Use
+
+
+@dataclass(frozen=True)
 class Verdict:
-    """What a study comes to: a word, where the result may be used (None where nothing tells), and the reasons."""
+    """What a study comes to: a word, where the result may be used (None where nothing tells), and the reasons.
+
+    `there` tells where the result of a transfer may be used.
+    """
 
     verdict: Word
     use: Use | None
     reasons: tuple[Reason, ...]
+    there: UseThere | None = absent()
 
     @classmethod
-    def of(cls, reasons: list[Reason], use: Use | None) -> Verdict:
+    def of(cls, reasons: list[Reason], use: Use | None, there: UseThere | None = None) -> Verdict:
         """Weigh the reasons: the heaviest decides, and comes first."""
         heavy = [reason for reason in reasons if reason.weight == "not_calibrated"]
         light = [reason for reason in reasons if reason.weight != "not_calibrated"]
         word: Word = "not_calibrated" if heavy else "with_reservations" if light else "calibrated"
-        return cls(word, use, (*heavy, *light))
+        return cls(word, use, (*heavy, *light), there)
 
     @property
     def holds(self) -> bool:

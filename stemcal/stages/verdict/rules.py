@@ -15,7 +15,7 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EqualRepeats
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, physics_of
-from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
+from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, UseThere, Verdict
 from stemcal.study.model import Study
 
 MAJORITY, SOME = 0.5, 0.1
@@ -28,7 +28,7 @@ _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told fro
 
 @dataclass(frozen=True, kw_only=True)
 class Unfinished(Reason):
-    """Stages that the study asks for are not there: not calibrated."""
+    """Stages that the study asks for are not there: not calibrated; a reservation where it is the transfer alone."""
 
     stages: tuple[str, ...]
 
@@ -159,6 +159,14 @@ class RoughResponse(Reason):
     cv_percent: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class TransferMissed(Reason):
+    """In the program that the parameters are for the response is so far from its aim, percent: a reservation."""
+
+    solver: str
+    missed_percent: float
+
+
 @dataclass(frozen=True)
 class Evidence:
     """What the rules look at."""
@@ -199,7 +207,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     """Judge a study as far as it has come; `results` if they are read already."""
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(results, folder))
-    return Verdict.of([reason for rule in RULES for reason in rule(evidence)], _use(evidence))
+    return Verdict.of([reason for rule in RULES for reason in rule(evidence)], _use(evidence), _use_there(evidence))
 
 
 # ---- where it may be used
@@ -208,8 +216,24 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 def _use(evidence: Evidence) -> Use | None:
     """Return at which conditions the simulated response agrees, and what is off most; None where nothing tells."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
-    if not rows or evidence.physics.share > MAJORITY:
+    return _use_of(evidence, rows) if rows and evidence.physics.share <= MAJORITY else None
+
+
+def _use_there(evidence: Evidence) -> UseThere | None:
+    """Return where the result of a transfer agrees."""
+    found = evidence.results.transfer
+    if found is None:
         return None
+    name = evidence.study.naming.response.name
+    rows = [
+        Judged(name, row.condition, row.error_percent, row.role == "calibration")
+        for row in found.rows
+        if row.error_percent is not None
+    ]
+    return UseThere(found.solver.kind, _use_of(evidence, rows)) if rows else None
+
+
+def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:
     off = [row for row in rows if row.size > evidence.equivalent_percent]
     apart = {row.condition for row in off}
     good = tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart))
@@ -224,7 +248,9 @@ def _unfinished(evidence: Evidence) -> Iterator[Reason]:
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing and not list(_reach(evidence)):
         stages = tuple(stage.name for stage in missing)
-        yield Unfinished(weight="not_calibrated", remedy=advice.ContinueStudy(), stages=stages)
+        remedy = advice.EnterResults() if evidence.study.solver.kind == "manual" else advice.ContinueStudy()
+        weight: Severity = "with_reservations" if stages == ("transfer",) else "not_calibrated"
+        yield Unfinished(weight=weight, remedy=remedy, stages=stages)
 
 
 def _reach(evidence: Evidence) -> Iterator[Reason]:
@@ -433,6 +459,16 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
     return None
 
 
+def _transfer(evidence: Evidence) -> Iterator[Reason]:
+    found = evidence.results.transfer
+    if found is None or found.converged:
+        return
+    remedy = advice.MendTransfer(found.stopped, found.moving, 2 * found.budget)
+    yield TransferMissed(
+        weight="with_reservations", remedy=remedy, solver=found.solver.kind, missed_percent=found.missed_percent
+    )
+
+
 def _rough(evidence: Evidence) -> Iterator[Reason]:
     surface = evidence.results.surface
     if surface is None or not isinstance(surface.pure_error, EqualRepeats) or surface.cv_percent is None:
@@ -452,6 +488,7 @@ RULES: tuple[Rule, ...] = (
     _validation,
     _signs,
     _rough,
+    _transfer,
     _physics,
     _unfinished,
 )

@@ -47,6 +47,7 @@ from stemcal.study.model.shear_test import (
 )
 from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection, TableSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
 from stemcal.study.model.whole_study import Study, StudyForm
 
 # fmt: off
@@ -58,8 +59,10 @@ __all__ = [
     "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",
-    "OpenRadiossSolver", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions", "RegexResult",
+    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions",
+    "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
-    "SupportsSection", "TableSolver", "Target", "Targets", "exponents_in", "factors_taken", "strongest_asked",
+    "SupportsSection", "TableSolver", "Target", "Targets", "TransferOptions",
+    "TransferTest", "exponents_in", "factors_taken", "strongest_asked",
 ]
 # fmt: on

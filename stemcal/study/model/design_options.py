@@ -207,5 +207,8 @@ class RsmOptions(Frozen):
     coarse: CoarseOptions | None = None
     """Run the design with larger elements, which is faster, and correct the surface by a few runs with the study's
     own."""
+    compare: Flag = False
+    """Whether the quadratic surface, a Gaussian process and a small neural network are put side by side, under the same
+    cross-validation on the same runs. Nothing else changes by it. Needs `pip install "stemcal[compare]"`."""
     coding: dict[str, CodingEntry] = {}
     """What coded 0 and +1 mean, by factor; others get theirs from their range."""

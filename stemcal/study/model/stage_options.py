@@ -63,6 +63,9 @@ class ClimbOptions(Frozen):
     """Steps from the middle to the edge of the ranges."""
     step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
     """Steps of one's own, in the units of the factors by their names; `steps` is then the most of them."""
+    at_once: Flag = False
+    """Whether all steps are run together, those behind the target too: fewer rounds where people do the runs, or many
+    cores. The mean of the screening then tells which way to go."""
     shrink: Share = 0.5
     """Share of each range over which the surface's design reaches, around the best step."""
 

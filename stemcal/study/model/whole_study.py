@@ -34,6 +34,7 @@ from stemcal.study.model.shear_test import (
 )
 from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.transfer_options import TransferOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
 
@@ -89,6 +90,8 @@ class StudyForm(Frozen):
     """Stage 4: simulate at the solution and correct it; without this section it is left out."""
     mesh: MeshOptions | None = None
     """Simulate the solution on other meshes; their scatter then enters every interval."""
+    transfer: TransferOptions | None = None
+    """After the validation: the calibrated point run in another program or on another mesh, and corrected there."""
     runs: RunsOptions = RunsOptions()
     """What becomes of runs that fail."""
     published: Published | None = None
@@ -244,6 +247,22 @@ class Study(StudyForm):
         if cut := {name: value for name, value in chosen.items() if name in ("strength", "toughness")}:
             sections["failure"] = self.failure.model_copy(update=cut)
         return self.model_copy(update=sections) if sections else self
+
+    def seen_by(self, stage: str) -> Study:
+        """Return the study as a stage simulates it: the transfer with the solver and the test of its own."""
+        if stage != "transfer" or self.transfer is None:
+            return self
+        changes = self.transfer.test.changes.items()
+        sections = {name: getattr(self, name).model_copy(update=change) for name, change in changes}
+        return self.model_copy(
+            update={"solver": self.transfer.solver_beside(self.solver), "transfer": None, **sections}
+        )
+
+    @property
+    def by_hand(self) -> Study:
+        """The study as the solver sees it whose runs people do: its own one, or that of the transfer."""
+        there = self.transfer is not None and self.transfer.solver.kind == "manual"
+        return self.seen_by("transfer") if there and self.solver.kind != "manual" else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
         """Return the value of every factor in internal units; those without a level stay at mid-level."""

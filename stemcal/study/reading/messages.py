@@ -107,7 +107,7 @@ def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePa
 
 
 def _kinds_at(path: NodePath) -> tuple[str, ...]:
-    return SOLVER_KINDS if path == ("solver",) else RESULT_KINDS
+    return SOLVER_KINDS if path[-1:] == ("solver",) else RESULT_KINDS
 
 
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:

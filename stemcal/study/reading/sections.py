@@ -83,9 +83,12 @@ class Sections:
 
     def read_solver(self, name: str, given: Any) -> None:
         """Read the solver; a program's ``result`` may be a mapping of readers by response."""
-        result = given.get("result") if isinstance(given, dict) else None
-        if isinstance(result, dict) and result and "kind" not in result and {*map(type, result.values())} == {dict}:
-            given = {**{key: value for key, value in given.items() if key != "result"}, "results": result}
+        self.read(name, _readers_by_response(given))
+
+    def read_transfer(self, name: str, given: Any) -> None:
+        """Read the transfer, which has a solver of its own."""
+        if isinstance(given, dict) and "solver" in given:
+            given = {**given, "solver": _readers_by_response(given["solver"])}
         self.read(name, given)
 
     def read_factors(self, name: str, given: Any) -> None:
@@ -121,7 +124,16 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "factors": Sections.read_factors,
     "targets": Sections.read_targets,
     "solver": Sections.read_solver,
+    "transfer": Sections.read_transfer,
 }
+
+
+def _readers_by_response(solver: Any) -> Any:
+    """Return a solver with a mapping of readers by response under a key of its own."""
+    result = solver.get("result") if isinstance(solver, dict) else None
+    if isinstance(result, dict) and result and "kind" not in result and {*map(type, result.values())} == {dict}:
+        return {**{key: value for key, value in solver.items() if key != "result"}, "results": result}
+    return solver
 
 
 def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
@@ -164,8 +176,9 @@ def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
         if entry["type"] == "too_short" and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
         shown = (*section, *entry["loc"])
-        is_tagged = section == ("solver",) and len(shown) > 1 and shown[1] in SOLVER_KINDS
-        path = ("solver", *_without_kind(shown[2:])) if is_tagged else shown
+        depth = shown.index("solver") + 1 if section in (("solver",), ("transfer",)) and "solver" in shown else 0
+        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
+        path = (*shown[:depth], *_without_kind(shown[depth + 1 :])) if is_tagged else shown
         found.append(finding_of(entry, path, shown))
     return found
 

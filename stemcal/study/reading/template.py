@@ -110,7 +110,9 @@ def _comment(path: NodePath, line: str, written: Collection[NodePath]) -> list[s
     left_out = [key for key in keys_of(below) if (*below, key) not in written]
     said = " ".join(filter(None, [meaning_of(path), " | ".join(choices_of(path))]))
     more = f"More keys: {', '.join(left_out)}." if left_out else ""
-    return [_prefix(line) + text for part in (said, more) for text in textwrap.wrap(part, 116, break_on_hyphens=False)]
+    prefix = _prefix(line)
+    width = min(116, 120 - len(prefix))
+    return [prefix + text for part in (said, more) for text in textwrap.wrap(part, width, break_on_hyphens=False)]
 
 
 def _prefix(line: str) -> str:
@@ -276,6 +278,13 @@ refine:
 # mesh:
 #   phases: 5
 #   sizes: [d/24]
+
+# transfer:
+#   solver: {kind: openradioss, home: /opt/openradioss, element_size: 1 mm}
+#   adjust: [failure_strain]
+#   diameters: all
+#   tolerance_percent: 2
+#   budget: 8
 
 # climb:
 #   steps: 5

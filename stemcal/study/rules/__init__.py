@@ -7,7 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import factors, geometry, growth_rules, program_rules, surface_rules, target_rules
+from stemcal.study.rules import (
+    factors,
+    geometry,
+    growth_rules,
+    program_rules,
+    surface_rules,
+    target_rules,
+    transfer_rules,
+)
 from stemcal.study.rules.draft import Draft, Finding
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
@@ -69,11 +77,17 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     program_rules.reduction_has_what_it_needs,
     program_rules.command_names_deck,
     program_rules.openradioss_hardens_isotropically,
+    transfer_rules.target_can_be_reached,
 )
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
     """Return everything the rules find wrong with `draft`."""
+    there = transfer_rules.seen_there(draft)
+    return [*_broken(draft), *transfer_rules.told_there(draft, [] if there is None else _broken(there))]
+
+
+def _broken(draft: Draft) -> list[Finding]:
     return [finding for rule in RULES for finding in _as_far_as_read(rule(draft))]
 
 

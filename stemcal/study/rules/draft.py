@@ -33,6 +33,7 @@ from stemcal.study.model import (
     SupportsSection,
     TableSolver,
     Targets,
+    TransferOptions,
 )
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean
@@ -74,6 +75,7 @@ class Draft:
     refine: RefineOptions | None = None
     mesh: MeshOptions | None = None
     climb: ClimbOptions | None = None
+    transfer: TransferOptions | None = None
 
     @property
     def embedded(self) -> EmbeddedSolver | None:

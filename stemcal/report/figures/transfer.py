@@ -1,0 +1,36 @@
+"""What was measured, simulated by the study's solver, and by another program before and after its correction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, legend_above, new_figure, plain, styled
+from stemcal.stages.transfer.result import TransferResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SERIES = (
+    ("measured", "measured", "o-", BLUE),
+    ("calibrated", "study", "s--", ORANGE),
+    ("before", "there before", "^:", FAINT),
+    ("after", "there after", "D-", GREEN),
+)
+
+
+def transferred(stage: TransferResult) -> Figure:
+    """Return the four responses over the condition; the measured one that was fitted is ringed."""
+    condition, figure = stage.naming.condition, new_figure(height=3.1)
+    with styled():
+        axes = figure.add_subplot()
+        for key, label, style, colour in _SERIES:
+            points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
+            axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=label)
+        axes.plot(stage.condition, stage.fitted.measured, "o", color=INK, fillstyle="none", markersize=13)
+        at = [row.condition for row in stage.rows]
+        axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
+        axes.set_xlabel("" if condition is None else plain(condition.axis()))
+        axes.set_ylabel(plain(stage.naming.response.axis()))
+        axes.set_ylim(bottom=0)
+        legend_above(axes, most=4)
+    return figure

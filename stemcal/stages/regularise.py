@@ -1,0 +1,158 @@
+"""The failure strain that a mesh without lengths takes: over element size, told by simulating such meshes.
+
+Where elements fail each by itself the force belongs to their size. For each size the failure strain is sought with
+which the mean force over some places of the mesh is the calibrated one; what the places scatter becomes a band. It is
+no stage: it reads the calibrated study and leaves records only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, isfinite, log
+
+from stemcal.doe.calibration.transfer import Mover, Tried, Way, best_of, next_step
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.rows import Rows
+from stemcal.naming import FIRST
+from stemcal.runs.answer import answer_all
+from stemcal.runs.outcome import Outcome, outcome_of
+from stemcal.solvers.embedded import Embedded
+from stemcal.solvers.protocol import Request
+from stemcal.stages.validate import calibrated_parameters
+from stemcal.stages.work import Work
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.types.lengths import Length
+
+STAGE = "regularise"
+STRAIN = "failure_strain"
+# Where the search ends, and up to where a size is valid, as shares of the force.
+_TOLERANCE, VALID, _MOST_RUNS = 0.02, 0.05, 12
+# The stroke to the same force is longer there, times.
+_STROKE = 3.0
+# Of a mesh without lengths: force over failure strain, by logarithms, where nothing is known yet.
+_FIRST_SLOPE = 0.5
+_LOWEST, _HIGHEST, _LEAST_TILT = 1e-3, 2.0, 0.05
+
+
+@dataclass(frozen=True)
+class Regularised:
+    """The failure strain for one element size (mm), and the force it gives over so many places of the mesh.
+
+    `low` to `high` are the strains that the places would take each by itself. Where `found` is False the mean
+    force is not within 5 % of the aim, and the size is not valid.
+    """
+
+    element_size: float
+    failure_strain: float
+    low: float | None
+    high: float | None
+    force: float
+    sd_percent: float | None
+    places: int
+    runs: int
+    found: bool
+
+
+@dataclass(frozen=True)
+class Regularisation:
+    """Failure strain over element size at one stem diameter (mm), for the force `aim`; `levels` are all the others."""
+
+    condition: float
+    aim: float
+    levels: dict[str, float]
+    rows: Rows[Regularised]
+
+    def row(self, size: float) -> Regularised:
+        """Return the row of an element size."""
+        return next(row for row in self.rows if row.element_size == size)
+
+
+def without_lengths(study: Study) -> Study:
+    """Return the study with elements that fail each by itself under a sharp edge, and the stroke they need.
+
+    Raises
+    ------
+    UsageError
+        If the study has no embedded solver, or no failure strain to be adjusted.
+    """
+    solver = study.solver
+    if not isinstance(solver, EmbeddedSolver):
+        raise UsageError(f"export-material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
+    if STRAIN not in study.names:
+        raise UsageError(f"export-material adjusts {STRAIN}, which is no factor of this study")
+    sections = {
+        "solver": solver.model_copy(update={"failure_length": None, "perturb": None}),
+        "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
+        "blade": study.blade.model_copy(update={"edge_spread": Length(0.0)}),
+        "loading": study.loading.model_copy(update={"duration": _STROKE * study.loading.duration}),
+    }
+    return study.model_copy(update=sections)
+
+
+def regularise(work: Work, sizes: Sequence[float], places: int) -> Regularisation:
+    """Find the failure strain for each element size (mm), the coarsest first: finer ones begin where it ended.
+
+    Raises
+    ------
+    UsageError
+        If the study is not calibrated yet.
+    """
+    study, there = work.study, without_lengths(work.study)
+    levels, target = calibrated_parameters(study, work.solver, work.folder), study.calibration_target
+    rows: list[Regularised] = []
+    start = levels[STRAIN]
+    with work.folder:
+        for size in sorted(sizes, reverse=True):
+            if rows:  # the strain is that of an element: over half the length it is twice as large
+                start = min(rows[-1].failure_strain * rows[-1].element_size / size, _HIGHEST)
+            rows.append(_at_size(work, there, {**levels, STRAIN: start}, target.response, size, places))
+    return Regularisation(target.condition, target.response, levels, Rows(reversed(rows)))
+
+
+def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, size: float, places: int) -> Regularised:
+    """Search the failure strain at one size."""
+    start, tried, outcomes = levels[STRAIN], list[Tried](), list[Outcome]()
+    way = Way((Mover(STRAIN, start, _LOWEST, _HIGHEST, _FIRST_SLOPE / start),))
+    place: float | None = 0.0
+    while place is not None and len(tried) < _MOST_RUNS:
+        outcomes.append(_simulated(work, there, {**levels, **way.at(place)}, size, places, len(tried)))
+        tried.append(Tried(place, outcomes[-1].number(FIRST)))
+        if abs(tried[-1].response / aim - 1.0) <= _TOLERANCE:
+            break
+        step = next_step(tried, aim, way)
+        place = None if step is None else step.place
+    best = best_of(tried, aim)
+    if best is None:
+        raise RunsFailed(f"export-material: no run with elements of {size:g} mm succeeded: {outcomes[-1].message}")
+    outcome, strain = outcomes[tried.index(best)], way.at(best.place)[STRAIN]
+    scatter = outcome.sd / best.response if outcome.sd is not None else None
+    low, high = _band(tried, best, strain, outcome.phase_responses or (), aim)
+    found = abs(best.response / aim - 1.0) <= VALID
+    percent = None if scatter is None else 100.0 * scatter
+    return Regularised(size, strain, low, high, best.response, percent, places, len(tried), found)
+
+
+def _simulated(work: Work, there: Study, levels: dict[str, float], size: float, places: int, row: int) -> Outcome:
+    """Simulate one failure strain at some places of a mesh."""
+    solver = Embedded(there)
+    at = there.targets.calibrate_at
+    request = Request(STAGE, row, levels, at, phases=places, element_size=f"{size:g} mm")
+    policy = there.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
+    (answer,) = answer_all([request], solver, work.folder, work.executor, work.watch, policy)
+    return outcome_of(request, answer, solver)
+
+
+def _band(
+    tried: Sequence[Tried], best: Tried, strain: float, forces: Sequence[float], aim: float
+) -> tuple[float | None, float | None]:
+    """Return the strains that the strongest and the weakest place take: ε·(F/aim)^(−1/k), k = ∂ ln F/∂ ln ε."""
+    if not forces:
+        return None, None
+    others = [one for one in tried if one is not best and isfinite(one.level)]
+    near = min(others, key=lambda one: abs(one.place - best.place), default=None)
+    # places count ln F as expected: s = k₀·ln ε
+    tilt = 1.0 if near is None else (best.level - near.level) / (best.place - near.place)
+    slope = _FIRST_SLOPE * max(tilt, _LEAST_TILT)
+    low, high = (log(strain) - log(force / aim) / slope for force in (max(forces), min(forces)))
+    return exp(max(low, log(_LOWEST))), exp(min(high, log(_HIGHEST)))

@@ -1,0 +1,131 @@
+"""What a transfer says: what the parameters become in another program, and how near the response is there."""
+
+from __future__ import annotations
+
+from stemcal.notes import Weight
+from stemcal.stages.transfer.result import (
+    BeyondRange,
+    FailedThere,
+    NotReached,
+    NotRunThere,
+    Role,
+    StillRose,
+    TransferResult,
+)
+from stemcal.text.language import say
+from stemcal.text.names import Names
+from stemcal.text.notes import Remark, remark, sentence, states
+from stemcal.text.numbers import significant
+
+
+def program(kind: str) -> str:
+    """Return what is called by the name of a kind of solver."""
+    known = {"embedded": say("the other model"), "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
+    return known.get(kind, say("the other program"))
+
+
+def role(name: Role) -> str:
+    """Return what a run was made for."""
+    return {"search": say("search"), "after": say("result elsewhere"), "before": say("start elsewhere")}[name]
+
+
+def outcome(stage: TransferResult, names: Names) -> list[str]:
+    """Say what the parameters become there, and what they give."""
+    moved = [one for one in stage.adjusted if one.value != one.calibrated]
+    where, found, start = program(stage.solver.kind), stage.fitted.after, stage.fitted.before
+    if found is None:
+        return []
+    fields = {"there": where, "found": found, "aim": stage.aim, "start": start, "at": stage.condition}
+    if not moved:
+        kept = "In {there} the calibrated parameters give {found:response .4g}, where {aim:response .4g} is right."
+        return [names.say(kept, **fields)]
+    values = ", ".join(
+        say("{factor} {value}", factor=names.factor(one.factor), value=significant(one.value)) for one in moved
+    )
+    changed = "For {there}: {values}. It gives {found:response .4g}, where {aim:response .4g} is right."
+    known = (
+        "For {there}: {values}. It gives {found:response .4g}, where {aim:response .4g} is right; with the calibrated "
+        "values {start:response .4g}."
+    )
+    return [names.say(changed if start is None else known, values=values, **fields)]
+
+
+def certainty(stage: TransferResult, names: Names) -> list[str]:
+    """Say how large the errors there are."""
+    if stage.max_abs_error_percent is None:
+        return []
+    run = [row for row in stage.rows if row.error_percent is not None]
+    one = "In {there} the error at {at:conditions} is {error:.1f} %."
+    many = "In {there} the largest error at {at:conditions} is {error:.1f} %."
+    bare = "In {there} the error is {error:.1f} %."
+    template = bare if not names.placed else one if len(run) == 1 else many
+    fields = {"at": [row.condition for row in run], "error": stage.max_abs_error_percent}
+    return [names.say(template, there=program(stage.solver.kind), **fields)]
+
+
+def remarks(stage: TransferResult, names: Names) -> list[Remark]:
+    """Return what the transfer says beside its tables."""
+    said = [remark(note, names) for note in stage.notes]
+    if stage.learnt is not None and len(stage.asked) > 1:
+        said.append(Remark(_learnt(stage, names), Weight.ASIDE, "learnt"))
+    return said
+
+
+def _learnt(stage: TransferResult, names: Names) -> str:
+    assert stage.learnt is not None
+    exact = (
+        "The {response} there is {scale:.3g} times that of the study's own solver with the calibrated values, and "
+        "changes {tilt:.3g} times as much, by ratio, as the surface has it."
+    )
+    about = (
+        "The {response} there is {scale:.3g} times that of the study's own solver with the calibrated values, and "
+        "changes {tilt:.3g} times as much, by ratio, as the surface has it; the runs lie about that line with "
+        "{sd_percent:.2g} %."
+    )
+    template = exact if stage.learnt.sd_percent is None else about
+    return names.say(template, response=names.response.long, **vars(stage.learnt))
+
+
+states(
+    BeyondRange,
+    "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the study's "
+    "mesh and lengths.",
+)
+states(
+    NotRunThere,
+    "transfer.budget left no run with the result at {conditions:conditions}.",
+)
+
+
+@sentence.register
+def _(note: StillRose, names: Names) -> str:
+    one = (
+        "In {count} run there the {response} still rose when the stroke ended: it is a lower bound. A longer stroke "
+        "(transfer.test.duration) tells more."
+    )
+    many = (
+        "In {count} runs there the {response} still rose when the stroke ended: they are lower bounds. A longer stroke "
+        "(transfer.test.duration) tells more."
+    )
+    return names.say_number(one, many, note.runs, response=names.response.long)
+
+
+@sentence.register
+def _(note: FailedThere, names: Names) -> str:
+    placed = "Runs there with the result failed at {conditions:conditions} ({reason})."
+    return names.say(placed if names.placed else "The run there with the result failed ({reason}).", **vars(note))
+
+
+@sentence.register
+def _(note: NotReached, names: Names) -> str:
+    ends = {
+        "budget": "The {response} there is still {missed:.1f} % from {aim:response .4g}: transfer.budget allows no "
+        "further run. The best point is kept.",
+        "out_of_reach": "The {response} there is {missed:.1f} % from {aim:response .4g} at the end of the range of "
+        "{factors:factors}. Give it a wider one, or name a further factor, under transfer.adjust.",
+        "settled": "The {response} there is {missed:.1f} % from {aim:response .4g}, and no step is left between the "
+        "runs: it jumps there, or does not follow {factors:factors}. The mean over places of the mesh (phases under "
+        "transfer.solver, of the embedded solver) jumps less.",
+    }
+    fields = {"response": names.response.long, "missed": note.missed_percent, "aim": note.aim, "factors": note.factors}
+    return names.say(ends[note.stopped], **fields)

@@ -1,0 +1,154 @@
+"""Chains beyond screening and surface by hand: a climb on one sheet, several diameters together, sheets of twins."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from sheets import Cells, awaited, entered, text_of
+from typer.testing import CliRunner
+
+import stemcal
+from stemcal.by_hand.refusals import OtherStudy
+from stemcal.cli.app import app
+from stemcal.folder.store import StudyFolder
+from stemcal.kits import kit_text
+from stemcal.stages.verdict.advice import EnterResults
+from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence
+
+
+def begun(folder: Path, kit: str, *changes: tuple[str, str]) -> Study:
+    """Begin a study with a kit and change its text."""
+    text = kit_text(kit).replace("@NAME@", "mine")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    for file in ("dyna/parameters.k",):
+        (folder / file).parent.mkdir(exist_ok=True)
+        (folder / file).write_text(kit_text(file), encoding="utf-8")
+    (folder / "mine.yaml").write_text(text, encoding="utf-8")
+    return load_study(folder / "mine.yaml")
+
+
+def rows_filled(study: Study, sheet: Cells, response: Callable[[dict[str, float]], float]) -> Cells:
+    """Fill in what a function of the levels gives; those of a row are known by factor and condition."""
+    head, *rows = sheet
+    count = next(i for i, title in enumerate(head) if title.startswith(study.naming.response.name))
+    names = [title.split(" (")[0] for title in head[1:count]]
+    done = []
+    for row in rows:
+        levels = dict(zip(names, map(float, row[1:count]), strict=True))
+        done.append([*row[:count], f"{response(levels):.6f}", *row[count + 1 :]])
+    return [head, *done]
+
+
+def stages_of_sheets(
+    study: Study, folder: StudyFolder, response: Callable[[dict[str, float]], float]
+) -> list[tuple[str, int]]:
+    """Enter every sheet that is asked for, in two shuffled parts of which the second repeats the first."""
+    seen = []
+    while sheet := awaited(study, folder):
+        head, *rows = rows_filled(study, sheet, response)
+        seen.append((rows[0][0].split()[0], len(rows)))
+        random.Random(3).shuffle(rows)
+        first = rows[: len(rows) // 2]
+        assert len(entered(study, folder, text_of([head, *first])).taken) == len(first)
+        again = entered(study, folder, text_of([head, *rows]))
+        assert (len(again.known), len(again.taken), again.refused) == (len(first), len(rows) - len(first), ())
+    return seen
+
+
+def angle(levels: dict[str, float]) -> float:
+    """Return the angle of a heap that nobody has made, deg; restitution and stiffness do not matter."""
+    return 14.0 + 12.0 * levels["pp_static"] + 40.0 * levels["pp_rolling"] + 18.0 * levels["pw_rolling"]
+
+
+def test_the_path_of_a_climb_stands_on_one_sheet(tmp_path: Path) -> None:
+    """By the kit for EDEM: 15 + 6 + 15 runs, then the solution; without `at_once` a sheet for each step."""
+    study, folder = begun(tmp_path, "angle-of-repose-edem"), StudyFolder(tmp_path / "out")
+    sheets = stages_of_sheets(study, folder, angle)
+    assert [one for one in sheets if one[0] != "refine"] == [("screen", 15), ("climb", 6), ("rsm", 15), ("validate", 1)]
+    rows = folder.read_stage("climb")["rows"]
+    assert [row["step"] for row in rows] == [0, 1, 2, 3, 4, 5]
+    found = folder.read_stage("climb")["best_step"]
+    assert found == min(range(6), key=lambda i: abs(rows[i]["response"] - 32.6))
+    assert angle(folder.read_stage("validate")["parameters"]) == pytest.approx(32.6, rel=0.02)
+    (tmp_path / "other").mkdir()
+    walking = begun(tmp_path / "other", "angle-of-repose-edem", (", at_once: true", ""))
+    steps = [
+        count for stage, count in stages_of_sheets(walking, StudyFolder(tmp_path / "walk"), angle) if stage == "climb"
+    ]
+    assert steps == [1] * len(steps) and len(steps) < 6
+    walked = StudyFolder(tmp_path / "walk").read_stage("climb")
+    assert walked["rows"] == [row | {"key": one["key"]} for row, one in zip(rows, walked["rows"], strict=False)]
+
+
+def test_several_diameters_are_fitted_together_by_hand(tmp_path: Path) -> None:
+    """F = (6·σy + 20·Et + 500·εf)·(d/8)²: the forces of a hidden stem are met at every diameter."""
+
+    def force(levels: dict[str, float]) -> float:
+        stem = 6.0 * levels["yield_stress"] + 20.0 * levels["tangent_modulus"] + 500.0 * levels["failure_strain"]
+        return stem * (levels["diameter"] / 8.0) ** 2
+
+    hidden = {"yield_stress": 16.0, "tangent_modulus": 0.52, "failure_strain": 0.034}
+    targets = [
+        (f"{old} N", f"{force(hidden | {'diameter': d}):.4f} N") for old, d in ((120, 7), (159.2, 8), (213.8, 9))
+    ]
+    study = begun(tmp_path, "ls-dyna-window", *targets, ("refine: {tol", "invert: {diameters: all}\nrefine: {tol"))
+    folder = StudyFolder(tmp_path / "out")
+    assert stages_of_sheets(study, folder, force)[0] == ("rsm", 39)
+    rows = folder.read_stage("validate")["rows"]
+    assert [row["condition"] for row in rows] == [7.0, 8.0, 9.0]
+    assert all(abs(row["error_percent"]) < 0.1 for row in rows)
+
+
+def test_a_twin_s_sheet_is_refused(tmp_path: Path) -> None:
+    """The same factors, ranges and runs, another study: only the last column tells; without it rows are taken."""
+    study = begun(tmp_path, "by-hand")
+    folder, twin = StudyFolder(tmp_path / "out"), StudyFolder(tmp_path / "twin")
+    other = study.model_copy(update={"name": "Heu (2. Sorte)"})
+    sheet = rows_filled(other, awaited(other, twin), lambda levels: 20.0 + 10.0 * levels["sliding"] + levels["wall"])
+    refusals = entered(study, folder, text_of(sheet)).refused
+    assert len(refusals) == 15 and isinstance(refusals[0], OtherStudy)
+    said = sentence(refusals[0], Names(study.naming))
+    assert "is of the study 'Heu (2. Sorte)', not of 'mine'; enter the row for that one" in said
+    told = {"study": "other", "runs": [{"run": "rsm 1", "responses": {"angle": 25.0}}]}
+    assert isinstance(entered(study, folder, json.dumps(told)).refused[0], OtherStudy)
+    assert list(folder.keys()) == []
+    assert len(entered(other, twin, text_of(sheet)).taken) == 15
+    assert len(entered(study, folder, text_of([row[:-1] for row in sheet])).taken) == 15
+
+
+def test_a_factor_may_be_called_as_a_column_of_the_sheet(tmp_path: Path) -> None:
+    study = begun(tmp_path, "by-hand", ("name: wall", "name: study"), ("rolling, wall]", "rolling, study]"))
+    folder = StudyFolder(tmp_path / "out")
+    sheet = rows_filled(study, awaited(study, folder), lambda levels: 20.0 + 10.0 * levels["study"])
+    assert sheet[0] == ["run", "sliding", "rolling", "study", "angle (deg)", "who", "when", "remark"]
+    assert len(entered(study, folder, text_of(sheet)).taken) == 15
+
+
+def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
+    study, folder = begun(tmp_path, "by-hand"), StudyFolder(tmp_path / "out")
+    awaited(study, folder)
+    (unfinished,) = [reason for reason in verdict_of(study, folder).reasons if reason.kind == "unfinished"]
+    assert unfinished.remedy == EnterResults()
+    said = CliRunner().invoke(app, ["status", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]).stdout
+    assert "stemcal enter SPEC SHEET" in " ".join(said.split())
+
+
+def test_python_asks_for_the_whole_path(tmp_path: Path) -> None:
+    begun(tmp_path, "angle-of-repose-edem")
+    study, rounds = stemcal.load_study(tmp_path / "mine.yaml"), []
+    while runs := study.ask(tmp_path / "out"):
+        rounds.append((runs[0]["run"].split()[0], len(runs)))
+        study.tell([{**run, "responses": {"angle": angle(run["levels"])}} for run in runs], tmp_path / "out")
+        if runs[0]["run"].startswith("rsm"):
+            break
+    assert rounds == [("screen", 15), ("climb", 6), ("rsm", 15)]
