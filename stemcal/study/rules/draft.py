@@ -19,6 +19,7 @@ from stemcal.study.model import (
     Grades,
     Growth,
     InvertOptions,
+    LaboratorySection,
     LsDynaSolver,
     ManualSolver,
     MaterialSection,
@@ -66,6 +67,7 @@ class Draft:
     contact: ContactSection | None = None
     material: MaterialSection | None = None
     failure: FailureSection | None = None
+    tests: tuple[LaboratorySection, ...] | None = None
     solver: EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
