@@ -9,6 +9,7 @@ contradicts the others where the nearest value within reach does.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,6 +52,23 @@ def contradiction(misfit: Misfit, region: Region) -> Contradiction | None:
     if p >= LEVEL:
         return None
     return Contradiction(i, float(excess[i] ** 0.5), p, _allowed(misfit, rest[i], i, region, best[i]))
+
+
+def allowed_by_others(misfit: Misfit, region: Region, groups: Sequence[object]) -> list[tuple[float, float]]:
+    """Return for each observation between which values the others predict it, at the level of the intervals.
+
+    Parameters
+    ----------
+    groups : sequence
+        A label per observation, two different ones at least: those of its own group do not count either.
+    """
+    found: dict[int, tuple[float, float]] = {}
+    for group in dict.fromkeys(groups):
+        members = [i for i, label in enumerate(groups) if label == group]
+        others = misfit.without(*members)
+        best = best_fit(others, region)
+        found |= {i: _allowed(misfit, others, i, region, best) for i in members}
+    return [found[i] for i in range(len(groups))]
 
 
 def out_of_reach(misfit: Misfit, region: Region) -> list[int]:
