@@ -129,11 +129,15 @@ def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, siz
     if best is None:
         raise RunsFailed(f"export-material: no run with elements of {size:g} mm succeeded: {outcomes[-1].message}")
     outcome, strain = outcomes[tried.index(best)], way.at(best.place)[STRAIN]
-    scatter = outcome.sd / best.response if outcome.sd is not None else None
-    low, high = _band([way.at(one.place)[STRAIN] for one in tried], outcomes, aim)
+    strains = [way.at(one.place)[STRAIN] for one in tried]
+    for end in _band(strains, outcomes, aim):  # its ends are run too: beyond what was tried they are a guess
+        if end is not None:
+            outcomes.append(_simulated(work, there, {**levels, STRAIN: end}, size, places, len(strains)))
+            strains.append(end)
+    low, high = _band(strains, outcomes, aim)
     found = abs(best.response / aim - 1.0) <= VALID
-    percent = None if scatter is None else 100.0 * scatter
-    return Regularised(size, strain, low, high, best.response, percent, places, len(tried), found)
+    percent = None if outcome.sd is None else 100.0 * outcome.sd / best.response
+    return Regularised(size, strain, low, high, best.response, percent, places, len(strains), found)
 
 
 def _simulated(work: Work, there: Study, levels: dict[str, float], size: float, places: int, row: int) -> Outcome:
