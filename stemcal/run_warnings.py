@@ -11,6 +11,7 @@ __all__ = [
     "ForceAfterBreak",
     "HourglassEnergy",
     "InertiaInForce",
+    "MaximumNotPassed",
     "Message",
     "NothingDeleted",
     "RunWarning",
@@ -41,6 +42,13 @@ class StrokeTooShort(RunWarning):
     peak_travel: float
     valley: float
     end: float
+    stroke: float
+
+
+@dataclass(frozen=True)
+class MaximumNotPassed(RunWarning):
+    """A laboratory test ends, after so many mm, before its force is known to have passed its maximum."""
+
     stroke: float
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
     from stemcal.study.model import Study
 
+CUTTING = "cutting"  # the test that the sections of a spec describe
 SPARK = 30  # columns of the curve drawn while a test goes on
 
 Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
@@ -33,6 +34,9 @@ FigureFile = Annotated[
 FramesFolder = Annotated[
     Path | None, typer.Option("--frames", metavar="DIR", help="Write about 50 frames for ParaView here.")
 ]
+TestName = Annotated[
+    str | None, typer.Option("--test", metavar="NAME", help="A test of the spec's tests.", show_default="cutting")
+]
 FromRun = Annotated[
     str | None, typer.Option("--from-run", metavar="KEY", help="Levels and diameter of a run of the study folder.")
 ]
@@ -47,12 +51,15 @@ def simulate(
     figure: FigureFile = None,
     frames: FramesFolder = None,
     from_run: FromRun = None,
+    test: TestName = None,
     out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     yes: Yes = False,
 ) -> None:
-    """Simulate one virtual shear test. Factors stand at mid-level unless set.
+    """Simulate one virtual shear test or another test of the spec, or make one run of the program that it names.
+
+    Factors stand at mid-level unless set.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -72,24 +79,36 @@ def simulate(
         at = typed_size(diameter, "--diameter")
     levels = chosen_levels(study, levels, settings or [])
     require_material(study, levels, at)
-    _check_outputs(study, csv_file, figure)
+    _check_outputs(study, csv_file, figure, {"--symmetry": symmetry, "--frames": frames})
+
+    if study.solver.kind != "embedded" and test in (None, CUTTING):
+        from stemcal.cli.one_run import one_run
+
+        at = study.targets.calibrate_at if diameter is None and from_run is None else at
+        one_run(study, levels, at, as_json, quiet, csv_file)
+        return
+    stroke = stroke_of(study, test, at)
 
     from stemcal.overview.foresight import demand_of_one
-    from stemcal.solvers.embedded import seconds_to_prepare
+    from stemcal.solvers.embedded import seconds_to_prepare, simulate_test
     from stemcal.solvers.embedded import simulate as shear_test
     from stemcal.text.runs import compiling, warning_text
 
     require_sense(demand_of_one(study, [at], symmetry), 1, yes)
     if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
         note(compiling(seconds))
-    with waiting("one virtual shear test", quiet) as status:
-        result = shear_test(study, levels, at, symmetry, watch=live(status, study.loading.stroke), frames=frames)
+    with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet) as status:
+        watch = live(status, stroke)
+        if test is None or test == CUTTING:
+            result = shear_test(study, levels, at, symmetry, watch=watch, frames=frames)
+        else:
+            result = simulate_test(study, test, levels, at, symmetry, watch=watch, frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
         _write_figure(result, figure)
     if as_json:
-        say_json(summary(result))
+        say_json(summary(result, test or CUTTING))
     else:
         _show(result)
     for warning in result.warnings:
@@ -156,13 +175,15 @@ def _suggestion(name: str, known: list[str]) -> str:
     return f"; did you mean {meant}?" if meant else f"; the study's factors are {', '.join(known)}"
 
 
-def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> None:
+def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, embedded_only: dict[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     from stemcal.errors import UsageError
     from stemcal.outputs import refuse_link
 
     if study.solver.kind != "embedded":
-        raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
+        embedded_only |= {"--figure": figure}
+        if given := [name for name, value in embedded_only.items() if value is not None]:
+            raise UsageError(f"{', '.join(given)}: for `solver: {{kind: embedded}}`; this spec has {study.solver.kind}")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
@@ -172,16 +193,39 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> 
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
 
-def summary(result: CuttingResult) -> object:
+def stroke_of(study: Study, test: str | None, diameter: float) -> float:
+    """Return how far the tool of a test moves, mm; refuse the name of no test."""
+    from stemcal.errors import UsageError
+
+    if test is None or test == CUTTING:
+        return study.loading.stroke
+    for section in study.tests:
+        if section.name == test:
+            return section.stroke.at(diameter)
+    known = [CUTTING, *(section.name for section in study.tests)]
+    meant = nearest(test, known)
+    remedy = f"did you mean {meant}?" if meant else f"the spec's tests are {', '.join(known)}"
+    raise UsageError(f"--test {test[:60]!r}: there is no such test; {remedy}")
+
+
+def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
     from stemcal.files.typed import to_json
+    from stemcal.laboratory import LaboratoryResult
+    from stemcal.solvers.measures import work_until
     from stemcal.text.runs import warning_text
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     numbers.pop("peak_sd", None)
     phases = {"phase_peaks": list(result.phase_peaks)} if result.phase_peaks else {}
     warnings = [{**to_json(warning), "text": warning_text(warning)} for warning in result.warnings]
-    return {"schema_version": 2, "stage": "simulate", **numbers, **phases, "warnings": warnings}
+    if isinstance(result, LaboratoryResult):
+        responses = result.responses
+    else:
+        work = work_until(result.history.travel, result.history.force_filtered, result.peak_travel)
+        responses = {"maximum_force": result.peak_force, "travel": result.peak_travel, "work": work}
+    head = {"schema_version": 2, "stage": "simulate", "test": test, "responses": responses}
+    return {**head, **numbers, **phases, "warnings": warnings}
 
 
 def write_history(result: CuttingResult, path: Path) -> None:

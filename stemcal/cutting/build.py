@@ -38,25 +38,33 @@ def build(test: ShearTest) -> Model:
         element=how.element,
         hourglass=how.hourglass,
         integration=how.integration,
-        held=_mirrors(mesh, how.symmetry, cohesive=cohesion is not None),
+        held=mirrors(mesh, how.symmetry, cohesive=cohesion is not None),
         ghosts=_ghosts(mesh) if how.symmetry == "quarter" else None,
         crowns=_crowns(mesh),
         cohesion=cohesion,
     )
 
 
-def stem_mesh(stem: Stem, how: Discretisation, rests_at: float | None = None) -> Mesh:
+def stem_mesh(
+    stem: Stem,
+    how: Discretisation,
+    rests_at: float | None = None,
+    widths: Array | None = None,
+    layers: Array | None = None,
+) -> Mesh:
     """Return the mesh of the stem, or of the part of it that the symmetry leaves.
 
+    In place of those that `how` asks for, `widths` of the elements around half the stem from the bottom to the top (in
+    proportion) and `layers` of nodes along it (x, mm) may be given.
     With `rests_at` a layer of nodes lies at that distance from the blade (mm) on either side: what rests on a support
     is nodes, and the span is else that between the next ones.
     Nodes lie on the mirror plane y = 0. Across, the quarter model keeps the row of elements that x = 0 cuts in two
     whole where the edge comes down over elements; its far nodes are ghosts.
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
-    widths = _widths(outer, how)
+    widths = _widths(outer, how) if widths is None else widths
     through = through_wall(stem, how)
-    layers = _layers(stem.length, how)
+    layers = _layers(stem.length, how) if layers is None else layers
     if rests_at is not None:
         layers = _resting(layers, rests_at)
     whole = how.symmetry == "none"
@@ -143,7 +151,7 @@ def _resting(layers: Array, rests_at: float) -> Array:
     return moved
 
 
-def _mirrors(mesh: Mesh, symmetry: Symmetry, cohesive: bool) -> NDArray[np.bool_]:
+def mirrors(mesh: Mesh, symmetry: Symmetry, cohesive: bool = False) -> NDArray[np.bool_]:
     """Return which velocity components the mirror planes hold: x on x = 0 (quarter), y on y = 0 (half, quarter).
 
     What cohesion holds on x = 0 may open.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, Protocol
 
 from stemcal.cutting.blade import Blade
 from stemcal.fem.contact import Contact
@@ -110,6 +110,18 @@ class Discretisation:
     filter_window: float = 0.01
     break_drop: float = 0.5
     stop_after_peak: bool = True
+
+
+class Moved(Protocol):
+    """A virtual test, whatever it does: how its tool moves, and how it is computed."""
+
+    @property
+    def loading(self) -> Loading:
+        """The motion."""
+
+    @property
+    def discretisation(self) -> Discretisation:
+        """Mesh and integration."""
 
 
 @dataclass(frozen=True)

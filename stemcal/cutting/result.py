@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
-from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.parts import Moved
 from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
@@ -118,14 +118,19 @@ class CuttingResult:
     added_mass_percent: float = 0.0
 
 
-def travel_at(test: ShearTest, t: float) -> float:
+def travel_at(test: Moved, t: float) -> float:
     """Return how far the blade has come since it touched the stem, mm."""
     return test.loading.speed * t - test.loading.gap
 
 
-def force_history(test: ShearTest, history: History, scale: float) -> ForceHistory:
-    """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered."""
-    force = scale * history.force[:, 0, 2]
+def force_history(test: Moved, history: History, scale: float) -> ForceHistory:
+    """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered.
+
+    The force is that on the first tool; without tools that of the ends that are driven, work over travel.
+    """
+    tools = history.force.shape[1] > 0
+    force = scale * (history.force[:, 0, 2] if tools else _driving_force(test, history))
+    carried = -scale * history.force[:, 1:, 2].sum(axis=1) if tools else force
     return ForceHistory(
         time=history.time,
         travel=test.loading.speed * history.time - test.loading.gap,
@@ -137,10 +142,10 @@ def force_history(test: ShearTest, history: History, scale: float) -> ForceHisto
         eroded=scale * history.eroded,
         contact=scale * (history.contact - history.held[:, COHESION].sum(axis=1)),
         contact_edge=scale * history.held[:, EDGE].sum(axis=1),
-        contact_flanks=scale * history.held[:, SURFACE, 0],
+        contact_flanks=scale * history.held[:, SURFACE, :1].sum(axis=1),
         contact_supports=scale * history.held[:, SURFACE, 1:].sum(axis=1),
         contact_friction=scale * history.held[:, FRICTION].sum(axis=1),
-        supports=moving_mean(-scale * history.force[:, 1:, 2].sum(axis=1), filter_rows(test)),
+        supports=moving_mean(carried, filter_rows(test)),
         cohesion=scale * history.held[:, COHESION].sum(axis=1),
         external=scale * history.external,
         balance=scale * history.balance,
@@ -149,7 +154,13 @@ def force_history(test: ShearTest, history: History, scale: float) -> ForceHisto
     )
 
 
-def filter_rows(test: ShearTest) -> int:
+def _driving_force(test: Moved, history: History) -> Array:
+    """Return the mean force of each output interval that does the work there at the speed of loading, N."""
+    way = test.loading.speed * np.diff(history.time)
+    return np.concatenate([[0.0], np.diff(history.external) / way])
+
+
+def filter_rows(test: Moved) -> int:
     """Return how many outputs the filter's moving mean takes."""
     how = test.discretisation
     return max(1, round(how.filter_window * how.integration.outputs / test.loading.duration))

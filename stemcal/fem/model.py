@@ -76,6 +76,9 @@ class Model:
         How far the true surface bulges over the middle of each face along a spread edge, mm.
     cohesion : Cohesion, optional
         What holds the plane x = 0 together, on which a tool parts the body; components along x must not be held there.
+    settling : float
+        Share of what velocities differ by from those at the start that is taken from them at every output, so that a
+        slow loading does not swing; its energy counts as lost with eroded nodes.
     """
 
     mesh: Mesh
@@ -92,3 +95,4 @@ class Model:
     ghosts: NDArray[np.int32] | None = None
     crowns: Array | None = None
     cohesion: Cohesion | None = None
+    settling: float = 0.0

@@ -180,7 +180,8 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
     held[ghosts[:, 0]] = True
     mass[ghosts[:, 0]] = 0.0
     none = np.zeros((0, 3), order="F")
-    driven = np.where(held, v, 0.0) if v[held].any() else none
+    # row by row, as an array without rows is: the kernels are then compiled once for both
+    driven = np.ascontiguousarray(np.where(held, v, 0.0)) if v[held].any() else none
     body = Body(
         x=x,
         v=v,

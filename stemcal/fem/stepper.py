@@ -14,7 +14,7 @@ from stemcal.fem.cohesive import parted_share
 from stemcal.fem.history import History
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
 from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED
-from stemcal.fem.kernels.nodes import KINDS, kinetic_energy
+from stemcal.fem.kernels.nodes import KINDS, kinetic_energy, see
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, element_shares, start
 from stemcal.fem.threads import March, Marching
@@ -55,6 +55,8 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
                 inspect(row["time"], state)
             if watch is not None and watch(row["time"], row["force"], row["deleted"], row["parted"]):
                 break
+            if model.settling > 0.0:
+                _settle(model, state)
     return _history(model, state, rows)
 
 
@@ -88,9 +90,22 @@ def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, An
     """Advance the state from output to output and give a row of the history at each."""
     for until in outputs:
         before, impulse = state.clock.time[0], state.ledger.impulse.copy()
-        _check(advance(until, state), state)
+        if state.topology.standing.any():
+            _check(advance(until, state), state)
+        if not state.topology.standing.any():  # and no element to take the time step from
+            state.clock.time[0] = until
         if state.clock.time[0] > before:  # the step before may have gone past this output as well
             yield _row(state, impulse, before)
+
+
+def _settle(model: Model, state: State) -> None:
+    """Take from the velocities a share of what they differ by from those of the start, and book its energy."""
+    body, slow = state.body, 0.0 if model.velocity is None else model.velocity
+    v = body.v[: len(model.mesh.nodes)]
+    before = kinetic_energy(body.v, body.mass)
+    v += model.settling * np.where(body.free[: len(v)], slow - v, 0.0)
+    state.ledger.lost_kinetic[0] += before - kinetic_energy(body.v, body.mass)
+    see(body)
 
 
 def _in_strides(advance: March, state: State) -> March:

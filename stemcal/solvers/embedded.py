@@ -36,10 +36,13 @@ from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
+from stemcal.laboratory import LaboratoryResult, LaboratoryTest, perform
+from stemcal.naming import Naming
 from stemcal.solvers.film import Film
+from stemcal.solvers.laboratory_runs import identity, laboratory_test, measured_at, perform_all, seconds
 from stemcal.solvers.measures import work_until
-from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
+from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.lengths import Length
 
 # Points of the force-travel curve that a run's record keeps.
@@ -83,6 +86,7 @@ class Embedded(OfSpecAlone):
             "solver": "embedded",
             "revision": cutting.REVISION,
             "tests": [_determining(test) for test in self._tests(request)],
+            **({"laboratory": beside} if (beside := self._identities(request)) else {}),
             **({"pictured": True} if request.pictured else {}),
         }
 
@@ -92,10 +96,14 @@ class Embedded(OfSpecAlone):
             tests = self._tests(request)
             film = Film(tests[0].discretisation.integration.outputs) if request.pictured else None
             results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
+            beside = perform_all(self._beside(request))
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         result = mean_over_phases(results)
+        result = replace(result, warnings=(*result.warnings, *beside.warnings))
         details = _details(result) | _over_phases(results)
+        if beside.responses:
+            details |= {RESPONSES: beside.responses, "laboratory": beside.details}
         if film is not None:
             details |= pictured(result, film)
         if result.energy_drift_percent > _WORST_DRIFT:
@@ -112,7 +120,8 @@ class Embedded(OfSpecAlone):
 
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
-        return sum(_seconds(test) for test in self._tests(request))
+        beside = sum(seconds(test, _STEP, _ELEMENT) for _, test in self._beside(request))
+        return beside + sum(_seconds(test) for test in self._tests(request))
 
     def pace(self, request: Request) -> float | None:
         """Return what a request takes on this machine over the estimate, by half a second of a run like it.
@@ -149,6 +158,20 @@ class Embedded(OfSpecAlone):
         if study.material.failure_strain is None or "failure_strain" in study.names:
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
+
+    @property
+    def naming(self) -> Naming:
+        """What the study calls its responses, those of laboratory tests among them."""
+        return self.study.naming
+
+    def _beside(self, request: Request) -> list[tuple[LaboratorySection, LaboratoryTest]]:
+        """Return the laboratory tests that a run does beside cutting; their own meshes stay as they are."""
+        wanted = measured_at(self.study, request.condition)
+        sheared = shear_test(self.study, request.levels, request.condition) if wanted else None
+        return [(section, laboratory_test(section, sheared)) for section in wanted if sheared is not None]
+
+    def _identities(self, request: Request) -> list[dict[str, Any]]:
+        return [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
 
     def _tests(self, request: Request) -> tuple[ShearTest, ...]:
         return shear_tests(meshed_as(self.study, request), request.levels, request.condition, request.row)
@@ -210,6 +233,25 @@ def simulate(
     inspect = None if frames is None else FrameWriter(frames, max(1, tests[0].discretisation.integration.outputs // 50))
     first = cutting.shear(tests[0], watch, inspect)
     return mean_over_phases([first, *(cutting.shear(test, watch) for test in tests[1:])])
+
+
+def simulate_test(
+    study: Study,
+    name: str,
+    levels: Mapping[str, float],
+    diameter: float,
+    symmetry: Symmetry | None = None,
+    watch: Callable[[float, float], None] | None = None,
+    frames: Path | None = None,
+) -> LaboratoryResult:
+    """Run the laboratory test called `name` of a study; the rest as in `simulate`."""
+    warm(_precision(study))
+    section = next(section for section in study.tests if section.name == name)
+    test = laboratory_test(section, shear_test(study, levels, diameter))
+    if symmetry is not None:
+        test = replace(test, discretisation=replace(test.discretisation, symmetry=symmetry))
+    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
+    return perform(test, watch, inspect)
 
 
 def shear_tests(

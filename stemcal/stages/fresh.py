@@ -52,6 +52,8 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     dump = _with_contents(whole.model_dump())
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in ("published", *stage_called(stage).options)}
+    if study.tests:
+        parts["tests"] = dump["tests"]
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:

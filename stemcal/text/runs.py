@@ -56,6 +56,11 @@ states(
     "The energy balance drifts by {percent:.1f} %. Lower solver.time_step_safety and solver.time_step.",
 )
 states(
+    of_runs.MaximumNotPassed,
+    "The test ended after {stroke:.3g} mm without having passed its maximum: maximum_force, travel and work are lower "
+    "bounds, slope and force_at_deflection are not. Lengthen the stroke of the test.",
+)
+states(
     of_runs.InertiaInForce,
     "Inertia has {percent:.1f} % of the force: blade and supports differ by that at the peak, with kinetic energy up "
     "to {kinetic_percent:.1f} % of internal energy. Divide solver.mass_scaling by 100 and solver.time_step by 10, for "

@@ -47,6 +47,8 @@ LINES = {
     "joint errors": "Largest error {error:fixed} %, left out {left_out:fixed} %; no parameters in the region do better "
     "than {best:fixed} %.",
     "left out": "Left out: predicted from a fit to the others.",
+    "test left out": "Left out: predicted from a fit to the other tests. Others allow: where these put the mean, with "
+    "95 %.",
     "desired": "The most desirable point",
     "desirability": "Overall desirability {overall:.3f} at {levels}.",
     "product": "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest "

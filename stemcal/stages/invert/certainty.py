@@ -55,8 +55,8 @@ class Measured:
 
 def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTING) -> list[Measured]:
     """Return what was measured of these responses at one condition."""
-    given = {name: target.mean_of(name) for name in responses}
-    return [Measured(target.condition, name, m, sd, target.n, naming) for name, (m, sd) in given.items() if m]
+    given = {name: (*target.mean_of(name), target.count_of(name)) for name in responses}
+    return [Measured(target.condition, name, m, sd, n, naming) for name, (m, sd, n) in given.items() if m]
 
 
 def misfit_over(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stemcal.doe.calibration.contradiction import contradiction, out_of_reach
+from stemcal.doe.calibration.contradiction import allowed_by_others, contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
@@ -40,7 +40,7 @@ from stemcal.stages.invert.result import (
     Mean,
     Point,
 )
-from stemcal.stages.result import Head
+from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
@@ -150,12 +150,17 @@ def _fitted(
 ) -> JointFitted:
     conditions, naming = [mean.condition for mean in means], study.naming
     several, own = len(set(conditions)) > 1, not naming.is_cutting
-    left_out = leave_one_out(misfit, region, conditions if several else None) if several or not own else []
+    tests = [study.test_of(mean.response) for mean in means]
+    apart = len(set(tests)) > 1  # then a test is held out, at all its conditions
+    groups = tests if apart else conditions if several else None
+    left_out = leave_one_out(misfit, region, groups) if apart or several or not own else []
+    intervals = allowed_by_others(misfit, region, tests) if apart else [None] * len(means)
     responses = [i for i, mean in enumerate(means) if mean.leads]
     worst, where = best_worst_error(misfit.only(responses), region)
-    every = _rows(means, fit, left_out)
+    every = _rows(means, fit, left_out, intervals)
     rows = Rows(every[i] for i in responses)
-    measured = [row.condition for row in rows], [row.measured for row in rows]
+    first = [row for mean, row in zip(means, every, strict=True) if mean.response == FIRST]
+    measured = [row.condition for row in first], [row.measured for row in first]
     return JointFitted(
         rows=rows,
         further=Rows(row for i, row in enumerate(every) if i not in responses),
@@ -168,7 +173,7 @@ def _fitted(
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
         null=null_model(*measured) if naming.is_force_on_stems else None,
-        contradiction=_contradiction(means, misfit, region, fit),
+        contradiction=_contradiction(means, misfit, region),
         out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(misfit, region)),
         separated=not len(fit.flat),
         presses_outwards=presses_outwards(misfit, region, fit.coded),
@@ -176,15 +181,17 @@ def _fitted(
     )
 
 
-def _contradiction(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit) -> Contradicted | None:
-    found = contradiction(misfit, region, fit.coded)
+def _contradiction(means: Sequence[Measured], misfit: Misfit, region: Region) -> Contradicted | None:
+    found = contradiction(misfit, region)
     if found is None:
         return None
     mean, (low, high) = means[found.index], found.allowed
     return Contradicted(mean.named.name, mean.condition, mean.value, low, high, found.standard_errors, found.p)
 
 
-def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -> list[JointRow]:
+def _rows(
+    means: Sequence[Measured], fit: JointFit, left_out: Sequence[float], intervals: Sequence[Interval | None]
+) -> list[JointRow]:
     without: Sequence[float | None] = left_out or [None] * len(means)
     return [
         JointRow(
@@ -197,6 +204,9 @@ def _rows(means: Sequence[Measured], fit: JointFit, left_out: Sequence[float]) -
             float(predicted),
             float(error),
             apart,
+            interval,
         )
-        for mean, predicted, error, apart in zip(means, fit.predicted, fit.errors_percent, without, strict=True)
+        for mean, predicted, error, apart, interval in zip(
+            means, fit.predicted, fit.errors_percent, without, intervals, strict=True
+        )
     ]

@@ -141,7 +141,10 @@ class Certainty:
 
 @dataclass(frozen=True)
 class JointRow:
-    """One measured mean of a joint fit beside the surface's; `left_out` is from a fit to the others."""
+    """One measured mean of a joint fit beside the surface's; `left_out` is from a fit to the others.
+
+    Of a laboratory test these are the other tests, and `left_out_interval` holds what they allow the mean to be.
+    """
 
     condition: float
     response: str
@@ -152,6 +155,7 @@ class JointRow:
     predicted: float
     error_percent: float
     left_out_error_percent: float | None
+    left_out_interval: Interval | None = absent()
 
 
 @dataclass(frozen=True)

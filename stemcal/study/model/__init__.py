@@ -15,6 +15,7 @@ from stemcal.study.model.design_options import (
 )
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
+from stemcal.study.model.laboratory_tests import LaboratoryMeans, LaboratorySection
 from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Mean, Published, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
@@ -57,7 +58,8 @@ __all__ = [
     "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "Grades", "Growth", "HourglassSection",
-    "InvertOptions", "JsonResult", "LoadingSection", "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
+    "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
+    "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",
     "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions",
     "RegexResult",

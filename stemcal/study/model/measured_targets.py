@@ -26,10 +26,14 @@ def _not_from_yaml(given: Any, info: ValidationInfo) -> Any:
 
 
 class Mean(Frozen):
-    """The measured mean of a further response, with its standard deviation, in its own unit."""
+    """The measured mean of a further response, with its standard deviation, in its own unit.
+
+    `n` are the specimens where they are not those of the first response.
+    """
 
     value: float
     sd: float | None = None
+    n: int | None = None
 
 
 class Target(Frozen):
@@ -56,6 +60,11 @@ class Target(Frozen):
     work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
     """Standard deviation of the work."""
     further: SkipJsonSchema[Annotated[dict[str, Mean], BeforeValidator(_not_from_yaml)]] = Field(default={})
+
+    def count_of(self, response: str) -> int | None:
+        """Return over how many specimens a response was measured."""
+        own = self.further[response].n if response in self.further else None
+        return self.n if own is None else own
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
         """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""

@@ -14,11 +14,12 @@ from typing import Annotated, Any, Protocol
 
 from pydantic import BaseModel, Field, PrivateAttr
 
-from stemcal.naming import Naming
+from stemcal.naming import DIAMETER, FORCE, Naming
 from stemcal.study.model.design_options import RsmOptions, ScreenOptions
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.model.growth import exponents_in
+from stemcal.study.model.laboratory_tests import LaboratorySection, named_responses
 from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Published, Target, Targets
 from stemcal.study.model.parameters import PARAMETERS
@@ -71,6 +72,8 @@ class StudyForm(Frozen):
     """Fixed values of the parameters that are no factors, and the length behind failure."""
     failure: FailureSection = FailureSection()
     """How the stem fails: by a plastic strain, or by the toughness of the plane of the cut (experimental)."""
+    tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
+    """Laboratory tests of pieces of the same stems beside cutting, which the sections above describe."""
     solver: Annotated[
         EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver,
         Field(discriminator="kind"),
@@ -190,12 +193,19 @@ class Study(StudyForm):
     @cached_property
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
+        if measured := named_responses(self.tests):
+            return Naming(DIAMETER, (FORCE, *measured))
         return naming_of(self.responses, self.conditions)
 
     @property
     def own_further(self) -> tuple[str, ...]:
         """The names of the responses that the study declares beside its first."""
         return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
+
+    def test_of(self, response: str) -> str:
+        """Return the name of the laboratory test that a response is of, by the study's name; empty for cutting."""
+        found = (test.name for test in self.tests if response in map(test.called, test.measured))
+        return next(found, "")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -272,7 +282,7 @@ class Study(StudyForm):
     @property
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
-        return isinstance(self.solver, EmbeddedSolver) and self.solver.rate_law == "none"
+        return isinstance(self.solver, EmbeddedSolver | OpenRadiossSolver) and self.solver.rate_law == "none"
 
     @property
     def replicates(self) -> int:

@@ -6,12 +6,13 @@ import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeGuard, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
-from stemcal.naming import CUTTING, FIRST, Naming
-from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, StudyForm
+from stemcal.naming import CUTTING, DIAMETER, FORCE, Naming
+from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, StudyForm, Targets
+from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
 from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.partly import partly
@@ -38,6 +39,8 @@ def read_sections(data: Any, folder: Path) -> Sections:
             sections.good[name] = key.get_default()
         if name == "conditions":  # what follows is written under the names declared by now
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
+        if name == "targets":  # written as for cutting alone
+            sections.take_in_tests()
     sections.fit_all_responses(data)
     return sections
 
@@ -109,15 +112,23 @@ class Sections:
                 self.findings += _findings(error, (name, index))
         self.good[name] = good
 
+    def take_in_tests(self) -> None:
+        """Make what is measured in laboratory tests further responses of the study."""
+        tests, targets = self.good.get("tests") or (), self.good.get("targets")
+        if (measured := named_responses(tests)) and self.naming.is_cutting:
+            self.naming = Naming(DIAMETER, (FORCE, *measured))
+            if _has_means(targets):
+                self.good["targets"] = with_tests(targets, tests)
+
     def fit_all_responses(self, data: dict[str, Any]) -> None:
         """Let a study of several responses of its own fit all that are measured, unless the spec chooses."""
         targets, invert = self.good.get("targets"), self.good.get("invert")
         chosen = isinstance(data.get("invert"), dict) and "responses" in data["invert"]
-        if not self.good.get("responses") or targets is None or invert is None or chosen:
+        if self.naming.is_cutting or not _has_means(targets) or invert is None or chosen:
             return
-        measured = dict.fromkeys(name for target in targets.means for name in target.further)
-        if measured:
-            self.good["invert"] = invert.model_copy(update={"responses": (FIRST, *measured)})
+        measured = fitted_responses(targets)
+        if len(measured) > 1:
+            self.good["invert"] = invert.model_copy(update={"responses": measured})
 
 
 _READ: dict[str, Callable[[Sections, str, Any], None]] = {
@@ -126,6 +137,11 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "solver": Sections.read_solver,
     "transfer": Sections.read_transfer,
 }
+
+
+def _has_means(targets: Any) -> TypeGuard[Targets]:
+    """Tell whether targets, perhaps read in part only, have their means."""
+    return targets is not None and "means" in targets.__dict__
 
 
 def _readers_by_response(solver: Any) -> Any:

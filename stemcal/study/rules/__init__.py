@@ -14,6 +14,7 @@ from stemcal.study.rules import (
     program_rules,
     surface_rules,
     target_rules,
+    test_rules,
     transfer_rules,
 )
 from stemcal.study.rules.draft import Draft, Finding
@@ -66,6 +67,11 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.joint_conditions_measured,
     target_rules.responses_measured,
     target_rules.process_fits_one_response,
+    test_rules.tests_are_simulated,
+    test_rules.tests_differ,
+    test_rules.tests_have_what_they_need,
+    test_rules.tests_fit_the_stem,
+    test_rules.test_targets_stand_beside_forces,
     program_rules.table_answers_something,
     program_rules.placeholders_are_known,
     program_rules.placeholders_are_used,

@@ -19,6 +19,7 @@ from stemcal.study.model import (
     Grades,
     Growth,
     InvertOptions,
+    LaboratorySection,
     LsDynaSolver,
     ManualSolver,
     MaterialSection,
@@ -66,6 +67,7 @@ class Draft:
     contact: ContactSection | None = None
     material: MaterialSection | None = None
     failure: FailureSection | None = None
+    tests: tuple[LaboratorySection, ...] | None = None
     solver: EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver | None = None
     targets: Targets | None = None
     screen: ScreenOptions | None = None
@@ -76,6 +78,11 @@ class Draft:
     mesh: MeshOptions | None = None
     climb: ClimbOptions | None = None
     transfer: TransferOptions | None = None
+
+    @property
+    def rate_law(self) -> str | None:
+        """The rate law that the spec chooses, where its solver lets it."""
+        return self.solver.rate_law if isinstance(self.solver, EmbeddedSolver | OpenRadiossSolver) else None
 
     @property
     def embedded(self) -> EmbeddedSolver | None:

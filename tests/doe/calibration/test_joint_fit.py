@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from synthetic import DIAMETERS, exact, misfit, region, surfaces
 
+from stemcal.doe.calibration.contradiction import allowed_by_others
 from stemcal.doe.calibration.joint_fit import best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.profile import allowed_rise
@@ -112,3 +113,19 @@ def test_one_alone_takes_the_scatter_that_all_have_told() -> None:
     assert allowed_rise(single, 0.0) == pytest.approx(10.128, abs=1e-3)
     known = misfit(exact(fitted, TRUTH), 0.05, fitted=fitted)
     assert known.alone(1, 5.0).variance == pytest.approx(known.variance[1:2])
+
+
+def test_the_others_allow_a_left_out_mean_what_linear_theory_says() -> None:
+    """y = x₁, x₂ and x₁ + x₂ with SDs of 1, 1 and 10: what the first two allow the third is 0 ± 1.96 √2."""
+    runs = central_composite(2, 3, "rotatable")
+    means = []
+    for beta, sd in (((1.0, 0.0), 1.0), ((0.0, 1.0), 1.0), ((1.0, 1.0), 10.0)):
+        surface = fit_surface(runs, list(100.0 + runs @ np.array(beta)), ["a", "b"])
+        means.append(Observation(surface, 100.0, sd, None))
+    far = Region(np.full(2, -50.0), np.full(2, 50.0), None)
+    found = misfit_of(means, far)
+    low, high = allowed_by_others(found, far, ["first", "second", "third"])[2]
+    half = 1.96 * 2.0**0.5
+    assert (low - 100.0, high - 100.0) == (pytest.approx(-half, rel=0.01), pytest.approx(half, rel=0.01))
+    grouped = allowed_by_others(found, far, ["a", "b", "b"])[2]  # the first alone leaves the second free
+    assert grouped[1] - grouped[0] > 90.0

@@ -1,0 +1,84 @@
+"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests.
+
+Each kind has its own module; mesh, contact, integration, curve and doubts are those of the virtual shear test.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.end_state import shape_of
+from stemcal.cutting.parts import SHARES
+from stemcal.cutting.result import BreakWatch, break_row, evaluate, filter_rows, force_history, travel_at
+from stemcal.fem.state import State
+from stemcal.fem.stepper import Inspect, simulate
+from stemcal.laboratory.axial import Axial
+from stemcal.laboratory.build import build
+from stemcal.laboratory.parts import Kind, LaboratoryTest
+from stemcal.laboratory.radial_compression import RadialCompression
+from stemcal.laboratory.result import Gauges, LaboratoryResult, responses_of, secant
+from stemcal.laboratory.three_point_bending import ThreePointBending
+from stemcal.run_warnings import MaximumNotPassed, RunWarning, StrokeTooShort
+
+__all__ = [
+    "REVISION",
+    "Axial",
+    "Kind",
+    "LaboratoryResult",
+    "LaboratoryTest",
+    "RadialCompression",
+    "ThreePointBending",
+    "build",
+    "perform",
+    "secant",
+]
+
+# Raised whenever a change makes the same test give other responses, so that stored runs are not taken for new ones.
+REVISION = 1
+
+
+def perform(
+    test: LaboratoryTest, watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
+) -> LaboratoryResult:
+    """Run a virtual laboratory test; arguments and errors as of `cutting.shear`."""
+    model, how = build(test), test.discretisation
+    scale = 1.0 / SHARES[how.symmetry]
+    gauges, breaking = Gauges(test, model), BreakWatch(how.break_drop, filter_rows(test))
+    worked = [0.0]
+    started = time.perf_counter()
+
+    def look(t: float, state: State) -> None:
+        gauges(t, state)
+        worked.append(float(state.ledger.external_work[0]))
+        if inspect is not None:
+            inspect(t, state)
+
+    def report(t: float, forces: NDArray[np.float64], deleted: int, _parted: float) -> bool:
+        step = test.loading.duration / how.integration.outputs
+        driven = (worked[-1] - worked[-2]) / (test.loading.speed * step)
+        force = scale * (float(forces[0, 2]) if len(forces) else driven)
+        if watch is not None:
+            watch(travel_at(test, t), force)
+        return how.stop_after_peak and breaking.is_past(force, deleted)
+
+    history = simulate(model, test.loading.duration, report, look)
+    wall = time.perf_counter() - started
+    curve = force_history(test, history, scale)
+    curve = replace(curve, travel=curve.travel - np.array(gauges.give))
+    deflection = np.array(gauges.deflection) if gauges.deflection else None
+    broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
+    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
+    responses, r2 = responses_of(test, curve, deflection, result, broken)
+    shape = shape_of(model, history, how.symmetry)
+    more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": _of_tests(result.warnings)}
+    return LaboratoryResult(**{**vars(result), **more})
+
+
+def _of_tests(warnings: Iterable[RunWarning]) -> tuple[RunWarning, ...]:
+    """Return the warnings, that of a stroke in terms of these tests."""
+    return tuple(MaximumNotPassed(one.stroke) if isinstance(one, StrokeTooShort) else one for one in warnings)

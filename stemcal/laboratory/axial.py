@@ -1,0 +1,54 @@
+"""Axial compression and tension of a piece of stem, its ends held or lubricated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.build import stem_mesh
+from stemcal.cutting.parts import Discretisation, Loading, Stem
+from stemcal.fem.contact import Tool
+from stemcal.fem.mesh import Mesh
+from stemcal.laboratory.parts import Array
+
+
+@dataclass(frozen=True)
+class Axial:
+    """A piece of stem between two ends that move along its axis, each with half the speed.
+
+    `held` ends keep the size of their section, as glued or clamped ones do; `lubricated` ones let it grow and shrink.
+    """
+
+    sense: Literal["compression", "tension"]
+    ends: Literal["held", "lubricated"] = "held"
+    PERIODS: ClassVar[float] = 120.0
+
+    def slowest_period(self, stem: Stem, wave_speed: float) -> float:
+        """Return the period of a wave along the piece and back."""
+        return 2.0 * stem.length / wave_speed
+
+    def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
+        """Return the mesh of any stem."""
+        return stem_mesh(stem, how)
+
+    def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
+        """Return none: the ends are moved."""
+        return ()
+
+    def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
+        """Return the nodes of both ends: along the axis, in all directions where they are held."""
+        ends = np.abs(np.abs(mesh.nodes[:, 0]) - 0.5 * stem.length) < 1e-9 * stem.length
+        components = [True, self.ends == "held", self.ends == "held"]
+        return np.asarray(ends[:, None] & np.array(components))
+
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
+        """Return the velocities of an even strain, with what it takes across unless the ends hold that."""
+        rate = loading.speed / stem.length * (1.0 if self.sense == "tension" else -1.0)
+        across = -poisson_ratio if self.ends == "lubricated" else 0.0
+        return np.asarray(rate * mesh.nodes * [1.0, across, across])
+
+    def deflection_layers(self, stem: Stem) -> None:
+        """Return None: the axis stays straight."""

@@ -1,0 +1,48 @@
+"""From a laboratory test to its finite element model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+
+from stemcal.cutting.build import mirrors
+from stemcal.fem.model import Integration, Model
+from stemcal.laboratory.parts import LaboratoryTest
+
+# Rate at which velocities settle, per duration of the loading: 0.8 of critical damping for a mode with 8 periods in it.
+_SETTLING = 80.0
+
+
+def build(test: LaboratoryTest) -> Model:
+    """Return the finite element model of a test."""
+    how, stem = test.discretisation, test.stem
+    mesh = test.kind.mesh(stem, how)
+    mirrored = mirrors(mesh, how.symmetry)
+    held = mirrored | test.kind.driven(mesh, stem)
+    velocity = test.kind.motion(mesh, stem, test.loading, test.material.poisson_ratio)
+    return Model(
+        mesh=mesh,
+        material=test.material,
+        tools=test.kind.tools(stem, test.loading, both_sides=how.symmetry != "quarter"),
+        contact=test.contact,
+        element=how.element,
+        hourglass=how.hourglass,
+        integration=integration(test),
+        held=held,
+        velocity=np.where(mirrored, 0.0, velocity),
+        settling=min(1.0, _SETTLING / how.integration.outputs),
+    )
+
+
+def integration(test: LaboratoryTest) -> Integration:
+    """Return how the test is integrated, its mass scaled.
+
+    With density s·ρ natural periods grow as √s: s makes the loading last `PERIODS` of the slowest one, and is never
+    below 1. Strains keep their real rates.
+    """
+    material = test.material
+    period = test.kind.slowest_period(test.stem, sqrt(material.elastic_modulus / material.density))
+    scaling = (test.loading.duration / (test.kind.PERIODS * period)) ** 2
+    return replace(test.discretisation.integration, mass_scaling=max(1.0, scaling), time_step=None)

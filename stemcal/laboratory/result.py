@@ -1,0 +1,158 @@
+"""What a laboratory test gives: its curve over a travel without the give of the contact, and its responses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.result import CuttingResult, ForceHistory
+from stemcal.fem.contact import Tool
+from stemcal.fem.model import Model
+from stemcal.fem.state import State
+from stemcal.laboratory.parts import LaboratoryTest
+
+Array = NDArray[np.float64]
+
+# Rows that a slope needs at least.
+_FEWEST = 3
+
+
+@dataclass(frozen=True)
+class LaboratoryResult(CuttingResult):
+    """What a virtual laboratory test gives, beside what every run tells.
+
+    Attributes
+    ----------
+    responses : dict
+        By name; those that the curve does not have are left out.
+
+        slope : N/mm, of the straight line fitted to the force over the travel between two shares of the largest force
+        axis_slope : N/mm, the same over the deflection of the axis: without the dents under nose and supports (bending)
+        maximum_force : N, until the break
+        travel : mm, at the maximum
+        work : mJ, until the break or the end of the stroke
+        force_at_deflection : N, at the travel that is asked for
+    slope_r2 : float
+        R² of that line.
+    """
+
+    responses: dict[str, float] = field(default_factory=dict)
+    slope_r2: float | None = None
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line fitted to a part of a curve: its slope, and R²."""
+
+    slope: float
+    r2: float
+
+
+def secant(travel: Array, force: Array, shares: tuple[float, float]) -> Line | None:
+    """Fit a line by least squares to a curve on its way up from one share of its largest force to another.
+
+    Parameters
+    ----------
+    travel, force : (R,)
+        Until the break.
+    shares : (low, high)
+        Of the largest force.
+
+    Returns
+    -------
+    Line or None
+        None if fewer than three rows lie between.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> secant(np.arange(5.0), 2.0 * np.arange(5.0), (0.1, 0.9))
+    Line(slope=2.0, r2=1.0)
+    """
+    low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
+    u, f = travel[low : high + 1], force[low : high + 1]
+    if len(u) < _FEWEST or np.ptp(u) == 0.0 or np.ptp(f) == 0.0:
+        return None
+    slope = float(np.polyfit(u - u[0], f, 1)[0])
+    return Line(slope, float(np.corrcoef(u, f)[0, 1] ** 2))
+
+
+def responses_of(
+    test: LaboratoryTest, curve: ForceHistory, deflection: Array | None, result: CuttingResult, broken: int | None
+) -> tuple[dict[str, float], float | None]:
+    """Return the responses by name, and R² of the slope."""
+    travel, force = curve.travel[:broken], curve.force_filtered[:broken]
+    line = secant(travel, force, test.secant)
+    along = None if deflection is None else secant(deflection[:broken], force, test.secant)
+    asked = test.deflection
+    found = {
+        "slope": None if line is None else line.slope,
+        "axis_slope": None if along is None else along.slope,
+        "maximum_force": result.peak_force,
+        "travel": result.peak_travel,
+        "work": float(np.trapezoid(force, travel)),
+        "force_at_deflection": None if asked is None or travel[-1] < asked else float(np.interp(asked, travel, force)),
+    }
+    return {name: value for name, value in found.items() if value is not None}, None if line is None else line.r2
+
+
+class Gauges:
+    """Called at the outputs of a simulation, reads how far the contact gives and how far the axis bends.
+
+    Contact is by springs (`kernels.contact`) whose give belongs to the mesh, not to the stem: for a tool it is the
+    mean depth of the nodes in it, weighted by their forces, which are as mass times depth.
+    """
+
+    def __init__(self, test: LaboratoryTest, model: Model) -> None:
+        x, mesh = model.mesh.nodes, model.mesh
+        self._tools = model.tools
+        outer = 0.5 * test.stem.outer_diameter
+        self._skin = np.flatnonzero(np.hypot(x[:, 1], x[:, 2]) > (1.0 - 1e-6) * outer)
+        layers = test.kind.deflection_layers(test.stem)
+        self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
+        self.give: list[float] = []
+        self.deflection: list[float] = []
+
+    def __call__(self, _time: float, state: State) -> None:
+        """Take a reading."""
+        x, mass = state.body.x[self._skin], state.body.mass[self._skin]
+        depths = [_mean_depth(tool, float(z), x, mass) for tool, z in zip(self._tools, state.tools.height, strict=True)]
+        # on one side of a mirror, or on both: the supports give alike
+        self.give.append(depths[0] + float(np.mean(depths[1:])) if depths else 0.0)
+        if self._sections is not None:
+            middle, support = (float(share @ state.body.x[nodes, 2]) for nodes, share in self._sections)
+            self.deflection.append(support - middle)
+
+
+def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray[np.int64], Array]:
+    """Return the nodes of the layer nearest to x = `at`, and the share of its area that belongs to each."""
+    near = nodes[np.argmin(np.abs(nodes[:, 0] - at)), 0]
+    layer = np.abs(nodes[:, 0] - near) < 1e-9
+    faces = hexes[:, [0, 1, 2, 3]]
+    faces = faces[layer[faces].all(axis=1)]
+    if not len(faces):  # the last layer has elements on its other side only
+        faces = hexes[:, [4, 5, 6, 7]]
+        faces = faces[layer[faces].all(axis=1)]
+    corners = nodes[faces]
+    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
+    share = np.bincount(faces.ravel(), np.repeat(areas, 4), minlength=len(nodes))
+    found = np.flatnonzero(layer)
+    return found, share[found] / share.sum()
+
+
+def _mean_depth(tool: Tool, height: float, x: Array, mass: Array) -> float:
+    """Return how deep nodes lie in a tool, weighted by their forces, mm; 0 where none does."""
+    depth = np.maximum(tool.radius - _distance(np.array(tool.corners), x[:, [0, 2]] - [0.0, height]), 0.0)
+    force = mass * depth
+    total = float(force.sum())
+    return float(force @ depth) / total if total > 0.0 else 0.0
+
+
+def _distance(corners: Array, points: Array) -> Array:
+    """Return the distance (N,) of points (N, 2) from the border of a polygon (K, 2)."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    way = points[:, None] - corners
+    along = np.clip(np.sum(way * sides, axis=2) / np.sum(sides**2, axis=1), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(way - along[..., None] * sides, axis=2).min(axis=1))

@@ -1,0 +1,62 @@
+"""Three-point bending: a piece of stem on two rollers, a third that comes down between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot, pi
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.build import stem_mesh
+from stemcal.cutting.parts import Discretisation, Loading, Stem
+from stemcal.fem.contact import Tool
+from stemcal.fem.mesh import Mesh
+from stemcal.laboratory.parts import Array, roller, whole
+
+
+@dataclass(frozen=True)
+class ThreePointBending:
+    """Distance between the supports' axes, radii of the nose and of the supports, mm."""
+
+    span: float
+    nose_radius: float = 5.0
+    support_radius: float = 5.0
+    PERIODS: ClassVar[float] = 8.0
+
+    def slowest_period(self, stem: Stem, wave_speed: float) -> float:
+        """Return the period of the first bending mode between the supports, 2 L²/π √(ρA/EI)."""
+        gyration = 0.25 * stem.outer_diameter * hypot(1.0, stem.diameter_ratio)  # √(I/A) of a ring
+        return 2.0 / pi * self.span**2 / (wave_speed * gyration)
+
+    def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
+        """Return a mesh with a layer of nodes over each support: what rests is nodes."""
+        return stem_mesh(stem, how, rests_at=0.5 * self.span)
+
+    def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
+        """Return nose and supports."""
+        outer, half = 0.5 * stem.outer_diameter, 0.5 * self.span
+        nose = roller(0.0, self.nose_radius, -loading.speed, outer + self.nose_radius + loading.gap)
+        sides = (half, -half) if both_sides else (half,)
+        return (nose, *(roller(x, self.support_radius, 0.0, -outer - self.support_radius) for x in sides))
+
+    def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
+        """Return nothing: all forces come from the tools."""
+        return whole(mesh)
+
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
+        """Return the velocities of a slender beam: with ξ = 2|x|/L, w = v (1 − (3ξ² − ξ³)/2) down, straight beyond 1.
+
+        Sections stay plane: ẋ = z dw/dx.
+        """
+        x, z, half = mesh.nodes[:, 0], mesh.nodes[:, 2], 0.5 * self.span
+        xi = np.abs(x) / half
+        inside = np.minimum(xi, 1.0)
+        down = 1.0 - 0.5 * (3.0 * inside**2 - inside**3) - 1.5 * (xi - inside)
+        slope = np.sign(x) * (-0.5 * (6.0 * inside - 3.0 * inside**2)) / half
+        return loading.speed * np.stack([z * slope, np.zeros_like(x), -down], axis=1)
+
+    def deflection_layers(self, stem: Stem) -> tuple[float, float]:
+        """Return the middle and a support."""
+        return 0.0, 0.5 * self.span

@@ -1,0 +1,167 @@
+"""The laboratory tests that a spec lists: virtual ones of the material and the stem of a shear test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from stemcal import laboratory
+from stemcal.cutting import Discretisation, Loading, ShearTest, Stem
+from stemcal.errors import SimulationFailed
+from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.model import Integration
+from stemcal.files.typed import to_json
+from stemcal.laboratory import Axial, Kind, LaboratoryResult, LaboratoryTest, RadialCompression, ThreePointBending
+from stemcal.laboratory.build import integration
+from stemcal.run_warnings import MaximumNotPassed, RunWarning
+from stemcal.study.model import LaboratorySection, Study
+
+# Of a virtual test: points of its history, elements through the wall of a ring, the share of the loading that force
+# and strain rate are smoothed over, and how much longer elements are away from nose and plates.
+_OUTPUTS, _THROUGH_RING, _SMOOTHED, _COARSER = 400, 8, 0.01, {"three-point-bending": 3.0, "radial-compression": 4.0}
+# What does not depend on whether the maximum was passed.
+_BEFORE_MAXIMUM = frozenset({"slope", "axis_slope", "force_at_deflection"})
+
+
+def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
+    """Return the tests that a run at a diameter does beside cutting.
+
+    They are those measured there; where parameters are fitted, all that are measured anywhere.
+    """
+    fitted = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
+    everywhere = any(abs(diameter - at) < 1e-6 for at in fitted)
+    return tuple(
+        test
+        for test in study.tests
+        if any(everywhere or abs(means.diameter - diameter) < 1e-6 for means in test.targets)
+    )
+
+
+def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> LaboratoryTest:
+    """Return a test of a piece of the stem that a shear test cuts."""
+    diameter, how = sheared.stem.outer_diameter, sheared.discretisation
+    duration = section.stroke.at(diameter) / section.speed
+    ring = section.kind == "radial-compression"
+    return LaboratoryTest(
+        kind=_kind(section, diameter),
+        material=replace(sheared.material, rate_filter=_SMOOTHED * duration),
+        stem=Stem(diameter, sheared.stem.diameter_ratio, section.long(diameter)),
+        loading=Loading(section.speed, duration, 0.0),
+        contact=sheared.contact,
+        discretisation=Discretisation(
+            element_size=section.size().at(diameter),
+            through_wall=section.elements_through_wall or (_THROUGH_RING if ring else None),
+            symmetry=section.symmetry,
+            edge_over="nodes",
+            element=how.element,
+            hourglass=Hourglass("stiffness", section.hourglass),
+            integration=Integration(
+                outputs=_OUTPUTS, threads=how.integration.threads, precision=how.integration.precision
+            ),
+            filter_window=_SMOOTHED * duration,
+            coarsening=_COARSER["three-point-bending"] if section.kind == "three-point-bending" else 1.0,
+            coarsening_around=_COARSER["radial-compression"] if ring else 1.0,
+            break_drop=how.break_drop,
+            stop_after_peak=how.stop_after_peak,
+        ),
+        secant=section.secant,
+        deflection=section.deflection,
+    )
+
+
+def _kind(section: LaboratorySection, diameter: float) -> Kind:
+    if section.span is not None:
+        return ThreePointBending(section.span.at(diameter), section.nose_radius, section.support_radius)
+    if section.kind == "radial-compression":
+        return RadialCompression()
+    return Axial("tension" if section.kind == "axial-tension" else "compression", section.ends)
+
+
+def identity(section: LaboratorySection, test: LaboratoryTest) -> dict[str, Any]:
+    """Return everything that determines the responses of a test, as JSON values."""
+    plain = asdict(test)
+    del plain["discretisation"]["integration"]["threads"]
+    return {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured), **plain}
+
+
+@dataclass(frozen=True)
+class Performed:
+    """What the tests of a run gave: responses by the study's names, warnings, and what the record keeps of each."""
+
+    responses: dict[str, float]
+    warnings: tuple[RunWarning, ...]
+    details: dict[str, Any]
+
+
+def perform_all(tests: Sequence[tuple[LaboratorySection, LaboratoryTest]]) -> Performed:
+    """Perform tests one after the other.
+
+    Raises
+    ------
+    SimulationFailed
+        If one fails, or ends before it has given what was measured.
+    """
+    responses: dict[str, float] = {}
+    warnings: list[RunWarning] = []
+    details: dict[str, Any] = {}
+    for section, test in tests:
+        try:
+            result = laboratory.perform(test)
+        except SimulationFailed as failure:
+            raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
+        for name in section.measured:
+            if name not in result.responses:
+                message = f"{section.name}: the curve has no {name}; change stroke or secant"
+                raise SimulationFailed("no_response", message)
+            responses[section.called(name)] = result.responses[name]
+        warnings += doubts(result, section.measured)
+        details[section.name] = kept(result)
+    return Performed(responses, tuple(dict.fromkeys(warnings)), details)
+
+
+def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[RunWarning]:
+    """Return the warnings of a test that concern what was measured: a slope needs no maximum that is passed."""
+    needs_maximum = not _BEFORE_MAXIMUM.issuperset(measured)
+    return [warning for warning in result.warnings if needs_maximum or not isinstance(warning, MaximumNotPassed)]
+
+
+def kept(result: LaboratoryResult) -> Mapping[str, Any]:
+    """Return what a record keeps of a test."""
+    rows = np.unique(np.linspace(0, len(result.history.time) - 1, 100).round().astype(np.int64))
+    return {
+        "responses": result.responses,
+        "slope_r2": result.slope_r2,
+        "elements": result.elements,
+        "steps": result.steps,
+        "energy_drift_percent": result.energy_drift_percent,
+        "hourglass_ratio_percent": result.hourglass_ratio_percent,
+        "inertia_percent": result.inertia_percent,
+        "warnings": to_json(result.warnings),
+        "curve": {
+            "travel": [round(float(v), 6) for v in result.history.travel[rows]],
+            "force": [round(float(v), 4) for v in result.history.force_filtered[rows]],
+        },
+    }
+
+
+def seconds(test: LaboratoryTest, per_step: float, per_element: float) -> float:
+    """Return roughly how long a test takes on one core, s."""
+    elements, smallest = _mesh_size(replace(test, material=_ANY))  # the same at all levels
+    how, material = integration(test), test.material
+    speed = (material.p_wave_modulus / (how.mass_scaling * material.density)) ** 0.5
+    steps = test.loading.duration * speed / (how.safety * smallest)
+    return float(steps * (per_step + per_element * elements))
+
+
+_ANY = Material(density=1.0e-9, elastic_modulus=1000.0, poisson_ratio=0.3)
+
+
+@lru_cache(maxsize=64)
+def _mesh_size(test: LaboratoryTest) -> tuple[int, float]:
+    """Return how many elements a test's mesh has, and the edge of a cube as large as the smallest."""
+    volumes = test.kind.mesh(test.stem, test.discretisation).volumes()
+    return len(volumes), float(np.cbrt(volumes.min()))

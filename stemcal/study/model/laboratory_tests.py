@@ -1,0 +1,164 @@
+"""Laboratory tests of pieces of stem beside cutting, as a spec describes them, and what was measured in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from stemcal.naming import FIRST, Named
+from stemcal.study.model.frozen import Frozen, Share, Size
+from stemcal.study.model.measured_targets import Mean, Targets, Work
+from stemcal.study.model.solver_options import HourglassCoefficient, ThroughWall
+from stemcal.study.types.field_types import ColumnName, Quantity, Whole
+from stemcal.study.types.lengths import Length, StemLength
+
+TestKind = Literal["three-point-bending", "radial-compression", "axial-compression", "axial-tension"]
+Force = Annotated[float, Quantity("force", above=0)]
+Stiffness = Annotated[float, Quantity("toughness", above=0)]  # force per length, whatever it is of
+StiffnessScatter = Annotated[float, Quantity("toughness", at_least=0)]
+ForceScatter = Annotated[float, Quantity("force", at_least=0)]
+
+# Responses by name: symbol, unit and what they are called behind the test's name.
+RESPONSES = {
+    "slope": ("k", "N/mm", "slope"),
+    "axis_slope": ("ka", "N/mm", "slope of the axis"),
+    "maximum_force": ("F", "N", "maximum force"),
+    "travel": ("u", "mm", "travel"),
+    "work": ("W", "mJ", "work"),
+    "force_at_deflection": ("Fu", "N", "force at the deflection"),
+}
+_SMALL, _COARSE, _PLATE = Length(divisor=12.0), Length(divisor=8.0), Length(divisor=48.0)
+
+
+class LaboratoryMeans(Frozen):
+    """Measured means of one test at one stem diameter; each may have the standard deviation over n specimens."""
+
+    diameter: Size
+    """Outer diameter of the stems; one that `targets` has too."""
+    n: Annotated[Whole, Field(ge=1)] | None = None
+    """Number of specimens."""
+    slope: Stiffness | None = None
+    """Slope of the force over the travel of the machine, between the shares of the maximum that `secant` gives."""
+    slope_sd: StiffnessScatter | None = None
+    """Standard deviation of the slope."""
+    axis_slope: Stiffness | None = None
+    """Slope of the force over the deflection of the stem's axis, without the dents under nose and supports."""
+    axis_slope_sd: StiffnessScatter | None = None
+    """Standard deviation of it."""
+    maximum_force: Force | None = None
+    """Largest force until the break."""
+    maximum_force_sd: ForceScatter | None = None
+    """Standard deviation of it."""
+    travel: Size | None = None
+    """Travel at the largest force."""
+    travel_sd: Annotated[float, Quantity("length", at_least=0)] | None = None
+    """Standard deviation of it."""
+    work: Work | None = None
+    """Work until the break, or until the end of the stroke."""
+    work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
+    """Standard deviation of it."""
+    force_at_deflection: Force | None = None
+    """Force at the travel that `deflection` gives."""
+    force_at_deflection_sd: ForceScatter | None = None
+    """Standard deviation of it."""
+
+    def given(self) -> dict[str, Mean]:
+        """Return what was measured, by response."""
+        means = {name: getattr(self, name, None) for name in RESPONSES}
+        return {
+            name: Mean(value=value, sd=getattr(self, f"{name}_sd"), n=self.n)
+            for name, value in means.items()
+            if value is not None
+        }
+
+
+class LaboratorySection(Frozen):
+    """A test of a piece of stem beside cutting. Lengths may be shares of the diameter, such as d/12."""
+
+    name: ColumnName
+    """Name in tables, files and `simulate --test`."""
+    kind: TestKind
+    """What is done: a nose between two rollers, plates across the stem, or ends that move along its axis."""
+    length: StemLength | None = None
+    """Length of the piece; by default 1.2 times the span in bending, else twice the diameter."""
+    span: StemLength | None = None
+    """Distance between the axes of the supports, in bending."""
+    nose_radius: Size = 5.0
+    """Radius of the nose, in bending."""
+    support_radius: Size = 5.0
+    """Radius of the supports, in bending."""
+    ends: Literal["held", "lubricated"] = "held"
+    """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change."""
+    stroke: StemLength
+    """How far the machine moves."""
+    speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
+    """Speed of the machine."""
+    secant: Annotated[tuple[Share, Share], Field(strict=False)] = (0.2, 0.5)
+    """Shares of the maximum force between which a straight line is fitted, whose slope is the response."""
+    deflection: Size | None = None
+    """Travel at which `force_at_deflection` is taken."""
+    element_size: StemLength | None = None
+    """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/48, their width at the
+    plates, and four times that elsewhere."""
+    elements_through_wall: ThroughWall = None
+    """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`."""
+    hourglass: HourglassCoefficient = 0.03
+    """Stiffness against hourglass modes, in the form `stiffness`."""
+    symmetry: Literal["none", "half", "quarter"] = "quarter"
+    """Which part is computed."""
+    targets: tuple[LaboratoryMeans, ...] = ()
+    """What was measured, an entry per diameter. What is measured is fitted; without targets the test is only there for
+    `simulate --test`."""
+
+    def size(self) -> Length:
+        """Return the length of the elements."""
+        usual = {"three-point-bending": _SMALL, "radial-compression": _PLATE}
+        return self.element_size or usual.get(self.kind, _COARSE)
+
+    def long(self, diameter: float) -> float:
+        """Return the length of the piece at a stem diameter, mm."""
+        if self.length is not None:
+            return self.length.at(diameter)
+        return 2.0 * diameter if self.span is None else 1.2 * self.span.at(diameter)
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """The responses that have targets, in the order of `RESPONSES`."""
+        given = {name for means in self.targets for name in means.given()}
+        return tuple(name for name in RESPONSES if name in given)
+
+    def called(self, response: str) -> str:
+        """Return what the study calls one of its responses."""
+        return f"{self.name}_{response}"
+
+
+def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:
+    """Return the measured responses of all tests as the study's own."""
+    found = []
+    for test in tests:
+        for response in test.measured:
+            symbol, unit, words = RESPONSES[response]
+            label = f"{test.name.replace('_', ' ')} {words}"
+            found.append(Named(test.called(response), label[:1].upper() + label[1:], symbol, unit))
+    return tuple(found)
+
+
+def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:
+    """Return the targets with what was measured in the tests at the same diameters."""
+    further: dict[float, dict[str, Mean]] = {}
+    for test in tests:
+        for means in test.targets:
+            named = {test.called(response): mean for response, mean in means.given().items()}
+            further.setdefault(round(means.diameter, 9), {}).update(named)
+    merged = [
+        target.model_copy(update={"further": {**target.further, **further.get(round(target.condition, 9), {})}})
+        for target in targets.means
+    ]
+    return targets.model_copy(update={"means": tuple(merged)})
+
+
+def fitted_responses(targets: Targets) -> tuple[str, ...]:
+    """Return the responses that are fitted unless a spec chooses: the first, and all further ones that are measured."""
+    return (FIRST, *dict.fromkeys(name for target in targets.means for name in target.further))

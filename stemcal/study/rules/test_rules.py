@@ -1,0 +1,99 @@
+"""Rules on laboratory tests beside cutting."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isclose
+
+from stemcal.study.rules.draft import Draft, Finding
+
+_CUTTING = "cutting"
+
+
+def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
+    """Laboratory tests are for the embedded solver, whose responses they extend."""
+    if not draft.tests:
+        return
+    if draft.solver is not None and draft.embedded is None:
+        message = f"solver {draft.solver.kind} does not simulate laboratory tests"
+        yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
+    if draft.transfer is not None:
+        message = "the tests are simulated here alone: parameters cannot be transferred by them"
+        yield Finding(("transfer",), message, "leave out one of them", at_key=True)
+    for section in ("responses", "conditions"):
+        if getattr(draft, section):
+            message = f"{section} of a program stand beside the tests of the embedded solver"
+            yield Finding((section,), message, "leave out one of them", at_key=True)
+
+
+def tests_differ(draft: Draft) -> Iterator[Finding]:
+    """Each test has a name of its own, from which the names of its responses are made."""
+    seen: set[str] = set()
+    for index, test in enumerate(draft.tests or ()):
+        if test.name in seen or test.name == _CUTTING:
+            taken = "the test of the sections above" if test.name == _CUTTING else "another test"
+            yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
+        seen.add(test.name)
+        for response in test.measured:
+            if test.called(response) in draft.names:
+                message = f"{test.called(response)!r} is the name of a factor and of a response"
+                yield Finding(("tests", index, "name"), message, "choose another name")
+
+
+def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
+    """Bending has a span, a secant rises, the force at a deflection has one."""
+    for index, test in enumerate(draft.tests or ()):
+        path, bends = ("tests", index), test.kind == "three-point-bending"
+        if bends and test.span is None:
+            yield Finding(path, "'span' is missing", "add span: …, the distance between the supports")
+        if not bends and test.span is not None:
+            yield Finding((*path, "span"), f"{test.kind} has no span", "remove it", at_key=True)
+        if not test.secant[0] < test.secant[1]:
+            yield Finding((*path, "secant"), "should rise", "write a list like [0.2, 0.5]")
+        for entry, means in enumerate(test.targets):
+            place = (*path, "targets", entry)
+            if not means.given():
+                yield Finding(place, "gives no response", "add slope: …, say")
+            if not bends and means.axis_slope is not None:
+                yield Finding((*place, "axis_slope"), f"the axis does not bend in {test.kind}", "give the slope")
+            if test.deflection is None and means.force_at_deflection is not None:
+                message = "at which deflection is not said"
+                yield Finding((*place, "force_at_deflection"), message, "add deflection: … to the test")
+            for response in means.given():
+                if getattr(means, f"{response}_sd") is None:
+                    message = f"{response} has no scatter: there is nothing to weigh it by"
+                    yield Finding((*place, response), message, f"add {response}_sd: …")
+
+
+def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
+    """The piece reaches over its supports, and the machine does not move farther than there is room."""
+    thickest = max(draft.diameters.values(), default=None)
+    for index, test in enumerate(draft.tests or ()):
+        if thickest is None:
+            return
+        path, stroke, length = ("tests", index), test.stroke.at(thickest), test.long(thickest)
+        if test.span is not None and length <= test.span.at(thickest):
+            message = f"the piece is {length:g} mm long, the span {test.span.at(thickest):g} mm"
+            yield Finding((*path, "length"), message, "take a longer piece")
+        room = thickest if test.kind == "radial-compression" else length
+        if stroke >= 0.5 * room:
+            message = f"a stroke of {stroke:g} mm is more than half of the piece's {room:g} mm"
+            yield Finding((*path, "stroke"), message, "shorten it")
+
+
+def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
+    """What is measured in a test belongs to a diameter that is cut too, once each."""
+    if draft.targets is None:
+        return
+    cut = [target.condition for target in draft.targets.means]
+    for index, test in enumerate(draft.tests or ()):
+        seen: list[float] = []
+        for entry, means in enumerate(test.targets):
+            place = ("tests", index, "targets", entry, "diameter")
+            if any(isclose(means.diameter, other) for other in seen):
+                yield Finding(place, f"{means.diameter:g} mm stands twice", "keep one; give the mean with n")
+            if not any(isclose(means.diameter, other) for other in cut):
+                listed = ", ".join(f"{other:g}" for other in cut[:20])
+                message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"
+                yield Finding(place, message, "give its force under targets, or remove it here")
+            seen.append(means.diameter)

@@ -1,0 +1,85 @@
+"""Axial tests between lubricated ends: an even state that closed forms describe exactly."""
+
+from __future__ import annotations
+
+from math import exp, log
+
+import numpy as np
+import pytest
+from pieces import E, material, piece
+
+from stemcal.laboratory import Axial, LaboratoryResult, LaboratoryTest, perform
+
+LENGTH, YIELD, TANGENT, NU = 16.0, 15.0, 50.0, 0.3
+
+
+def pulled(sense: str, failure: float = np.inf, travel: float = 0.6, **how: object) -> tuple[LaboratoryTest, float]:
+    """Return a test, and the section of the meshed piece, mm²."""
+    kind = Axial(sense, "lubricated")  # type: ignore[arg-type]
+    test = piece(kind, material(YIELD, TANGENT, NU, failure), LENGTH, travel, 1.3, **how)
+    return test, float(4.0 * kind.mesh(test.stem, test.discretisation).volumes().sum() / LENGTH)
+
+
+def stress(result: LaboratoryResult, area: float, sense: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return Cauchy stress and logarithmic strain: σ = F/A with the section narrowed by ν of the elastic strain σ/E.
+
+    Plastic flow keeps the volume: A/A₀ = exp(−(ε − (1 − 2ν) σ/E)).
+    """
+    sign = 1.0 if sense == "tension" else -1.0
+    strain = np.log1p(sign * result.history.travel / LENGTH)
+    true = sign * result.history.force / area
+    for _ in range(20):
+        true = sign * result.history.force / area * np.exp(strain - (1.0 - 2.0 * NU) * true / E)
+    return true, strain
+
+
+@pytest.mark.parametrize("sense", ["tension", "compression"])
+def test_modulus_yield_stress_and_tangent_modulus(sense: str) -> None:
+    """Read from the curve as from a specimen's: E and Et as slopes, the yield stress where both lines meet.
+
+    Within 0.5 %; the slope that is reported is that of F = A₀ E ln(1 + e) exp(−2ν ε), over the travel.
+    """
+    test, area = pulled(sense)
+    result = perform(test)
+    true, strain = stress(result, area, sense)
+    true, strain = np.abs(true), np.abs(strain)
+    elastic, plastic = (true > 3.0) & (true < 12.0), strain > 0.02
+    modulus, _ = np.polyfit(strain[elastic], true[elastic], 1)
+    tangent, at_zero = np.polyfit(strain[plastic], true[plastic], 1)
+    assert modulus == pytest.approx(E, rel=0.005)
+    assert tangent == pytest.approx(TANGENT, rel=0.005)
+    assert at_zero / (1.0 - tangent / modulus) == pytest.approx(YIELD, rel=0.005)
+    sign = 1.0 if sense == "tension" else -1.0
+    middle = sign * 0.35 * result.peak_force / area / E  # the secant is from 20 to 50 % of the maximum
+    expected = area * E / LENGTH * (1.0 - (1.0 + 4.0 * NU) * middle)
+    assert result.responses["slope"] == pytest.approx(expected, rel=0.002)
+
+
+def test_it_breaks_at_the_failure_strain() -> None:
+    """ε = εf + σ/E is reached at the travel L (exp ε − 1); the work until then is that of the curve."""
+    test, area = pulled("tension", failure=0.02)
+    result = perform(test)
+    strength = YIELD + E * TANGENT / (E - TANGENT) * 0.02
+    travel = LENGTH * (exp(0.02 + strength / E) - 1.0)
+    assert result.break_travel == pytest.approx(travel, rel=0.03)
+    assert result.responses["travel"] == pytest.approx(travel, rel=0.03)
+    narrowed = exp(-(log(1.0 + travel / LENGTH) - (1.0 - 2.0 * NU) * strength / E))
+    assert result.responses["maximum_force"] == pytest.approx(strength * area * narrowed, rel=0.005)
+    assert result.stroke_was_enough
+
+
+def test_held_ends_carry_more() -> None:
+    """They keep the ends from narrowing: slope and force are above those of lubricated ends, by less than 10 %."""
+    test, area = pulled("tension")
+    free = perform(test)
+    held = perform(piece(Axial("tension", "held"), test.material, LENGTH, 0.6, 1.3))
+    for name in ("slope", "maximum_force"):
+        assert 1.0 < held.responses[name] / free.responses[name] < 1.1
+    assert area == pytest.approx(41.8, rel=0.03)
+
+
+@pytest.mark.parametrize("symmetry", ["half", "none"])
+def test_a_quarter_is_the_whole(symmetry: str) -> None:
+    quarter, whole = perform(pulled("compression")[0]), perform(pulled("compression", symmetry=symmetry)[0])
+    for name, value in quarter.responses.items():
+        assert whole.responses[name] == pytest.approx(value, rel=1e-6), name
