@@ -11,6 +11,7 @@ import numpy as np
 
 from stemcal.doe.calibration.inversion import Assessment, assess_point
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
@@ -380,8 +381,12 @@ def region_in(study: Study, coding: Coding, radius: float | None) -> Region:
     UsageError
         If the constraints leave nothing of them.
     """
-    constraints = (*study.rsm.constraints, *study.invert.constraints)
-    return Region(*box_of(study, coding), radius, half_spaces(study, coding, constraints))
+    return Region(*box_of(study, coding), radius, constraints_of(study, coding))
+
+
+def constraints_of(study: Study, coding: Coding) -> tuple[HalfSpace, ...]:
+    """Return the constraints of the design and of the inversion, coded."""
+    return half_spaces(study, coding, (*study.rsm.constraints, *study.invert.constraints))
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:

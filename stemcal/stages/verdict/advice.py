@@ -17,7 +17,7 @@ from stemcal.doe.calibration.process_inversion import reach_of
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.invert.result import Certainty
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult, constraints_of
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.result import Remedy
 from stemcal.study.model import EmbeddedSolver, Factor, Study
@@ -184,7 +184,7 @@ def region_of(surface: SurfaceResult, study: Study | None = None) -> Region:
     high = [
         end if entry.high is None else entry.high for entry, end in zip(surface.factors, centre + reach, strict=True)
     ]
-    within = () if study is None else surface.region(study).within
+    within = () if study is None else constraints_of(study, surface.scales)
     return Region(surface.scales.to_coded(low), surface.scales.to_coded(high), surface.radius, within)
 
 
