@@ -1,7 +1,7 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
-python benchmarks/interval_coverage.py [studies] [laboratory] [rough] [mesh] [unequal] [surfaces] [replicates] [coarse]
-    [priors]
+python benchmarks/interval_coverage.py [studies] [laboratory] [rough] [mesh] [unequal] [surfaces] [fields] [replicates]
+                                       [coarse] [priors]
 
 A number is that of the studies of each row, 1000 by default: a share is then good to ±1.4.
 
@@ -23,12 +23,13 @@ all places. `rough` places the truth at three points, with quadratics that miss 
 `surfaces`: a deterministic solver whose response is a smooth function, drawn at random of three families (sums of
 cosines, products of powers, sums of hyperbolic tangents), or rough but repeatable: how often the interval of the mean
 and that of one more run hold it at points spread over the region, with six copies of the centre run counted each and
-once.
-`replicates`: a program with a scatter of 5 %, each run of the design made r times, the laboratory known: how often the
-profile holds the truth, and its median width. `coarse`: fine responses are a factor times quadratics of coarse runs and
-a tilt; m fine runs, and how often the mean's interval holds the fine response. `priors`: a material drawn from normal
-and lognormal priors, each about as wide as what the forces tell; how often the profile holds it, the median width over
-that without priors, and how often a prior that is right is called contradicted (should be 5 %). Some minutes each.
+once. `fields`: the variance of ŷ about a Gaussian field whose correlation reaches so many half steps, in units of the
+mean s², over h and over 1 + h: medians over the region. `replicates`: a program with a scatter of 5 %, each run of
+the design made r times, the laboratory known: how often the profile holds the truth, and its median width. `coarse`:
+fine responses are a factor times quadratics of coarse runs and a tilt; m fine runs, and how often the mean's interval
+holds the fine response. `priors`: a material drawn from normal and lognormal priors, each about as wide as what the
+forces tell; how often the profile holds it, the median width over that without priors, and how often a prior that is
+right is called contradicted (should be 5 %). Some minutes each.
 """
 
 from __future__ import annotations
@@ -264,6 +265,8 @@ def main() -> None:
     for name in wanted:
         if name in more:
             more[name](studies)
+    if "fields" in wanted:
+        field_rows()
     if "coarse" in wanted:
         coarse_rows()
 
@@ -386,6 +389,26 @@ def surface_rows(studies: int) -> None:
             shares = [*coverage_of_surfaces(design, side, family, False, studies)]
             shares += [*coverage_of_surfaces(design, side, family, True, studies)]
             print(f"{label + ', ' + family:<42}" + " ".join(f"{share:8.1f}" for share in shares), flush=True)
+
+
+def field_rows() -> None:
+    """Print v/h and v/(1 + h): v = k(x, x) − 2aᵀk + aᵀKa over tr(MK)/(n − p), a = X(XᵀX)⁻¹φ, M = 1 − X(XᵀX)⁻¹Xᵀ."""
+    print("design                       length   v/h   v/(1 + h)")
+    for label, (design, side) in DESIGNS.items():
+        runs = np.unique(np.round(design, 9), axis=0)
+        points = within_region(design, side, 4000, np.random.default_rng(SEED))
+        x, phi = term_columns(runs), term_columns(points)
+        a = phi @ np.linalg.inv(x.T @ x) @ x.T
+        h, m = np.sum(a**2, axis=1), np.eye(len(runs)) - x @ np.linalg.pinv(x)
+        for length in (1.0, 2.0, 4.0):
+            k, across = _correlation(runs, runs, length), _correlation(points, runs, length)
+            v = 1.0 - 2.0 * np.sum(a * across, axis=1) + np.sum(a @ k * a, axis=1)
+            v *= (len(runs) - x.shape[1]) / np.trace(m @ k)
+            print(f"{label:<28} {length:6g} {np.median(v / h):5.2f} {np.median(v / (1.0 + h)):8.2f}", flush=True)
+
+
+def _correlation(a: Array, b: Array, length: float) -> Array:
+    return np.asarray(np.exp(-0.5 * np.sum((a[:, None] - b[None]) ** 2, axis=2) / length**2))
 
 
 # ---- a program with chance in it

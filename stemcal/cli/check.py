@@ -34,7 +34,7 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
     from stemcal.overview.beforehand import beforehand
     from stemcal.text.beforehand import sentences
 
-    demanding, remarks = _demanding(study), sentences(beforehand(study))
+    demanding, remarks = [*_demanding(study), *not_ready(study)], sentences(beforehand(study))
     for sentence in demanding:
         warn(sentence)
     if as_json:
@@ -58,6 +58,21 @@ def _measured(study: Study) -> str:
 def _problems(error: SpecError) -> Mapping[str, object]:
     problems = [asdict(problem) for problem in error.problems]
     return {"schema_version": 1, "stage": "check", "ok": False, "problems": problems}
+
+
+def not_ready(study: Study) -> list[str]:
+    """Say why the program that a spec names cannot be started here: the spec is right, but no run can begin."""
+    from stemcal.errors import UsageError
+    from stemcal.solvers import make_solver
+    from stemcal.study.model import ProgramOptions
+
+    if not isinstance(study.solver, ProgramOptions):
+        return []
+    try:
+        make_solver(study).prepare()
+    except UsageError as error:
+        return [f"no run can begin on this machine: {line}" for line in str(error).splitlines()]
+    return []
 
 
 def _demanding(study: Study) -> list[str]:

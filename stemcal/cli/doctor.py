@@ -111,6 +111,25 @@ def _fonts() -> Iterator[Finding]:
     yield Finding("fonts with Chinese", found, True if chinese else None)
 
 
+def _openradioss() -> Iterator[Finding]:
+    """Look at OpenRadioss where one is named; specs may name another."""
+    import os
+    from pathlib import Path
+
+    from stemcal.errors import UsageError
+    from stemcal.solvers.openradioss.installation import HOME, installation
+    from stemcal.study.model import OpenRadiossSolver
+
+    try:
+        there = installation(OpenRadiossSolver(), Path.cwd())
+    except UsageError as error:
+        named = HOME in os.environ
+        what = str(error) if named else f"not there, {HOME} is not set; needed only for solver: {{kind: openradioss}}"
+        yield Finding("OpenRadioss", what, False if named else None)
+    else:
+        yield Finding("OpenRadioss", there.starter)
+
+
 def _statistics() -> Iterator[Finding]:
     """Fit a known quadratic: 100 + 30a + 10b − 5ab + 2a² at the points of a face-centred design."""
     import numpy as np
@@ -166,5 +185,5 @@ def stretched_bar() -> tuple[float, float]:
 
 
 CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
-    _versions, _extras, _machine, _cache, _fonts, _statistics, _solver
+    _versions, _extras, _machine, _cache, _fonts, _openradioss, _statistics, _solver
 )  # fmt: skip

@@ -16,6 +16,7 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
 
     Example: [bold]stemcal plan configs/wild-chrysanthemum.yaml --workers 8[/bold]
     """
+    from stemcal.cli.check import not_ready
     from stemcal.cli.console import note, say, say_json, warn
     from stemcal.cli.session import folder_of, read_study
     from stemcal.executors.machine import machine_memory
@@ -35,8 +36,8 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     else:
         say(*drawn(_table(found)))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
-    for excessive in sentences(excess(demand, found.workers, machine_memory())):
-        warn(excessive)
+    for sentence in [*sentences(excess(demand, found.workers, machine_memory())), *not_ready(study)]:
+        warn(sentence)
     if not quiet:
         for said in sentences(found.notes, Names(study.naming)):
             note(f"note: {said}")

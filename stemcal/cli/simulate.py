@@ -57,7 +57,9 @@ def simulate(
     quiet: Quiet = False,
     yes: Yes = False,
 ) -> None:
-    """Simulate one virtual shear test, or another test of the spec. Factors stand at mid-level unless set.
+    """Simulate one virtual shear test or another test of the spec, or make one run of the program that it names.
+
+    Factors stand at mid-level unless set.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -77,7 +79,14 @@ def simulate(
         at = typed_size(diameter, "--diameter")
     levels = chosen_levels(study, levels, settings or [])
     require_material(study, levels, at)
-    _check_outputs(study, csv_file, figure)
+    _check_outputs(study, csv_file, figure, {"--symmetry": symmetry, "--frames": frames})
+
+    if study.solver.kind != "embedded" and test in (None, CUTTING):
+        from stemcal.cli.one_run import one_run
+
+        at = study.targets.calibrate_at if diameter is None and from_run is None else at
+        one_run(study, levels, at, as_json, quiet, csv_file)
+        return
     stroke = stroke_of(study, test, at)
 
     from stemcal.overview.foresight import demand_of_one
@@ -166,13 +175,15 @@ def _suggestion(name: str, known: list[str]) -> str:
     return f"; did you mean {meant}?" if meant else f"; the study's factors are {', '.join(known)}"
 
 
-def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None) -> None:
+def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, embedded_only: dict[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     from stemcal.errors import UsageError
     from stemcal.outputs import refuse_link
 
     if study.solver.kind != "embedded":
-        raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
+        embedded_only |= {"--figure": figure}
+        if given := [name for name, value in embedded_only.items() if value is not None]:
+            raise UsageError(f"{', '.join(given)}: for `solver: {{kind: embedded}}`; this spec has {study.solver.kind}")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")

@@ -32,13 +32,14 @@ from stemcal.text.notes import Remark, remark, sentence, states
 
 
 def outcome(stage: SurfaceResult, names: Names) -> list[str]:
-    """Say what was fitted to which runs."""
+    """Say what was fitted to which runs; copies of a deterministic run are none."""
     responses = [run.response for run in stage.design.runs if run.response is not None]
+    count = len(stage.runs_diagnostics)
     template = (
         "A quadratic surface over {factors:factors} was fitted to {runs} runs between {low:response} and "
         "{high:response}."
     )
-    return [names.say(template, factors=stage.names, runs=len(responses), low=min(responses), high=max(responses))]
+    return [names.say(template, factors=stage.names, runs=count, low=min(responses), high=max(responses))]
 
 
 def certainty(stage: SurfaceResult, names: Names) -> list[str]:

@@ -87,14 +87,21 @@ def _learnt(stage: TransferResult, names: Names) -> str:
 
 
 states(
-    BeyondRange,
-    "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the study's "
-    "mesh and lengths.",
-)
-states(
     NotRunThere,
     "transfer.budget left no run with the result at {conditions:conditions}.",
 )
+
+
+@sentence.register
+def _(note: BeyondRange, names: Names) -> str:
+    belongs = (
+        "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the "
+        "study's mesh and lengths."
+    )
+    allowed = (
+        "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), as transfer.adjust allows."
+    )
+    return names.say(allowed if note.allowed else belongs, **vars(note))
 
 
 @sentence.register

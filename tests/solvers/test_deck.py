@@ -17,9 +17,12 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
-from stemcal.solvers.deck.equivalents import contact_scale, shortest, wanted_step
+from stemcal.solvers.deck.as_embedded import as_embedded
+from stemcal.solvers.deck.equivalents import contact_scale, nonlocal_length, nose_radius, shortest, wanted_step
 from stemcal.solvers.deck.fixed_width import fitted, keyword
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
+from stemcal.solvers.embedded import shear_test
+from stemcal.solvers.openradioss.files import engine_text, starter_text
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -357,3 +360,69 @@ def test_study_without_a_stem_has_no_deck() -> None:
     replay = load_study(CONFIGS / "paper-replay.yaml")
     with pytest.raises(UsageError, match="kind table"):
         Deck.of(replay, replay.midlevels(), 8.0)
+
+
+# ---- the study's lengths
+
+
+def carrying(program: Any, **given: Any) -> Deck:
+    return Deck.of(**{"study": STUDY, "levels": CALIBRATED, "diameter": 8.0, **given}, form=DeckForm(lengths=program))
+
+
+def test_lengths_stand_in_each_programs_own_words() -> None:
+    plain, dyna, radioss = (carrying(program) for program in (None, "lsdyna", "openradioss"))
+    spread, length = 8.0 / 9.5, 8.0 / 4.5
+    assert (plain.nose, plain.nonlocal_length) == (0.1, 0.0)
+    assert dyna.nonlocal_length == pytest.approx(2.5**0.5 * length, rel=1e-12)
+    assert radioss.nose == dyna.nose == pytest.approx(nose_radius(spread), rel=1e-12)
+    text = deck_text(dyna)
+    card = text[text.index("*MAT_NONLOCAL\n") :].splitlines()
+    assert card[2] == f"{1:10d}{1:10d}{8.0:10}{2.0:10}{fitted(dyna.nonlocal_length, 10):>10}{100:10d}{1:10d}{0:10d}"
+    assert card[4] == f"{1:10d}"
+    assert "MAT_NONLOCAL" not in deck_text(plain) + deck_text(radioss)
+    starter = starter_text(radioss, "run.k").splitlines()
+    at = starter.index("/NONLOCAL/MAT/1")
+    assert float(starter[at + 2][:20]) == radioss.nonlocal_length
+    assert starter[starter.index("/INCLUDE_LS-DYNA/") + 1] == "run.k"
+    assert engine_text(radioss, "run").splitlines()[:2] == ["/RUN/run/1/", "0.5"]
+
+
+def test_weight_of_ls_dyna_has_the_second_moment_of_a_ball() -> None:
+    """The mean of r² over (1 + (r/L)⁸)⁻², which is to be 3/2 ℓ²."""
+    r = np.linspace(0.0, 6.0, 200_001)
+    weight = (1.0 + (r / nonlocal_length(1.0, "lsdyna")) ** 8) ** -2 * r**2
+    assert np.trapezoid(weight * r**2, r) / np.trapezoid(weight, r) == pytest.approx(1.5, rel=1e-6)
+
+
+def test_nonlocal_deck_has_mass_by_its_density_and_tools_that_are_held() -> None:
+    deck = carrying("openradioss")
+    factor = (wanted_step(deck.solver, deck.parts.stem, deck.law) / shortest(deck.parts.stem)) ** 2
+    factor *= deck.law.p_wave_modulus / deck.law.density
+    assert deck.material["ro"] == pytest.approx(factor * 1.1e-9, rel=1e-6)
+    assert deck.card["ro"] == 1.1e-9
+    text = deck_text(deck)
+    assert text.count("*MAT_PIECEWISE_LINEAR_PLASTICITY") == 3
+    assert "MAT_RIGID" not in text and "MOTION_RIGID" not in text
+    nodes = [len(mesh.nodes) for mesh in (deck.parts.stem, deck.parts.blade, deck.parts.supports)]
+    ends = np.cumsum(nodes)
+    for first, last in ((nodes[0] + 1, ends[1]), (ends[1] + 1, ends[2])):
+        assert f"{first:10d}{last:10d}" in text
+
+
+def test_deck_as_the_embedded_solver_computes_it() -> None:
+    for program, length, edge in ((None, 0.0, 0.1), ("openradioss", 8.0 / 4.5, nose_radius(8.0 / 9.5))):
+        study = as_embedded(carrying(program))
+        test = shear_test(study, {}, 8.0)
+        assert (test.material.internal_length, test.blade.edge_spread) == (length, 0.0)
+        assert test.blade.edge_radius == edge
+        assert test.blade.thickness == max(2.3, 2.0 * edge)
+        assert (test.material.hardening_parameter, test.material.strain_rate_c) == (1.0, 0.0)
+        assert (test.material.density, test.material.yield_stress) == (1.1e-9, 17.96)
+
+
+def test_tools_are_meshed_where_they_touch_and_the_stem_rests_on_nodes() -> None:
+    parts = carrying(None).parts
+    assert np.ptp(parts.blade.nodes, axis=0) == pytest.approx([2.3, 12.0, 28.0])
+    assert len(parts.blade.hexes) < 1500
+    layers = np.unique(np.round(parts.stem.nodes[:, 0], 9))
+    assert {-11.0, 11.0} <= set(layers.tolist())

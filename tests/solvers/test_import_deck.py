@@ -117,6 +117,57 @@ def test_changed_cards_prevail_over_what_the_comments_keep(tmp_path: Path) -> No
     assert back.solver.hourglass.coefficient == 0.1  # type: ignore[union-attr]
 
 
+# ---- parts of a test
+
+
+def part_of(text: str, axes: tuple[int, ...], parts: str = "123") -> str:
+    """Return a deck without elements of these parts whose middle lies below 0 of these axes, nor settings."""
+    lines = [line for line in text.splitlines() if not line.startswith("$> ")]
+    first = lines.index("*ELEMENT_SOLID")
+    at: dict[str, list[float]] = {}
+    for line in lines[lines.index("*NODE") + 2 : first]:
+        at[line[:8].strip()] = [float(line[8 + 16 * i : 24 + 16 * i]) for i in range(3)]
+
+    def stays(line: str) -> bool:
+        if line[0] in "*$" or line[15] not in parts:
+            return True
+        corners = np.array([at[line[16 + 8 * i : 24 + 8 * i].strip()] for i in range(8)])
+        return bool((corners.mean(axis=0)[list(axes)] > 0.0).all())
+
+    return "\n".join([*lines[: first + 1], *(line for line in lines[first + 1 :] if stays(line))]) + "\n"
+
+
+@pytest.mark.parametrize(("axes", "symmetry"), [((), "none"), ((1,), "half"), ((0, 1), "quarter")])
+def test_parts_of_a_model_are_the_whole_one(axes: tuple[int, ...], symmetry: str, tmp_path: Path) -> None:
+    text = part_of(exported(variant(blade={"edge_radius": 0.0})), axes)
+    back = test_of(reread(text, tmp_path))
+    expected = test_of(variant(blade={"edge_radius": 0.0}))
+    for part in ("stem", "supports"):
+        assert_same(back[part], expected[part], 1e-6, part)
+    assert back["blade"]["thickness"] == pytest.approx(2.3)
+    assert back["discretisation"]["symmetry"] == ("quarter" if symmetry == "none" else symmetry)
+    told = [sentence for sentence in imported(text).leaves if f"a {symmetry} model" in sentence]
+    assert len(told) == (symmetry != "none")
+
+
+def test_a_stem_that_is_neither_whole_nor_halved_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"section is 8 by 4\.14 mm across and along the blade's way"):
+        imported(part_of(TEXT, (2,), parts="1"))
+    with pytest.raises(UsageError, match="cut off under the blade, but not halved lengthwise"):
+        imported(part_of(exported(variant(blade={"edge_radius": 0.0})), (0,)))
+
+
+def test_blade_moved_by_a_displacement(tmp_path: Path) -> None:
+    begin = TEXT.index("*BOUNDARY_PRESCRIBED_MOTION_RIGID")
+    end = TEXT.index("*CONTACT", begin)
+    moved = TEXT[begin:end].replace("         3         0         1", "         3         2         1")
+    lines = moved.rstrip().splitlines()
+    speed, duration = SMOKE.loading.speed, 2.0 * SMOKE.loading.duration
+    moved = "\n".join([*lines[:-2], f"{0.0!r:>20}{0.0!r:>20}", f"{duration!r:>20}{duration * speed!r:>20}", ""])
+    back = reread(TEXT[:begin] + moved + TEXT[end:], tmp_path)
+    assert back.loading.speed == pytest.approx(speed, rel=1e-9)
+
+
 # ---- foreign decks
 
 
@@ -200,8 +251,11 @@ def test_fields_without_counterpart_are_told() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("*MAT_PIECEWISE_LINEAR_PLASTICITY", "*MAT_WOOD"), "0 parts of"),
-        (("*BOUNDARY_PRESCRIBED_MOTION_RIGID", "*BOUNDARY_SPC"), "there are 0 blades"),
+        (
+            ("*MAT_PIECEWISE_LINEAR_PLASTICITY", "*MAT_WOOD"),
+            "0 parts of *MAT_003 or *MAT_024 where the stem is one (found: none)",
+        ),
+        (("*BOUNDARY_PRESCRIBED_MOTION_RIGID", "*BOUNDARY_SPC"), "there are 0 blades (found: none)"),
         (("*DEFINE_CURVE", "*DEFINE_TABLE"), "*DEFINE_CURVE 1"),
         (("*ELEMENT_SOLID", "*ELEMENT_SHELL"), "no solid elements of stem"),
         (("*NODE\n", "*NODE_FAR\n"), "nodes that are not there, such as 1"),

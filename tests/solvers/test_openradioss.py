@@ -9,9 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner, Result
 
+from stemcal.cli import doctor
+from stemcal.cli.app import app
 from stemcal.errors import UsageError
 from stemcal.solvers import make_solver
+from stemcal.solvers.deck import Deck
 from stemcal.solvers.openradioss import OpenRadioss
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.programs.reductions import NoResult
@@ -49,6 +53,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the stand-in's 
 def study_of(folder: Path, recorded: str = "mat024", mode: str = "", options: str = "") -> Study:
     home = folder / "openradioss"
     (home / "exec").mkdir(parents=True)
+    (home / "hm_cfg_files").mkdir()
     for name, program in PROGRAMS.items():
         for ending, content in (
             ("", f"#!/bin/sh\nexec {sys.executable} {STAND_IN} {name} $*\n"),
@@ -61,6 +66,10 @@ def study_of(folder: Path, recorded: str = "mat024", mode: str = "", options: st
     path = folder / "radioss.yaml"
     path.write_text(SPEC.format(home=json.dumps(str(home)), environment=environment, options=options), encoding="utf-8")
     return load_study(path)
+
+
+def command(*args: object) -> Result:
+    return CliRunner().invoke(app, [str(arg) for arg in args])
 
 
 def solved(folder: Path, *args: str, **spec: str) -> Answer:
@@ -143,6 +152,13 @@ def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.
     make_solver(study).prepare()
     (tmp_path / "openradioss" / "exec" / PROGRAMS["engine"]).unlink()
     make_solver(study).prepare()  # takes that of another parallel library
+    (tmp_path / "openradioss" / "hm_cfg_files").rmdir()
+    with pytest.raises(UsageError, match=r"openradioss/hm_cfg_files.*Check and set RAD_CFG_PATH variable"):
+        make_solver(study).prepare()
+    monkeypatch.setenv("RAD_CFG_PATH", str(tmp_path))
+    make_solver(study).prepare()
+    monkeypatch.delenv("RAD_CFG_PATH")
+    (tmp_path / "openradioss" / "hm_cfg_files").mkdir()
     bare = study.model_copy(update={"solver": study.solver.model_copy(update={"home": None})})
     monkeypatch.delenv("OPENRADIOSS_PATH", raising=False)
     with pytest.raises(UsageError, match=r"solver\.starter: there is no starter on PATH, and OPENRADIOSS_PATH is not"):
@@ -152,6 +168,51 @@ def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "elsewhere"))
     with pytest.raises(UsageError, match=r"there is no folder .*elsewhere"):
         make_solver(bare).prepare()
+
+
+def test_rate_law_none_needs_no_constants(tmp_path: Path) -> None:
+    study = study_of(tmp_path)
+    spec = (tmp_path / "radioss.yaml").read_text(encoding="utf-8")
+    spec = spec.replace(", strain_rate_c: 90 1/s, strain_rate_p: 8", "").replace("cowper_symonds", "none")
+    (tmp_path / "none.yaml").write_text(spec, encoding="utf-8")
+    without = load_study(tmp_path / "none.yaml")
+    values = {name: Deck.of(s, REQUEST.levels, 8.0).material["c"] for name, s in (("none", without), ("law", study))}
+    assert values == {"none": 0.0, "law": 90.0}
+
+
+# ---- from the command line
+
+
+def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
+    study_of(tmp_path)
+    spec, levels = tmp_path / "radioss.yaml", ("--set", "yield_stress=18.07", "--set", "failure_strain=0.03484")
+    assert "no run can begin" not in command("check", spec).stderr
+    run = command("simulate", spec, *levels, "--csv", tmp_path / "curve.csv")
+    assert "Maximum force: 125.9 N" in run.stdout
+    assert "at 0.459 mm of travel" in run.stdout
+    assert (tmp_path / "curve.csv").read_text(encoding="utf-8").startswith("travel,force")
+    told = json.loads(command("simulate", spec, *levels, "--json").stdout)
+    assert (told["status"], told["response"]) == ("ok", pytest.approx(125.9459, abs=1e-4))
+    assert command("simulate", spec, "--symmetry", "half").exit_code == 2
+    other = command("simulate", spec, "--set", "yield_stress=17")
+    assert (other.exit_code, "not_as_written" in other.stderr) == (3, True)
+    (tmp_path / "openradioss" / "hm_cfg_files").rmdir()
+    for name in ("check", "plan"):
+        done = command(name, spec)
+        assert done.exit_code == 0
+        assert "Check and set RAD_CFG_PATH variable" in " ".join(done.stderr.split())
+    assert json.loads(command("check", spec, "--json").stdout)["warnings"]
+    assert command("simulate", spec).exit_code == 2
+
+
+def test_doctor_looks_at_what_the_environment_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study_of(tmp_path)
+    monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
+    (found,) = doctor._openradioss()
+    assert (found.ok, found.found.endswith("starter_linux64_gf")) == (True, True)
+    (tmp_path / "openradioss" / "hm_cfg_files").rmdir()
+    (found,) = doctor._openradioss()
+    assert (found.ok, "hm_cfg_files" in found.found) == (False, True)
 
 
 # ---- listings

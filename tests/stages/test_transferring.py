@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fakes import FakeSolver, make_study
 from typer.testing import CliRunner, Result
 
 import stemcal
@@ -283,3 +284,23 @@ def test_keys_that_are_left_out_are_the_studys(tmp_path: Path) -> None:
     assert seen.material.internal_length.at(8.0) == 0.0 and seen.loading.duration == 1.5
     assert seen.blade == study.blade and study.seen_by("validate") is study
     assert not isinstance(seen.solver, CommandSolver)
+
+
+def test_after_a_joint_fit_the_aim_is_what_the_study_gives(tmp_path: Path) -> None:
+    """The compromise over the diameters stays: the program is brought to the study's own force at 8 mm."""
+    program = PROGRAM.format(law=LAW, trouble="", witness=str(tmp_path / "witness"))
+    (tmp_path / "program.py").write_text(program, encoding="utf-8")
+    there = TRANSFER.format(
+        python=json.dumps(sys.executable), adjust="{failure_strain: {high: 0.3}}", more="budget: 12"
+    )
+    joint = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\ninvert: {diameters: all}\n"
+    study, work = make_study(tmp_path, joint + there), StudyFolder(tmp_path / "joint")
+    solver = FakeSolver()
+    for stage in (workflow.fit_surface, workflow.invert, workflow.validate, workflow.transfer):
+        stage(study, work, InlineExecutor(), solver=solver)
+    found, validated = work.read_stage("transfer"), work.read_stage("validate")
+    at = {row["condition"]: row for row in found["rows"]}
+    own = {row["condition"]: row["simulated"] for row in validated["rows"]}
+    assert found["aim"] == own[8.0] and found["converged"]
+    assert at[8.0]["after"] == pytest.approx(own[8.0], rel=0.02)
+    assert {d: row["calibrated"] for d, row in at.items()} == own

@@ -80,7 +80,10 @@ def test_programs_by_their_names() -> None:
 
 
 def test_notes() -> None:
-    assert sentence(BeyondRange("strain", 0.2622, 0.01, 0.05), STEM) == (
+    assert sentence(BeyondRange("stress", 9.783, 10.0, 20.0, True), STEM) == (
+        "stress 9.783 lies outside the study's range (10 to 20), as transfer.adjust allows."
+    )
+    assert sentence(BeyondRange("strain", 0.2622, 0.01, 0.05, False), STEM) == (
         "strain 0.2622 lies outside the study's range (0.01 to 0.05), which belongs to the study's mesh and lengths."
     )
     assert sentence(NotRunThere((10.0, 11.0)), STEM) == "transfer.budget left no run with the result at 10 and 11 mm."

@@ -3,14 +3,14 @@
 As many values as factors are met exactly unless the region forbids it, so their misfit has no distribution to test. But
 each value may be held against what the others allow: leaving out value i lowers the least misfit by
 T = D_min − D_min(without i), which for values that agree is within χ²(1), or F(1, ν) with estimated variances; √T is
-how many standard errors apart they are. A value that its own surface takes nowhere in the region is no contradiction:
-it is out of reach.
+how many standard errors apart they are. A value that its own surface takes nowhere in the region is out of reach; it
+contradicts the others where the nearest value within reach does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,16 +34,16 @@ class Contradiction:
     allowed: tuple[float, float]
 
 
-def contradiction(misfit: Misfit, region: Region, x: Array) -> Contradiction | None:
-    """Return the observation that the others contradict most, at `LEVEL`; `x` is the point of least misfit.
+def contradiction(misfit: Misfit, region: Region) -> Contradiction | None:
+    """Return the observation that the others contradict most, at `LEVEL`.
 
-    None where degrees of freedom are left (the misfit test tells), where no scatter is known, or where a value is out
-    of reach by itself.
+    None where degrees of freedom are left (the misfit test tells), or where no scatter is known.
     """
     m = len(misfit.observations)
-    if m < 2 or misfit.df > 0 or misfit.scatter not in ("measured", "pooled") or out_of_reach(misfit, region):
+    if m < 2 or misfit.df > 0 or misfit.scatter not in ("measured", "pooled"):
         return None
-    least = misfit.value(x)
+    misfit = _within_reach(misfit, region)
+    least = misfit.value(best_fit(misfit, region))
     rest = [misfit.without(i) for i in range(m)]
     best = [best_fit(others, region) for others in rest]
     excess = [max(least - others.value(point), 0.0) for others, point in zip(rest, best, strict=True)]
@@ -73,15 +73,20 @@ def allowed_by_others(misfit: Misfit, region: Region, groups: Sequence[object]) 
 
 def out_of_reach(misfit: Misfit, region: Region) -> list[int]:
     """Return which observations their own surface misses everywhere in the region, by more than their scatter."""
-    beyond = []
-    for i, observation in enumerate(misfit.observations):
-        ends = [float(observation.model.predict(end)[0]) for end in extremes(observation.model, region)]
-        gap = max(ends[0] - observation.measured, observation.measured - ends[1], 0.0)
-        known = misfit.scatter in ("measured", "pooled")
-        most = allowed_rise(misfit, 0.0) * misfit.variance[i] if known else (1e-9 * observation.measured) ** 2
-        if gap**2 > most:
-            beyond.append(i)
-    return beyond
+    known = misfit.scatter in ("measured", "pooled")
+    most = allowed_rise(misfit, 0.0) * misfit.variance if known else (1e-9 * misfit.measured) ** 2
+    return np.flatnonzero((misfit.measured - _reached(misfit, region)) ** 2 > most).tolist()
+
+
+def _reached(misfit: Misfit, region: Region) -> Array:
+    """Return the value nearest to each measured one that its own surface takes in the region."""
+    ends = [[float(o.model.predict(end)[0]) for end in extremes(o.model, region)] for o in misfit.observations]
+    return np.asarray(np.clip(misfit.measured, *np.array(ends).T))
+
+
+def _within_reach(misfit: Misfit, region: Region) -> Misfit:
+    observations = zip(misfit.observations, _reached(misfit, region).tolist(), strict=True)
+    return replace(misfit, observations=tuple(replace(o, measured=value) for o, value in observations))
 
 
 def _chance(rise: float, df: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from stemcal.doe.calibration.levelset import neighbours_across
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
-from stemcal.doe.regression.least_squares import Array, t_quantile
+from stemcal.doe.regression.least_squares import Array
 
 _CLOUD, _HALVINGS = 12, 40
 _FINEST = 1e-12  # of what is predicted: errors below are rounding
@@ -85,7 +85,7 @@ def _most_telling(process: GaussianProcess, target: float, cloud: Array) -> Arra
 def possible(process: GaussianProcess, target: float, region: Region, level: float = 0.95) -> Array:
     """Return the least and the greatest coded value of each factor where the target is within the interval, (k, 2)."""
     cloud = region.cloud(_CLOUD)
-    reach = t_quantile(level, len(process.response) - 1) * process.standard_error(cloud)
-    held = cloud[np.abs(process.predict(cloud) - target) <= reach]
+    low, high = process.mean_interval(cloud, level).T
+    held = cloud[(low <= target) & (target <= high)]
     held = np.vstack([held, crossings(process, target, region), nearest_crossing(process, target, region)])
     return np.column_stack([held.min(axis=0), held.max(axis=0)])

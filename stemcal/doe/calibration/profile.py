@@ -26,6 +26,7 @@ from stemcal.doe.regression.least_squares import Array
 
 GRID = 25
 FREE = 0.5
+"""Share of its range from which a factor counts as free: data that only halve a range tell little more than it."""
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
 _SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose

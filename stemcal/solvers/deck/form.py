@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.study.model import LsDynaSolver, Study
+from stemcal.study.model import LsDynaSolver, OpenRadiossSolver, Study
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,19 @@ class DeckForm:
         OpenRadioss does not.
     pictures : bool
         Whether states are written to look at.
+    lengths : str or None
+        The program whose own cards carry the study's lengths: nonlocal failure over an equivalent of
+        `internal_length`, and a nose of radius `edge_spread`. None: no card that the other program does not read.
     """
 
     material: Literal["mat024", "mat003"] = "mat024"
     long: bool = False
     pictures: bool = True
+    lengths: Literal["lsdyna", "openradioss"] | None = None
 
 
 def form_of(study: Study) -> DeckForm:
     """Return the form that the study's solver reads: all nine parameters and all digits for LS-DYNA."""
-    return DeckForm("mat003", long=True) if isinstance(study.solver, LsDynaSolver) else DeckForm()
+    solver = study.solver
+    lengths = solver.kind if isinstance(solver, LsDynaSolver | OpenRadiossSolver) and solver.nonlocal_failure else None
+    return DeckForm("mat003", True, lengths=lengths) if isinstance(solver, LsDynaSolver) else DeckForm(lengths=lengths)

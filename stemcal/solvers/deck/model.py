@@ -11,13 +11,14 @@ from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, ra
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.equivalents import rate_constants, shortest
+from stemcal.solvers.deck.equivalents import density_factor, nonlocal_length, nose_radius, rate_constants, shortest
 from stemcal.solvers.deck.fixed_width import STANDARD, fitted
 from stemcal.solvers.deck.form import DeckForm, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, OpenRadiossSolver, Study
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
+_BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
 # What the stem's card calls the parameters, in their order.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
@@ -75,16 +76,50 @@ class Deck:
 
     @property
     def edge_spread(self) -> float:
-        """How far the edge's force is spread in the study, mm; other programs know no such edge."""
-        return self.study.blade.edge_spread.at(self.diameter) if isinstance(self.solver, EmbeddedSolver) else 0.0
+        """How far the edge's force is spread in the study, mm; no deck says it so."""
+        return self.study.blade.edge_spread.at(self.diameter) if self._has_lengths else 0.0
+
+    @property
+    def internal_length(self) -> float:
+        """Over which length failure is averaged in the study, mm."""
+        return self.study.material.internal_length.at(self.diameter) if self._has_lengths else 0.0
+
+    @property
+    def _has_lengths(self) -> bool:
+        return isinstance(self.solver, EmbeddedSolver) or self.form.lengths is not None
+
+    @property
+    def nose(self) -> float:
+        """The radius of the edge in the deck, mm: that of the blade, or of the spread that it stands for."""
+        radius = self.study.blade.edge_radius
+        return max(radius, nose_radius(self.edge_spread)) if self.form.lengths else radius
+
+    @property
+    def nonlocal_length(self) -> float:
+        """The length of the program's own card of nonlocal failure, mm; 0 for none."""
+        return nonlocal_length(self.internal_length, self.form.lengths) if self.form.lengths else 0.0
+
+    @cached_property
+    def density_factor(self) -> float:
+        """The factor on the stem's density; OpenRadioss's nonlocal field diverges where nodes are given mass."""
+        by_density = self.form.lengths == "openradioss"
+        return density_factor(self.solver, self.parts.stem, self.law) if by_density else 1.0
 
     @cached_property
     def material(self) -> dict[str, float]:
         """The values of the stem's card, ``ro e pr sigy etan beta c p fail``, as its columns hold them."""
         given = self.given
         c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
-        values = _by_field({**given, "strain_rate_c": c, "strain_rate_p": p})
+        density = given["density"] * self.density_factor
+        values = _by_field({**given, "density": density, "strain_rate_c": c, "strain_rate_p": p})
         return {name: value if self.form.long else float(fitted(value, STANDARD)) for name, value in values.items()}
+
+    @property
+    def card(self) -> dict[str, float]:
+        """The law that the stem's card says, in the order of `PARAMETERS`; its density is the study's."""
+        isotropic = {"beta": 1.0} if self.form.material == "mat024" else {}
+        density = self.material["ro"] if self.density_factor == 1.0 else self.given["density"]
+        return {**self.material, **isotropic, "ro": density}
 
     @cached_property
     def parts(self) -> Parts:
@@ -92,7 +127,7 @@ class Deck:
         study, solver, diameter = self.study, self.solver, self.diameter
         stem = Stem(diameter, study.specimen.diameter_ratio, study.specimen.length)
         b = study.blade
-        blade = Blade(b.thickness, b.width, b.edge_angle, b.edge_radius, b.bevel)
+        blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
         how = _discretisation(solver, diameter)
         elements = mesh_size(stem, how).elements
         if elements > MOST_ELEMENTS:
@@ -102,8 +137,12 @@ class Deck:
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + study.loading.gap, how.element_size
+        rests_at = 0.5 * supports.clearance + supports.fillet_radius
+        along = min(b.length, _BLADE_OVER_STEM * diameter)
         return Parts(
-            stem_mesh(stem, how), blade_mesh(blade, b.length, lowest, size), supports_mesh(supports, stem, size)
+            stem_mesh(stem, how, rests_at),
+            blade_mesh(blade, along, lowest, size, study.loading.stroke),
+            supports_mesh(supports, stem, size),
         )
 
     @cached_property
@@ -117,15 +156,18 @@ class Deck:
         study, solver, given = self.study, self.solver, self.given
         kept = {
             "edge_spread": self.edge_spread,
+            "edge_radius": study.blade.edge_radius,
+            "blade_length": study.blade.length,
+            "density_factor": self.density_factor,
             **{name: given[name] for name in ("hardening_parameter", "strain_rate_c", "strain_rate_p")},
             "rate_law": self._rate_law,
             **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window", "break_drop")},
         }
+        kept["internal_length"] = self.internal_length
         if not isinstance(solver, EmbeddedSolver):
             return kept
         names = ("symmetry", "element", "time_step", "stop_after_peak", "failure_length")
-        internal = {"internal_length": study.material.internal_length.at(self.diameter)}
-        return {**kept, **internal, **{name: getattr(solver, name) for name in names}}
+        return {**kept, **{name: getattr(solver, name) for name in names}}
 
     @property
     def _rate_law(self) -> str:
@@ -138,11 +180,24 @@ class Deck:
         return self.study.loading.speed / shortest(self.parts.stem)
 
     def _without_lengths(self) -> Iterator[str]:
-        internal = self.study.material.internal_length.at(self.diameter)
-        lengths = {"edge_spread": self.edge_spread, "internal_length": internal}
+        lengths = {"edge_spread": self.edge_spread, "internal_length": self.internal_length}
         given = [f"{name} ({length:.3g} mm)" for name, length in lengths.items() if length > 0.0]
-        if given and isinstance(self.solver, EmbeddedSolver):
+        if not given:
+            return
+        if self.form.lengths is None:
             yield f"there is no card for {' and '.join(given)}, so the force belongs to this mesh"
+        else:
+            yield (
+                f"{' and '.join(given)} stand as a nose of radius {self.nose:.3g} mm and a nonlocal length of "
+                f"{self.nonlocal_length:.3g} mm, which come near, not to the same force"
+            )
+        if self.form.lengths == "lsdyna" and self.internal_length > 0.0:
+            yield "*MAT_NONLOCAL takes history variable 1 for the plastic strain; no LS-DYNA was at hand to see that"
+        if self.density_factor > 1.0:
+            yield (
+                f"the stem's density is {self.density_factor:.4g} times the study's in place of mass on single nodes, "
+                "which the nonlocal field of OpenRadioss does not bear"
+            )
 
     def _hardening(self) -> Iterator[str]:
         beta = self.given["hardening_parameter"]
@@ -170,8 +225,8 @@ class Deck:
             )
 
     def _rounded(self) -> Iterator[str]:
-        exact = _by_field(self.given)
-        changed = [name for name, value in exact.items() if name not in ("c", "p") and value != self.material[name]]
+        exact, apart = _by_field(self.given), {"c", "p", *(["ro"] if self.density_factor > 1.0 else [])}
+        changed = [name for name, value in exact.items() if name not in apart and value != self.material[name]]
         if changed:
             yield f"ten columns round {', '.join(changed)}"
 
@@ -181,8 +236,6 @@ def _by_field(given: Mapping[str, float]) -> dict[str, float]:
 
 
 def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Discretisation:
-    if not isinstance(solver, EmbeddedSolver):
-        return Discretisation(solver.element_size, solver.elements_through_wall, symmetry="none")
     how = Discretisation(solver.element_size.at(diameter), solver.elements_through_wall, symmetry="none")
     return replace(
         how,

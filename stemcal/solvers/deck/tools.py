@@ -13,16 +13,21 @@ from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]
 
-# Elements across half the blade, across all of it, and around the supports' inner edge.
+# Elements across half the blade at least, and around the supports' inner edge.
 _HALF = 2
-_ACROSS = 2 * _HALF
+_AROUND = 4
+# Elements of the rounding of the edge over those of the stem: so many facets are round for it.
+_FACET = 0.5
 # How far the supports reach beyond the stem and below it, mm.
 _BEYOND, _BELOW = 5.0, 10.0
 
 
-def blade_mesh(blade: Blade, length: float, lowest: float, size: float) -> Mesh:
-    """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm."""
-    section = blade_section(blade, size)
+def blade_mesh(blade: Blade, length: float, lowest: float, size: float, stroke: float | None = None) -> Mesh:
+    """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm.
+
+    Above what a stem can touch within the stroke its body is one element high.
+    """
+    section = blade_section(blade, size, stroke)
     section[..., 1] += lowest
     return _drawn_out([section], _even(-0.5 * length, 0.5 * length, size))
 
@@ -31,23 +36,26 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     """Return both supports below the stem; the gap between them is the clearance."""
     right = _support_section(supports, stem, size)
     left = right * (-1.0, 1.0)
-    half = 0.5 * stem.outer_diameter + _BEYOND
+    half = 0.5 * stem.outer_diameter
     return _drawn_out([right, left], _even(-half, half, size))
 
 
-def blade_section(blade: Blade, size: float) -> Array:
+def blade_section(blade: Blade, size: float, stroke: float | None = None) -> Array:
     """Return the nodes (rows, columns, 2) of the blade's section in x and z, the edge's lowest point at z = 0.
 
-    The first row lies on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp.
+    The first row lies on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp. A nose
+    too wide for the body makes it thicker.
     """
     r, t = blade.edge_radius, blade.thickness
     both = blade.bevel == "both"
     lean_left = radians(0.5 * blade.edge_angle) if both else 0.0
     lean_right = radians(blade.edge_angle) - lean_left
+    t = max(t, r * (cos(lean_left) + cos(lean_right)) * (1.0 + 1e-6))
     body = (-0.5 * t, 0.5 * t) if both else (-r, t - r)
+    half = max(_HALF, ceil(r * (0.5 * pi - lean_right) / (_FACET * size)))
     lowest = -0.5 * pi
     turn = np.concatenate(
-        [np.linspace(-pi + lean_left, lowest, _HALF + 1), np.linspace(lowest, -lean_right, _HALF + 1)[1:]]
+        [np.linspace(-pi + lean_left, lowest, half + 1), np.linspace(lowest, -lean_right, half + 1)[1:]]
     )
     edge = np.stack([r * np.cos(turn), r + r * np.sin(turn)], axis=-1)
     # the flank touches the rounding at r (cos α, 1 − sin α) and reaches the body at the shoulder
@@ -55,10 +63,12 @@ def blade_section(blade: Blade, size: float) -> Array:
     shoulder += (body[1] - touch) / tan(lean_right)
     rows = [edge]
     start = float(edge[[0, -1], 1].max())
-    for z in (*_even(start, shoulder, size)[1:], *_even(shoulder, blade.width, 4 * size)[1:]):
+    touched = blade.width if stroke is None else min(blade.width, shoulder + 2.0 * stroke)
+    top = [blade.width] if touched < blade.width else []
+    for z in (*_even(start, shoulder, size)[1:], *_even(shoulder, touched, 4 * size)[1:], *top):
         left = max(body[0], edge[0, 0] - (z - edge[0, 1]) * tan(lean_left))
         right = min(body[1], edge[-1, 0] + (z - edge[-1, 1]) * tan(lean_right))
-        rows.append(np.stack([np.linspace(left, right, _ACROSS + 1), np.full(_ACROSS + 1, z)], axis=-1))
+        rows.append(np.stack([np.linspace(left, right, 2 * half + 1), np.full(2 * half + 1, z)], axis=-1))
     return np.stack(rows)
 
 
@@ -67,7 +77,7 @@ def _support_section(supports: Supports, stem: Stem, size: float) -> Array:
     r, near = supports.fillet_radius, 0.5 * supports.clearance
     top = -0.5 * stem.outer_diameter
     far = max(0.5 * stem.length, near + r) + _BEYOND
-    turn = np.linspace(pi, 0.5 * pi, (_ACROSS if r > 0 else 0) + 1)
+    turn = np.linspace(pi, 0.5 * pi, (_AROUND if r > 0 else 0) + 1)
     rounding = np.stack([near + r + r * np.cos(turn), top - r + r * np.sin(turn)], axis=-1)
     flat = _even(near + r, far, size)[1:]
     upper = np.concatenate([rounding, np.stack([flat, np.full(flat.size, top)], axis=-1)])

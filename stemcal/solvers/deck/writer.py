@@ -12,7 +12,7 @@ from textwrap import wrap
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.equivalents import contact_scale, stiffest_share, wanted_step
+from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import Deck, Parts
@@ -21,6 +21,8 @@ from stemcal.study.model import DeckSolver, EmbeddedSolver, Study
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
+# Of tools that are held: the density over the stem's, and what they never reach.
+_HEAVY, _NEVER = 100.0, 1e6
 _HOURGLASS = {"viscous": 1, "stiffness": 4}
 _FORMULATION = {"one_point": 1, "full": 2}
 _BY_PART = 3
@@ -39,9 +41,12 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _control(deck)
     yield from _output(deck)
     yield from stem_material(deck.material, deck.form)
-    yield from _tool_materials(deck.law)
-    yield from _part_cards(deck.solver)
-    yield from _motion(deck.study)
+    if deck.form.lengths == "lsdyna" and deck.nonlocal_length > 0.0:
+        yield from _nonlocal(deck.nonlocal_length)
+    held = _tools_are_held(deck.form)
+    yield from _held_tools(deck) if held else _tool_materials(deck.law)
+    yield from _part_cards(deck.solver, STEM if held else BLADE)
+    yield from _motion(deck.study, "SET" if held else "RIGID")
     yield from _contacts(deck)
     yield from _mesh(deck.parts)
     yield "*END"
@@ -60,7 +65,8 @@ def _head(deck: Deck) -> Iterator[str]:
 def _control(deck: Deck) -> Iterator[str]:
     solver, stem, law = deck.solver, deck.parts.stem, deck.law
     yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration})
-    step = -wanted_step(solver, stem, law) + 0.0
+    by_density = deck.form.lengths == "openradioss"
+    step = 0.0 if by_density else -wanted_step(solver, stem, law) + 0.0
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
     )
@@ -81,9 +87,9 @@ def _output(deck: Deck) -> Iterator[str]:
         yield from keyword("DATABASE_BINARY_D3PLOT", {"dt": 10.0 * interval})
 
 
-def stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
+def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) -> Iterator[str]:
     """Yield the stem's material: *MAT_024 with failure, or *MAT_003 with the nine parameters as they are."""
-    elastic = {"mid": STEM, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
+    elastic = {"mid": part, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}
     if form.material == "mat003":
         rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": _rate_of_plastic_flow(value)}
@@ -94,6 +100,12 @@ def stem_material(value: Mapping[str, float], form: DeckForm) -> Iterator[str]:
     rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": _rate_of_plastic_flow(value)}
     curve: list[Card] = [{f"{name}{i}": 0.0 for i in range(1, 9)} for name in ("eps", "es")]
     yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve, long=form.long)
+
+
+def _nonlocal(length: float) -> Iterator[str]:
+    """Yield *MAT_NONLOCAL: the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents."""
+    weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": float(fitted(length, 10)), "nfreq": 100}
+    yield from keyword("MAT_NONLOCAL", {**weight, "nhv": 1, "nhvt": 0}, {"nl1": 1})
 
 
 def _rate_of_plastic_flow(value: Mapping[str, float]) -> float:
@@ -111,19 +123,45 @@ def _tool_materials(law: Material) -> Iterator[str]:
         yield from keyword("MAT_RIGID", tool, held_card, axes)
 
 
-def _part_cards(solver: EmbeddedSolver | DeckSolver) -> Iterator[str]:
+def _tools_are_held(form: DeckForm) -> bool:
+    """Tell whether every node of the tools is held or driven, in place of rigid bodies.
+
+    OpenRadioss takes the first group of elements for what says whether failure is nonlocal (``sforc3.F``), and sorts
+    groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
+    """
+    return form.lengths == "openradioss"
+
+
+def _held_tools(deck: Deck) -> Iterator[str]:
+    """Yield tools of the stem's law that never yield or fail, so heavy that they ask for no smaller time step."""
+    law, parts = deck.law, deck.parts
+    value = {**deck.material, "ro": _HEAVY * deck.material["ro"], "sigy": _NEVER, "etan": 0.0, "c": 0.0, "fail": _NEVER}
+    first = 1 + len(parts.stem.nodes)
+    for part, mesh in ((BLADE, parts.blade), (SUPPORTS, parts.supports)):
+        yield from stem_material({**value, "e": law.elastic_modulus, "pr": law.poisson_ratio}, deck.form, part)
+        yield from keyword(
+            "SET_NODE_LIST_GENERATE", {"sid": part}, {"b1beg": first, "b1end": first + len(mesh.nodes) - 1}
+        )
+        first += len(mesh.nodes)
+        free_along_z = part == BLADE
+        held = {"dofx": 1, "dofy": 1, "dofz": 0 if free_along_z else 1, "dofrx": 0, "dofry": 0, "dofrz": 0}
+        yield from keyword("BOUNDARY_SPC_SET", {"nsid": part, "cid": 0, **held})
+
+
+def _part_cards(solver: EmbeddedSolver | DeckSolver, tools: int) -> Iterator[str]:
     form = _FORMULATION[solver.element if isinstance(solver, EmbeddedSolver) else "one_point"]
     yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": form})
-    yield from keyword("SECTION_SOLID", {"secid": BLADE, "elform": 1})
+    if tools != STEM:
+        yield from keyword("SECTION_SOLID", {"secid": tools, "elform": 1})
     for title, part in (("stem", STEM), ("blade", BLADE), ("supports", SUPPORTS)):
-        section = STEM if part == STEM else BLADE
+        section = STEM if part == STEM else tools
         yield from keyword("PART", {"pid": part, "secid": section, "mid": part}, title=title)
 
 
-def _motion(study: Study) -> Iterator[str]:
+def _motion(study: Study, of: str) -> Iterator[str]:
     """Yield the constant speed of the blade: minus one times a curve, whose columns hold all digits."""
-    motion = {"pid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
-    yield from keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID", motion)
+    motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
+    yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
     yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
     for time in (0.0, 2.0 * study.loading.duration):
         yield f"{time!r:>20}{study.loading.speed!r:>20}"
@@ -135,10 +173,8 @@ def _contacts(deck: Deck) -> Iterator[str]:
     friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
     friction |= {"vdc": float(f"{100 * c.damping:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
     erosion = {"isym": 0, "erosop": 1, "iadj": 1}
-    # a spread edge is rigid
-    edge = stiffest_share(deck.solver, c.penalty) if deck.edge_spread > 0.0 else c.penalty
     near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
-    blade = friction, _scales(deck, edge, (0.0, 0.0, radius)), erosion
+    blade = friction, _scales(deck, c.penalty, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
     for number, name, tool, title, cards in (
         (1, "ERODING", BLADE, "blade and stem", blade),

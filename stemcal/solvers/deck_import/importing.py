@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stemcal.cutting import Stem, mesh_size, stem_mesh
+from stemcal.cutting import Blade, Stem, mesh_size, stem_mesh
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.files.decoding import decode
 from stemcal.files.plain import MIB, read_plain
-from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
+from stemcal.solvers.deck.equivalents import contact_scale, nose_radius, wanted_step
 from stemcal.solvers.deck.model import MOST_ELEMENTS
 from stemcal.solvers.deck_import.cards import CARDS, known_name, passed_over
 from stemcal.solvers.deck_import.keyword_blocks import Block
@@ -95,8 +95,9 @@ class _Study:
         self.source = source
         self.kept = source.settings
         self.stem: Stem = stem_of(source.nodes["stem"])
-        self.how, self.is_our_mesh = discretisation_of(self.stem, source.nodes["stem"])
-        self.blade, self.supports = blade_of(source.nodes["blade"]), supports_of(source.nodes["supports"])
+        self.blade, self.supports = self._blade(), supports_of(source.nodes["supports"])
+        self.rests_at = 0.5 * self.supports.clearance + self.supports.fillet_radius
+        self.how, self.is_our_mesh = discretisation_of(self.stem, source.nodes["stem"], self.rests_at)
         self.remarks = list(source.remarks)
         if not self.is_our_mesh:
             self.remarks.append("*NODE, *ELEMENT_SOLID: the stem is meshed otherwise than the embedded solver does")
@@ -106,7 +107,15 @@ class _Study:
         """The stem as the study will mesh it, whole."""
         if mesh_size(self.stem, self.how).elements > MOST_ELEMENTS:
             raise UsageError(f"elements of {self.how.element_size:g} mm are too small for the stem; is --units right?")
-        return stem_mesh(self.stem, self.how)
+        return stem_mesh(self.stem, self.how, self.rests_at)
+
+    def _blade(self) -> Blade:
+        """Return the blade; of a deck of stemcal's, with the edge that its nose stands for."""
+        found, kept = blade_of(self.source.nodes["blade"]), self.kept
+        nose = None if kept.edge_radius is None else max(kept.edge_radius, nose_radius(kept.edge_spread))
+        is_spread = nose is not None and bool(np.isclose(found.edge_radius, nose, rtol=_CLOSE))
+        radius = kept.edge_radius if is_spread and kept.edge_radius is not None else found.edge_radius
+        return replace(found, edge_radius=radius)
 
     def sections(self) -> dict[str, Section]:
         """Return the sections of the study."""
@@ -122,7 +131,7 @@ class _Study:
                 "length": stem.length,
             },
             "blade": {
-                "length": _round(float(np.ptp(source.nodes["blade"][:, 1])), 9),
+                "length": max(_round(float(np.ptp(source.nodes["blade"][:, 1])), 9), self.kept.blade_length or 0.0),
                 "width": blade.width,
                 "thickness": blade.thickness,
                 "edge_angle": blade.edge_angle,
@@ -162,10 +171,11 @@ class _Study:
         source, card = self.source, self.source.plastic
         kept = 1.0 if self.kept.hardening_parameter is None else self.kept.hardening_parameter
         beta = card.get("beta", kept)
+        density, factor = card["ro"] * source.density, self.kept.density_factor
         if card["fail"] <= 0.0:
             self.remarks.append(f"the stem's material has no failure strain: {_NEVER:g} is written")
         return {
-            "density": card["ro"] * source.density,
+            "density": density if factor == 1.0 else _round(density / factor, 6),
             "elastic_modulus": card["e"] * source.stress,
             "poisson_ratio": card["pr"],
             "yield_stress": card["sigy"] * source.stress,
@@ -198,7 +208,7 @@ class _Study:
         found: Section = {
             "kind": "embedded",
             "rate_law": "paper" if self._printed_rate() else "cowper_symonds",
-            "symmetry": kept.symmetry or whole,
+            "symmetry": kept.symmetry or (whole if source.symmetry == "none" else source.symmetry),
             "element_size": how.element_size,
             "elements_through_wall": how.through_wall,
             "edge_over": how.edge_over,
@@ -249,8 +259,7 @@ class _Study:
 
     def _penalty(self, law: Material, solver: Section, sfs: float) -> float:
         """Return p of p m/Δt² that is as stiff as the contact with the supports."""
-        near = 0.5 * self.supports.clearance + self.supports.fillet_radius
-        place = (near, 0.0, -0.5 * self.stem.outer_diameter)
+        place = (self.rests_at, 0.0, -0.5 * self.stem.outer_diameter)
         per_share = contact_scale(_embedded(solver), self.mesh, law, 1.0, place)
         slsfac = self.source.first("CONTROL_CONTACT")["slsfac"] or _STANDARD_SLSFAC
         penalty = _round(slsfac * sfs / per_share, _DIGITS)

@@ -18,6 +18,9 @@ class Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     edge_spread: SizeOrZero = 0.0
+    edge_radius: SizeOrZero | None = None
+    blade_length: Size | None = None
+    density_factor: Annotated[Number, Field(ge=1)] = 1.0
     hardening_parameter: Number | None = None
     strain_rate_c: Annotated[Number, Field(gt=0)] | None = None
     strain_rate_p: Annotated[Number, Field(gt=0)] | None = None

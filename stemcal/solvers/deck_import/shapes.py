@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting import Blade, Discretisation, Stem, Supports, stem_mesh
-from stemcal.cutting.build import around_half, mean_length, pairs_along
+from stemcal.cutting.build import EVEN_SHARE, around_half, mean_length, pairs_along
 from stemcal.errors import UsageError
 
 Array = NDArray[np.float64]
@@ -60,8 +60,11 @@ def supports_of(nodes: Array) -> Supports:
     return Supports(_plain(2.0 * near), _plain(float(np.abs(flat[:, 0]).min()) - near))
 
 
-def discretisation_of(stem: Stem, nodes: Array) -> tuple[Discretisation, bool]:
-    """Return how a stem's nodes (N, 3) are spread, and whether the embedded solver's mesh is just that."""
+def discretisation_of(stem: Stem, nodes: Array, rests_at: float) -> tuple[Discretisation, bool]:
+    """Return how a stem's nodes (N, 3) are spread, and whether the embedded solver's mesh is just that.
+
+    A layer of nodes may lie where the stem rests, so far (mm) from the blade.
+    """
     x = np.unique(np.round(nodes[:, 0], 6))
     through = len(np.unique(np.round(np.linalg.norm(nodes[:, 1:], axis=1), 5))) - 1
     turn = np.unique(np.round(np.arctan2(nodes[:, 2], nodes[:, 1]) + 0.5 * pi, 6) % (2.0 * pi))
@@ -75,14 +78,26 @@ def discretisation_of(stem: Stem, nodes: Array) -> tuple[Discretisation, bool]:
         near,
         through_wall=through,
         edge_over="elements" if np.all(np.abs(x) > 1e-6) else "nodes",
-        coarsening=_plain(float(along[-1]) / under, 3),
+        coarsening=_plain(_coarsening(0.5 * stem.length / under, len(along)), 3),
         coarsening_around=_plain(float(around[0] / around[-1]), 3),
     )
     for size in _sizes(stem, how, len(along) // 2, len(around)):
         trial = replace(how, element_size=size)
-        if _same(stem_mesh(stem, trial).nodes, nodes):
+        if _same(stem_mesh(stem, trial, rests_at).nodes, nodes):
             return trial, True
     return how, False
+
+
+def _coarsening(half: float, along: int) -> float:
+    """Return the length of the last element over that of the first, where so many make `half` times the first twice.
+
+    Layers that were moved to rest on the supports change no sum.
+    """
+    odd = along % 2
+    weights = np.ones(along // 2 + odd)
+    weights[0] -= 0.5 * odd
+    growth = np.interp(np.linspace(0.0, 1.0, len(weights)), (EVEN_SHARE, 1.0), (0.0, 1.0))
+    return 1.0 + (half - float(weights.sum())) / max(float(weights @ growth), 1e-9)
 
 
 def _sizes(stem: Stem, how: Discretisation, pairs: int, around: int) -> Iterator[float]:

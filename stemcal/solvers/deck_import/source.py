@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,11 @@ from stemcal.solvers.deck_import.settings import settings_of
 
 Array = NDArray[np.float64]
 
+# Ways that a blade's motion is given: vad 0 velocity, vad 2 displacement.
+_SPEEDS, _BY_PLACE = (0.0, 2.0), 2.0
+# How far a coarse mesh's section may be from round, as a share.
+_ROUND = 0.06
+_MOST_TOLD = 5
 # How small and large a part may be, mm.
 _SMALLEST, _LARGEST = 1e-3, 1e5
 # mm, tonne and s in the units of a deck: length, mass, time.
@@ -32,6 +38,8 @@ class Source:
         The blade's part, the axis it moves along (0, 1, 2), its speed with its sign, mm/s.
     nodes : dict
         Nodes (N, 3) of ``stem``, ``blade`` and ``supports``, mm.
+    symmetry : str
+        Which part of the test the deck holds: ``none`` left out, ``half`` or ``quarter``; `nodes` are always whole.
     remarks : list of str
         What was read and could not be taken as it is.
     """
@@ -72,17 +80,19 @@ class Source:
     def _plastic(self) -> dict[str, float]:
         """Return the stem's material, fields called as *MAT_024 does."""
         used = {int(part["mid"]) for part in self.parts.values()}
-        found = []
+        found, there = [], []
         for block in self.named("MAT_PLASTIC_KINEMATIC", "MAT_PIECEWISE_LINEAR_PLASTICITY"):
             card = self.fields(block)
+            parts = [str(pid) for pid, part in self.parts.items() if part["mid"] == card["mid"]]
+            there.append(f"*{block.name} {card['mid']:g} of {'part ' + ', '.join(parts) if parts else 'no part'}")
             if "src" in card:
                 card |= {"c": card["src"], "p": card["srp"], "fail": card["fs"]}
             if int(card["mid"]) in used:
                 found.append(card)
         if len(found) != 1:
             raise UsageError(
-                f"{len(found)} parts of *MAT_003 or *MAT_024 where the stem is one; give the deck of one stem, with "
-                "its material in the same file"
+                f"{len(found)} parts of *MAT_003 or *MAT_024 where the stem is one (found: {_told(there)}); give the "
+                "deck of one stem, with its material and its *PART in the same file"
             )
         (card,) = found
         if not (
@@ -99,11 +109,13 @@ class Source:
 
     def _motion(self) -> tuple[int, int, float]:
         """Return the blade's part, the axis it moves along (0, 1, 2) and its speed with its sign."""
-        moved = [card for card in self.all("BOUNDARY_PRESCRIBED_MOTION_RIGID") if card["vad"] == 0.0]
-        if len(moved) != 1 or int(moved[0]["dof"]) not in (1, 2, 3):
+        motions = self.all("BOUNDARY_PRESCRIBED_MOTION_RIGID")
+        moved = [card for card in motions if card["vad"] in _SPEEDS and int(card["dof"]) in (1, 2, 3)]
+        if len(moved) != 1:
+            there = [f"part {card['pid']:g} with dof {card['dof']:g} and vad {card['vad']:g}" for card in motions]
             raise UsageError(
-                f"there are {len(moved)} blades; one rigid part moved along x, y or z by a velocity is needed "
-                "(*BOUNDARY_PRESCRIBED_MOTION_RIGID with dof 1 to 3 and vad 0)"
+                f"there are {len(moved)} blades (found: {_told(there)}); one rigid part moved along x, y or z by a "
+                "velocity or a displacement is needed (*BOUNDARY_PRESCRIBED_MOTION_RIGID with dof 1 to 3, vad 0 or 2)"
             )
         card = moved[0]
         curve = next(
@@ -116,7 +128,10 @@ class Source:
         head = self.fields(curve)
         if len(curve.cards) < 2:
             raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} of the blade's motion has no points; give two or more")
-        values = [replace(curve, cards=(line,), width=LONG).fields(0, ("a", "o"))["o"] for line in curve.cards[1:]]
+        points = [replace(curve, cards=(line,), width=LONG).fields(0, ("a", "o")) for line in curve.cards[1:]]
+        values = _speeds(points, head["sfa"] or 1.0) if card["vad"] == _BY_PLACE else [point["o"] for point in points]
+        if not values:
+            raise UsageError(f"*DEFINE_CURVE {card['lcid']:g} has no two points at different times; give the motion")
         if np.ptp(values) > 1e-9 * np.abs(values).max():
             self.remarks.append(f"*DEFINE_CURVE {head['lcid']:g}: the blade's speed changes; its largest is taken")
         if (largest := max(values, key=abs)) == 0.0:
@@ -173,11 +188,65 @@ class Source:
         turn[0, along], turn[2, axis] = 1.0, -np.sign(speed)
         turn[1] = np.cross(turn[2], turn[0])
         middle = 0.5 * (nodes["stem"].min(axis=0) + nodes["stem"].max(axis=0))
-        turned = {name: (points - middle) @ turn.T for name, points in nodes.items()}
+        turned = self._whole({name: (points - middle) @ turn.T for name, points in nodes.items()})
         lowest = turned["blade"][turned["blade"][:, 2] < turned["blade"][:, 2].min() + 1e-6, 0]
         if abs(float(lowest.mean())) > 1e-3 and abs(float(lowest.min())) > 1e-3:
             self.remarks.append(f"*NODE: the edge stands {lowest.mean():.3g} mm beside the middle of the stem")
         return turned
+
+    def _whole(self, nodes: dict[str, Array]) -> dict[str, Array]:
+        """Return the nodes of the whole test: what mirror planes along and across the stem left out is put back."""
+        stem, found = nodes["stem"], dict(nodes)
+        across = float(np.ptp(stem[:, 1]) / np.ptp(stem[:, 2]))
+        along_blade = abs(across - 0.5) < _ROUND
+        if not along_blade and abs(across - 1.0) > 2.0 * _ROUND:
+            sides = " by ".join(f"{np.ptp(stem[:, i]):.3g}" for i in (1, 2))
+            raise UsageError(
+                f"the stem's section is {sides} mm across and along the blade's way, neither of a whole round stem "
+                "nor of one halved lengthwise; give one of these"
+            )
+        if along_blade:  # the flat face is as high as the stem
+            low, high = float(stem[:, 1].min()), float(stem[:, 1].max())
+            plane = max((low, high), key=lambda y: np.ptp(stem[np.abs(stem[:, 1] - y) < 1e-6, 2]))
+            found = {name: _mirrored(points, 1, plane, name == "stem") for name, points in found.items()}
+        half = 0.5 * float(np.ptp(stem[:, 0]))
+        edge = nodes["blade"][nodes["blade"][:, 2] < nodes["blade"][:, 2].min() + 1e-6, 0]
+        across_stem = abs(abs(float(edge.mean())) - half) < _ROUND * half
+        if across_stem and not along_blade:
+            raise UsageError(
+                "the stem is cut off under the blade, but not halved lengthwise; give it whole or a quarter"
+            )
+        if across_stem:
+            plane = half if edge.mean() > 0.0 else -half
+            found = {name: _mirrored(points, 0, plane, name != "blade") for name, points in found.items()}
+        self.symmetry = "quarter" if across_stem else "half" if along_blade else "none"
+        if self.symmetry != "none":
+            self.remarks.append(
+                f"*NODE: the deck is a {self.symmetry} model; the study's stem, force and blade are whole"
+            )
+        return found
+
+
+def _mirrored(points: Array, axis: int, plane: float, always: bool) -> Array:
+    """Return points (N, 3) with the plane at 0 of the axis, and images; what reaches as far on both sides is whole."""
+    moved = points.copy()
+    moved[:, axis] -= plane
+    beyond = sorted((-float(moved[:, axis].min()), float(moved[:, axis].max())))
+    if not always and beyond[0] > 0.5 * beyond[1]:
+        return moved
+    image = moved.copy()
+    image[:, axis] *= -1.0
+    return np.unique(np.round(np.concatenate([moved, image]), 9), axis=0)
+
+
+def _speeds(points: list[dict[str, float]], stretched: float) -> list[float]:
+    """Return the slopes of a displacement over time, points of a curve with the scale of its abscissa."""
+    pairs = [(a, b) for a, b in pairwise(points) if b["a"] > a["a"]]
+    return [(b["o"] - a["o"]) / (b["a"] - a["a"]) / stretched for a, b in pairs]
+
+
+def _told(found: list[str]) -> str:
+    return "; ".join(found[:_MOST_TOLD]) or "none"
 
 
 def _refuse_odd_size(name: str, nodes: Array) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +20,8 @@ _ON_PATH = {
     "th_to_csv": ("th_to_csv", "th_to_csv_linux64_gf", "th_to_csv_win64"),
 }
 _LIBRARIES = ("exec", "extlib/hm_reader/linux64", "extlib/h3d/lib/linux64")
+# Where the definitions of keywords lie: the variable that names the folder, and its name in a home.
+DEFINITIONS, _DEFINITIONS_FOLDER = "RAD_CFG_PATH", "hm_cfg_files"
 
 
 class Installation(NamedTuple):
@@ -36,14 +39,34 @@ def installation(options: OpenRadiossSolver, folder: Path) -> Installation:
     Raises
     ------
     UsageError
-        If one of them is nowhere.
+        If one of them is nowhere, or the definitions of keywords that the starter reads.
     """
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     home = None if named is None else folder / named
     if home is not None and not home.is_dir():
         raise UsageError(f"solver.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
     programs = {name: _program(name, getattr(options, name), home, folder) for name in _BEGINNINGS}
-    return Installation(**programs, environment={**_variables(options, home), **options.environment})
+    environment = {**_variables(options, home or _home_of(programs["starter"])), **options.environment}
+    _require_definitions(environment)
+    return Installation(**programs, environment=environment)
+
+
+def _home_of(starter: str) -> Path | None:
+    """Return the home that a starter on PATH lies in, if it is one."""
+    home = Path(starter).resolve().parent.parent
+    return home if (home / _DEFINITIONS_FOLDER).is_dir() else None
+
+
+def _require_definitions(environment: Mapping[str, str]) -> None:
+    """Refuse where the definitions of keywords are missing: without them the starter reads no deck."""
+    named = environment.get(DEFINITIONS) or os.environ.get(DEFINITIONS)
+    if named and Path(named).is_dir():
+        return
+    where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
+    raise UsageError(
+        f"solver.home: {where}, without whose definitions of keywords the starter ends every run with 'Check and set "
+        f"{DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
+    )
 
 
 def _program(name: str, given: str | None, home: Path | None, folder: Path) -> str:
@@ -75,7 +98,7 @@ def _variables(options: OpenRadiossSolver, home: Path | None) -> dict[str, str]:
     at = home.absolute()
     wanted = {
         HOME: str(at),
-        "RAD_CFG_PATH": str(at / "hm_cfg_files"),
+        DEFINITIONS: str(at / _DEFINITIONS_FOLDER),
         "RAD_H3D_PATH": str(at / "extlib" / "h3d" / "lib" / "linux64"),
         "OMP_STACKSIZE": "400m",
     }

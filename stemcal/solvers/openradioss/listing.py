@@ -24,6 +24,7 @@ _FAILURE = re.compile(rf"^[ \t]+FIRST[ \t]+FAILURE PARAMETER \(D1\)[ \t.]*=[ \t]
 _DELETED = re.compile(rf"DELETE SOLID ELEMENT NUMBER[ \t]+(\d{{1,18}})(?:[ \t]+AT TIME :[ \t]*({NUMBER}))?")
 _CYCLE = re.compile(rf"[ \t]*\d+[ \t]+({NUMBER})[ \t]+\d\S*[ \t]+[A-Z]+[ \t]+\d+")
 _COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?(F[NT]Z)")
+_NONLOCAL = re.compile(rf"^[ \t]+NON-LOCAL INTERNAL LENGTH[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 # Echoes have 13 digits, or four.
 _CLOSE = 2e-4
 
@@ -50,7 +51,9 @@ def problems(text: str) -> list[Problem]:
     return found
 
 
-def differences(text: str, material: int, written: Mapping[str, float]) -> tuple[list[str], bool]:
+def differences(
+    text: str, material: int, written: Mapping[str, float], nonlocal_length: float = 0.0
+) -> tuple[list[str], bool]:
     """Return where the echo of a material is not what was written, and whether elements fail by a criterion.
 
     A keyword or a field that the reader does not know leaves no error, only other values.
@@ -59,13 +62,19 @@ def differences(text: str, material: int, written: Mapping[str, float]) -> tuple
     ----------
     written : mapping
         ``ro e pr sigy etan fail c p`` as they stand in the deck.
+    nonlocal_length : float
+        The length of its nonlocal failure, mm; 0 for none.
     """
     echo = _echo(text, material)
     criterion = _FAILURE.search(text)
     if criterion is not None:
         echo["failure strain"] = required_number(criterion[1])
-    wrong = []
-    for name, value in _expected(written).items():
+    if (averaged := _NONLOCAL.search(text)) is not None:
+        echo["nonlocal length"] = required_number(averaged[1])
+    wrong, expected = [], _expected(written)
+    if nonlocal_length > 0.0:
+        expected["nonlocal length"] = nonlocal_length
+    for name, value in expected.items():
         if name not in echo:
             wrong.append(f"{name} {value:.6g} was not read")
         elif not isclose(echo[name], value, rel_tol=_CLOSE):

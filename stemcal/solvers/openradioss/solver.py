@@ -7,12 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from stemcal.outputs import write_output
 from stemcal.run_warnings import NothingDeleted
-from stemcal.solvers.deck import Deck, DeckForm, deck_text
+from stemcal.solvers.deck import Deck, deck_text
+from stemcal.solvers.deck.form import form_of
 from stemcal.solvers.deck.writer import STEM
+from stemcal.solvers.openradioss.files import engine_text, starter_text
 from stemcal.solvers.openradioss.installation import Installation, installation
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, is_normal_end, problems
 from stemcal.solvers.processes import Ended
@@ -32,8 +34,7 @@ DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
     *("run.k", "run_0000.out", "run_0001.rad", "run_0001.out"),
     *("runT01", "runT01.csv"),
 )
-# Ten columns, elements that are deleted, no pictures: 50 files for each run.
-FORM = DeckForm(pictures=False)
+STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
 
 
 class _Step(NamedTuple):
@@ -47,6 +48,8 @@ class _Step(NamedTuple):
 @dataclass(frozen=True)
 class OpenRadioss(Program):
     """Answers requests by OpenRadioss; see `study.outside.OpenRadiossSolver`."""
+
+    revision: ClassVar[int] = 2
 
     @property
     def options(self) -> OpenRadiossSolver:
@@ -75,19 +78,22 @@ class OpenRadioss(Program):
 
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
         self.inputs.write(folder, {})
-        text = deck_text(self._deck(request))
-        write_output(folder / DECK, text)
+        deck = self._deck(request)
+        write_output(folder / DECK, deck_text(deck))
+        if deck.nonlocal_length > 0.0:
+            write_output(folder / STARTER_INPUT, starter_text(deck, DECK))
         return {}
 
     def _deck(self, request: Request) -> Deck:
-        return Deck.of(self.study, request.levels, request.condition, FORM)
+        """Return the deck in the form that OpenRadioss reads, without pictures: 50 files for each run."""
+        return Deck.of(self.study, request.levels, request.condition, replace(form_of(self.study), pictures=False))
 
     def _run(self, folder: Path, request: Request) -> Answer:
         """Run starter, engine and ``th_to_csv`` one after the other, in one time limit; then read the force."""
         there = self._installation()
         options = self.options.model_copy(update={"environment": there.environment})
-        written = self._deck(request).material
-        *first, last = self._steps(folder, there, written)
+        deck = self._deck(request)
+        *first, last = self._steps(folder, there, deck)
         seconds: dict[str, float] = {}
 
         def run(step: _Step, read: Callable[[Ended], Answer]) -> Answer:
@@ -101,17 +107,18 @@ class OpenRadioss(Program):
                 answer = run(step, lambda _: Answer("ok"))
                 if not answer.ok:
                     return answer
-            return run(last, partial(self._read, folder, written))
+            return run(last, partial(self._read, folder, deck.material))
         finally:
             _remove_restart_files(folder)
 
-    def _steps(self, folder: Path, there: Installation, written: Mapping[str, float]) -> list[_Step]:
+    def _steps(self, folder: Path, there: Installation, deck: Deck) -> list[_Step]:
+        given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
         several = ["-nt", str(self.options.threads)] if self.options.threads > 1 else []
         return [
             _Step(
                 "starter",
-                [there.starter, "-i", DECK, "-np", "1", *several],
-                partial(_starter_ran, folder, written),
+                [there.starter, "-i", given, "-np", "1", *several],
+                partial(_starter_ran, folder, deck),
             ),
             _Step("engine", [there.engine, "-i", ENGINE_INPUT, *several], partial(_engine_ran, folder)),
             _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(_table_made, folder)),
@@ -130,19 +137,22 @@ def _contact(folder: Path, interface: int) -> ContactForce:
     return contact_force(read_text(folder, TABLE), interface)
 
 
-def _starter_ran(folder: Path, written: Mapping[str, float], ended: Ended) -> None:
-    """Raise `NoResult` unless the starter has read the deck as it was written."""
+def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
+    """Raise `NoResult` unless the starter has read the deck as it was written; then leave the engine its input."""
     listing = _said(folder, STARTER_LISTING)
     found = problems(listing) or problems(ended.output)
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         raise NoResult("starter_error", f"the starter refused the deck: {found[0]}{more}")
     code_is_zero(ended)
-    wrong, _ = differences(listing, STEM, written)
+    wrong, _ = differences(listing, STEM, deck.material, deck.nonlocal_length)
     if wrong:
         raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
     if (folder / ENGINE_INPUT).is_symlink():
         raise NoResult("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
+    if deck.nonlocal_length > 0.0:
+        write_output(folder / ENGINE_INPUT, engine_text(deck, "run"))
+        return
     try:
         engine = read_text(folder, ENGINE_INPUT)
     except NoResult as missing:

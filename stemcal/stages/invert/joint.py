@@ -173,7 +173,7 @@ def _fitted(
         best_worst_error_percent=worst,
         best_worst_solution=coding.by_name(coding.to_natural(where)),
         null=null_model(*measured) if naming.is_force_on_stems else None,
-        contradiction=_contradiction(means, misfit, region, fit),
+        contradiction=_contradiction(means, misfit, region),
         out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(misfit, region)),
         separated=not len(fit.flat),
         presses_outwards=presses_outwards(misfit, region, fit.coded),
@@ -181,8 +181,8 @@ def _fitted(
     )
 
 
-def _contradiction(means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit) -> Contradicted | None:
-    found = contradiction(misfit, region, fit.coded)
+def _contradiction(means: Sequence[Measured], misfit: Misfit, region: Region) -> Contradicted | None:
+    found = contradiction(misfit, region)
     if found is None:
         return None
     mean, (low, high) = means[found.index], found.allowed

@@ -30,13 +30,14 @@ class NotReached(Note):
 
 @dataclass(frozen=True)
 class BeyondRange(Note):
-    """A value lies outside the study's range of the factor, which belongs to the study's mesh and lengths."""
+    """A value lies outside the study's range of the factor: the spec allows it, or it belongs to mesh and lengths."""
 
     weight = Weight.USE
     factor: str
     value: float
     low: float
     high: float
+    allowed: bool
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from stemcal.stages.transfer.result import (
 )
 from stemcal.stages.validate import ValidateResult
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model import EmbeddedSolver, Study, Target, TransferOptions
+from stemcal.study.model import EmbeddedSolver, OwnRange, Study, Target, TransferOptions
 from stemcal.study.types.units import from_internal
 from stemcal.version import __version__
 from stemcal.words import listed
@@ -267,7 +267,8 @@ def _notes(study: Study, search: Search) -> Iterator[Note]:
     for name in names:
         factor = study.factor(name)
         if not factor.low <= values[name] <= factor.high:
-            yield BeyondRange(name, values[name], factor.low, factor.high)
+            allowed = search.options.adjust.get(name, OwnRange()) != OwnRange()
+            yield BeyondRange(name, values[name], factor.low, factor.high, allowed)
     if censored := sum(run.outcome.censored for run in search.asked):
         yield StillRose(censored)
     after = {run.condition: run.outcome for run in search.asked if run.levels == values}

@@ -21,7 +21,9 @@ from stemcal.study.model import Study
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
 ROUGH_PERCENT = 3.0
-_FAR = 2.0  # times a limit
+"""Of the mean response: most answers rough by 5 % are above, those rough by 1 % never (docs/theory/statistics.md)."""
+FAR = 2.0
+"""Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
 
@@ -299,7 +301,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     surface, place = evidence.results.surface, joint.best_worst_solution
     assert surface is not None
     coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
-    if joint.out_of_reach and _on_edge(evidence, coded):
+    if joint.out_of_reach and joint.contradiction is None and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
     return _fit_fewer(joint)
 
@@ -417,7 +419,7 @@ def _solution_physics(evidence: Evidence) -> Iterator[Reason]:
         if before is None or (at.fitted, at.doubt.worst or 0.0) > (before.fitted, before.doubt.worst or 0.0):
             worst[at.doubt.kind] = at
     for kind, at in worst.items():
-        far = at.doubt.worst is None or at.doubt.worst > _FAR * LIMITS[kind]
+        far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
         weight: Severity = "not_calibrated" if at.fitted and far else "with_reservations"
         yield SolutionDoubtful(weight=weight, remedy=advice.for_physics(evidence.study, at.doubt), at=at)
 

@@ -11,6 +11,9 @@ from stemcal.study.model.frozen import Flag, Frozen, Share, Size
 from stemcal.study.model.result_readers import ResultReader, Text
 from stemcal.study.model.solver_options import (
     BreakDrop,
+    Coarsening,
+    CoarseningAround,
+    EdgeOver,
     FilterWindow,
     HourglassCoefficient,
     HourglassSection,
@@ -19,6 +22,7 @@ from stemcal.study.model.solver_options import (
     ThroughWall,
 )
 from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole, complain
+from stemcal.study.types.lengths import Length, StemLength
 
 MOST_FILES = 100
 
@@ -131,9 +135,16 @@ class DeckSolver(ProgramOptions):
     """The force is multiplied by it: 4 for a quarter model."""
     filter_window: FilterWindow = 0.010
     break_drop: BreakDrop = 0.5
-    element_size: Size = 1.0
-    """Length of the elements of the deck that stemcal writes."""
+    nonlocal_failure: Flag = False
+    """Whether the deck that stemcal writes carries the lengths of the study: failure by a nonlocal strain over an
+    equivalent of `material.internal_length`, and a nose of radius `blade.edge_spread`. `false`: elements fail by their
+    own strain and the edge is sharp, so that what is calibrated belongs to this mesh."""
+    element_size: StemLength = Length(1.0)
+    """Length of the elements under the edge of the deck that stemcal writes: a length, or a share of the diameter."""
     elements_through_wall: ThroughWall = None
+    edge_over: EdgeOver = "elements"
+    coarsening: Coarsening = 1.0
+    coarsening_around: CoarseningAround = 1.0
     hourglass: DeckHourglass = DeckHourglass()
     """Hourglass control of the one-point elements."""
     mass_scaling: MassScaling = 1e4
@@ -183,6 +194,6 @@ class OpenRadiossSolver(DeckSolver):
     """The same of the program that makes a table of the time histories."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
-    rate_law: Literal["paper", "cowper_symonds"] = "paper"
+    rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
     """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
-    `cowper_symonds` 1 + (rate/C)^(1/P)."""
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all."""

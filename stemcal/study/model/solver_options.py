@@ -42,6 +42,18 @@ BreakDrop = Annotated[
         "dropped by this share of it."
     ),
 ]
+EdgeOver = Annotated[
+    Literal["elements", "nodes"],
+    Field(description="Whether the edge comes down on a row of nodes or over the middle of a row of elements."),
+]
+Coarsening = Annotated[
+    Number,
+    Field(ge=1, le=10, description="Length of the elements at the ends of the stem over those under the edge."),
+]
+CoarseningAround = Annotated[
+    Number,
+    Field(ge=1, le=10, description="Width of the elements at the bottom of the section over those under the edge."),
+]
 
 
 class HourglassSection(Frozen):
@@ -66,8 +78,7 @@ class EmbeddedSolver(Frozen):
     """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most 0.6 of
     `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
-    edge_over: Literal["elements", "nodes"] = "nodes"
-    """Whether the edge comes down on a row of nodes or over the middle of a row of elements."""
+    edge_over: EdgeOver = "nodes"
     element: Literal["one_point", "full"] = "one_point"
     """One-point elements, or the slow fully integrated reference."""
     hourglass: HourglassSection = HourglassSection()
@@ -82,10 +93,8 @@ class EmbeddedSolver(Frozen):
     `double`: everything."""
     outputs: Outputs = 500
     filter_window: FilterWindow = 0.010
-    coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
-    """Length of the elements at the ends of the stem over those under the edge."""
-    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
-    """Width of the elements at the bottom of the section over those under the edge."""
+    coarsening: Coarsening = 6.0
+    coarsening_around: CoarseningAround = 2.0
     phases: Annotated[Whole, Field(ge=1, le=100)] = 1
     """The force is the mean over so many places of the mesh under the edge."""
     perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None

@@ -282,7 +282,7 @@ class Study(StudyForm):
     @property
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
-        return isinstance(self.solver, EmbeddedSolver) and self.solver.rate_law == "none"
+        return isinstance(self.solver, EmbeddedSolver | OpenRadiossSolver) and self.solver.rate_law == "none"
 
     @property
     def replicates(self) -> int:

@@ -80,6 +80,11 @@ class Draft:
     transfer: TransferOptions | None = None
 
     @property
+    def rate_law(self) -> str | None:
+        """The rate law that the spec chooses, where its solver lets it."""
+        return self.solver.rate_law if isinstance(self.solver, EmbeddedSolver | OpenRadiossSolver) else None
+
+    @property
     def embedded(self) -> EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
         return self.solver if isinstance(self.solver, EmbeddedSolver) else None

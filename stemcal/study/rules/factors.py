@@ -183,7 +183,7 @@ def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
 
 def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     """Without a rate law its parameters are neither factors nor given."""
-    if draft.embedded is None or draft.embedded.rate_law != "none":
+    if draft.rate_law != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
     places |= {("material", name): name for name in _in_material(draft)}
@@ -197,10 +197,9 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
     own_deck = isinstance(draft.solver, LsDynaSolver) and (draft.solver.deck or draft.solver.decks)
     if not draft.stem_solver or draft.material is None or not draft.names or own_deck:
         return
-    off = draft.embedded is not None and draft.embedded.rate_law == "none"
     meant = {nearest(name, PARAMETERS) for name in draft.names}
     wrong = {name for name in PARAMETERS if not hasattr(draft.material, name)}  # told of already
-    given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if off else ())}
+    given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.rate_law == "none" else ())}
     given |= {STRAIN} if draft.is_cut else set()
     for name, parameter in PARAMETERS.items():
         if name in given:
@@ -209,7 +208,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         message = f"the {draft.stem_solver} solver needs {name} ({low:g} to {high:g}{unit})"
         remedy = "add it to material, or to factors to calibrate it"
-        if name in RATE and draft.embedded is not None:
+        if name in RATE and draft.rate_law is not None:
             remedy += "; or write rate_law: none under solver, if speed shall not raise the yield stress"
         yield Finding(("material",), message, remedy)
 

@@ -66,7 +66,7 @@ def test_standard_errors_of_a_contradiction() -> None:
         Observation(plane(100.0, 20.0, 0.0), value, 20.0, 100, kind) for value, kind in ((100.0, "f"), (120.0, "g"))
     ]
     joint = misfit_of(pairs)
-    found = contradiction(joint, region(), best_fit(joint, region()))
+    found = contradiction(joint, region())
     assert found is not None and found.index == 1
     error = np.sqrt(joint.variance.sum())
     assert found.standard_errors == pytest.approx(20.0 / error, rel=1e-3) and found.p < 1e-6
@@ -75,14 +75,15 @@ def test_standard_errors_of_a_contradiction() -> None:
     assert (low, high) == pytest.approx((100.0 - reach, 100.0 + reach), abs=0.15)
 
 
-def test_what_is_out_of_reach_alone_is_no_contradiction() -> None:
-    """100 ± 33.6 N is all that 20a reaches: 150 N is out of reach, whatever else is measured."""
-    joint = measured((plane(100.0, 20.0, 0.0), 150.0), (plane(100.0, 20.0, 1.0), 100.0))
-    assert out_of_reach(joint, region()) == [0]
-    assert contradiction(joint, region(), best_fit(joint, region())) is None
+@pytest.mark.parametrize(("other", "agrees"), [(150.0, True), (133.0, True), (100.0, False)])
+def test_what_is_out_of_reach_contradicts_where_the_nearest_in_reach_does(other: float, agrees: bool) -> None:
+    """100 ± 33.6 N is all that 20a reaches: 150 N is out of reach, and 133.6 N agrees with 133 N, not with 100 N."""
+    joint = measured((plane(100.0, 20.0, 0.0), 150.0), (plane(100.0, 20.0, 1.0), other))
+    assert 0 in out_of_reach(joint, region())
+    assert (contradiction(joint, region()) is None) is agrees
 
 
 def test_values_that_agree_are_none() -> None:
     joint = measured((plane(100.0, 20.0, 0.0), 110.0), (plane(100.0, 20.0, 1.0), 110.5))
-    assert contradiction(joint, region(), best_fit(joint, region())) is None
-    assert contradiction(misfit(exact(surfaces(), np.zeros(2)), 0.02), region(), np.zeros(2)) is None
+    assert contradiction(joint, region()) is None
+    assert contradiction(misfit(exact(surfaces(), np.zeros(2)), 0.02), region()) is None

@@ -1,0 +1,62 @@
+"""What would other thresholds of the verdict say: of rough answers, and of factors that a joint fit leaves free?
+
+python benchmarks/verdict_thresholds.py
+
+`rough_response` speaks from a residual of 3 % of the mean: how many of 300 quadratics of a composite design are above
+2, 3 and 5 %, if the answers are rough but repeatable by so much. A factor is free from half of its range: how many
+profiles of the law and the laboratories of `interval_coverage.py` fill 0.3 to 0.75 of it. A minute.
+"""
+
+from __future__ import annotations
+
+import interval_coverage as ic
+import numpy as np
+
+from stemcal.doe.calibration.misfit import best_fit, misfit_of
+from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.copies import same_points
+from stemcal.doe.regression.surface import fit_surface
+
+SURFACES, LABORATORIES = 300, 60
+ABOVE, FILLED = (2.0, 3.0, 5.0), (0.3, 0.4, 0.5, 0.6, 0.75)
+
+
+def residuals(k: int, rough: float, random: np.random.Generator) -> np.ndarray:
+    """Return the coefficients of variation of surfaces of k factors, percent."""
+    design, found = central_composite(k, 6, "rotatable"), []
+    point, names = same_points(design), [f"x{j}" for j in range(k)]
+    for _ in range(SURFACES):
+        smooth = 100.0 + design @ random.uniform(5.0, 20.0, k) + 3.0 * design[:, 0] ** 2
+        response = smooth * (1.0 + rough * random.standard_normal(point.max() + 1)[point])
+        found.append(fit_surface(design, response, names).cv_percent or 0.0)
+    return np.array(found)
+
+
+def shares(n: int, random: np.random.Generator) -> np.ndarray:
+    """Return the shares of their ranges that the profiles of a and b fill, (laboratories, 2)."""
+    exact, found = ic.surfaces(0.0, random), []
+    for _ in range(LABORATORIES):
+        lab = ic.laboratory(n, ic.SAME, 0.0, random)
+        misfit = misfit_of(ic.observations(lab, exact, told=True), ic.REGION)
+        found.append([profile.share for profile in profiles_of(misfit, ic.REGION, best_fit(misfit, ic.REGION))])
+    return np.array(found)
+
+
+def main() -> None:
+    """Print both tables, percent."""
+    print("factors, rough by, %   above " + ", ".join(f"{limit:g} %" for limit in ABOVE))
+    random = np.random.default_rng(3)
+    for k in (2, 3):
+        for rough in (0.01, 0.03, 0.05, 0.08):
+            found = residuals(k, rough, random)
+            print(f"{k:7d} {100 * rough:11.0f}        " + " ".join(f"{100 * np.mean(found > t):5.0f}" for t in ABOVE))
+    print("  n   a, b fill " + ", ".join(f"{limit:g}" for limit in FILLED) + " of the range or more")
+    for n in ic.SPECIMENS:
+        found = shares(n, np.random.default_rng([1, n]))
+        each = ("{:.0f}, {:.0f}".format(*(100.0 * np.mean(found >= limit, axis=0))) for limit in FILLED)
+        print(f"{n:3d}   " + "   ".join(each), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""One run of the program that a spec names: `stemcal simulate` where the solver is not the embedded one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stemcal.solvers.protocol import Answer
+    from stemcal.study.model import Study
+
+
+def one_run(
+    study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
+) -> None:
+    """Make one run and show its answer; one that failed ends with exit code 3, its folder is named."""
+    from stemcal.cli.console import note, say, say_json, waiting, warn
+    from stemcal.errors import RunsFailed, UsageError
+    from stemcal.files.typed import from_json
+    from stemcal.run_warnings import RunWarning
+    from stemcal.solvers import make_solver
+    from stemcal.solvers.protocol import Request
+    from stemcal.study.model import ProgramOptions
+    from stemcal.text.runs import warning_text
+
+    if not isinstance(study.solver, ProgramOptions):
+        raise UsageError(
+            f"simulate needs `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
+        )
+    solver = make_solver(study)
+    solver.prepare()
+    with waiting(f"one run of {study.solver.kind}", quiet):
+        answer = solver.solve(Request("simulate", 0, dict(levels), at))
+    if as_json:
+        say_json({"schema_version": 2, "stage": "simulate", **vars(answer)})
+    if answer.response is None:
+        raise RunsFailed(f"the run failed ({answer.reason}): {answer.message}")
+    if not as_json:
+        say("\n".join(_lines(study, answer)))
+    for warning in answer.details.get("warnings", []):
+        warn(warning_text(from_json(RunWarning, warning)))
+    if csv_file:
+        _write_curve(answer, csv_file)
+        if not quiet:
+            note(f"wrote {csv_file}")
+
+
+def _lines(study: Study, answer: Answer) -> list[str]:
+    """Return the answer in lines: each response, and what the run tells of its peak and of elements gone."""
+    from stemcal.solvers.protocol import RESPONSES
+
+    naming, details = study.naming, answer.details
+    values = {naming.response.name: answer.response, **details.get(RESPONSES, {})}
+    lines = [f"{naming.named(name).label}: {naming.named(name).text(value, '.4g')}" for name, value in values.items()]
+    if "peak_travel" in details:
+        lines.append(f"at {details['peak_travel']:.3f} mm of travel")
+    if "deleted_in_all" in details:
+        lines.append(f"elements taken away: {details['deleted_elements']} by then, {details['deleted_in_all']} in all")
+    return lines
+
+
+def _write_curve(answer: Answer, path: Path) -> None:
+    """Write force over travel as far as the run tells of it."""
+    from stemcal.errors import UsageError
+    from stemcal.files.showing import csv_text
+    from stemcal.outputs import write_output
+
+    if (curve := answer.details.get("curve")) is None:
+        raise UsageError("--csv: the answer of this program is a number without a curve")
+    rows = zip(curve["travel"], curve["force"], strict=True)
+    write_output(path, csv_text([["travel", "force"], *rows], newline="\r\n"))

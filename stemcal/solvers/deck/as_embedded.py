@@ -1,0 +1,41 @@
+"""What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
+
+from __future__ import annotations
+
+from stemcal.solvers.deck.model import Deck
+from stemcal.study.model import PARAMETERS, EmbeddedSolver, HourglassSection, Study
+from stemcal.study.types.lengths import Length
+
+
+def as_embedded(deck: Deck) -> Study:
+    """Return the study with which the embedded solver computes the deck's own model: its mesh, edge, law and lengths.
+
+    Nothing in it is a factor. What is symmetric is mirrored, which changes no force but for rounding.
+    """
+    study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
+    lengths = {"internal_length": Length(deck.internal_length if deck.form.lengths else 0.0)}
+    thickness = max(study.blade.thickness, 2.0 * deck.nose)
+    edge = {"edge_radius": deck.nose, "edge_spread": Length(0.0), "thickness": thickness}
+    return study.model_copy(
+        update={
+            "factors": (),
+            "material": study.material.model_copy(update=values | lengths),
+            "blade": study.blade.model_copy(update=edge),
+            "solver": _solver(deck, "cowper_symonds" if deck.material["c"] > 0.0 else "none"),
+        }
+    )
+
+
+def _solver(deck: Deck, rate_law: str) -> EmbeddedSolver:
+    """Return the embedded solver with the deck's mesh and time step."""
+    given, symmetry = deck.solver, "quarter" if deck.study.blade.bevel == "both" else "half"
+    same = {"rate_law": rate_law, "symmetry": symmetry}
+    if isinstance(given, EmbeddedSolver):
+        return given.model_copy(update={**same, "phases": 1, "perturb": None, "failure_length": None})
+    names = (
+        *("element_size", "elements_through_wall", "edge_over", "coarsening", "coarsening_around"),
+        *("mass_scaling", "time_step_safety", "outputs", "filter_window", "break_drop"),
+    )
+    taken = {name: getattr(given, name) for name in names}
+    hourglass = HourglassSection(form=given.hourglass.form, coefficient=given.hourglass.coefficient)
+    return EmbeddedSolver().model_copy(update={**same, **taken, "hourglass": hourglass, "time_step": None})

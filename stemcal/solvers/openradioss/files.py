@@ -1,0 +1,47 @@
+"""OpenRadioss's own starter and engine files around a deck: for what its reader of LS-DYNA decks does not convert."""
+
+from __future__ import annotations
+
+from stemcal.solvers.deck import Deck
+from stemcal.solvers.deck.writer import STEM
+
+
+def starter_text(deck: Deck, name: str) -> str:
+    """Return the starter's file that includes the deck of a file `name` (run.k) and makes its failure nonlocal."""
+    units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
+    return "\n".join(
+        [
+            "#RADIOSS STARTER",
+            "/BEGIN",
+            name.rpartition(".")[0] or name,
+            f"{2022:10d}{0:10d}",
+            units,
+            units,
+            "/INCLUDE_LS-DYNA/",
+            name,
+            f"/NONLOCAL/MAT/{STEM}",
+            f"#{'LENGTH':>19}{'LE_MAX':>20}",
+            f"{deck.nonlocal_length!r:>20}{0:>20}",
+            "/END",
+            "",
+        ]
+    )
+
+
+def engine_text(deck: Deck, run: str) -> str:
+    """Return the engine's file of a run: the whole stroke in the elements' own time step, and its outputs."""
+    duration, solver = deck.study.loading.duration, deck.solver
+    return "\n".join(
+        [
+            f"/RUN/{run}/1/",
+            f"{duration!r}",
+            "/TFILE/4",
+            f"{duration / solver.outputs!r}",
+            "/DT",
+            f"{solver.time_step_safety!r} 0",
+            "/PARITH/OFF",
+            "/TH/TITLE",
+            "/PRINT/-1000",
+            "",
+        ]
+    )
