@@ -163,7 +163,8 @@ def _check_deck(study: Study, found: Regularisation, row: Regularised, program: 
 
 
 def _force_of(deck: Deck) -> float:
-    """Return the force that a deck is to give, N: the embedded solver's on the same mesh, at the same place."""
+    """Return the force that a deck is to give, N: the embedded solver computes what the deck says."""
+    from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
 
-    return simulate(deck.study, deck.levels, deck.diameter).peak_force
+    return simulate(as_embedded(deck), {}, deck.diameter).peak_force

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp, isfinite, log
+from math import exp
+
+import numpy as np
 
 from stemcal.doe.calibration.transfer import Mover, Tried, Way, best_of, next_step
+from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
@@ -126,11 +129,15 @@ def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, siz
     if best is None:
         raise RunsFailed(f"export-material: no run with elements of {size:g} mm succeeded: {outcomes[-1].message}")
     outcome, strain = outcomes[tried.index(best)], way.at(best.place)[STRAIN]
-    scatter = outcome.sd / best.response if outcome.sd is not None else None
-    low, high = _band(tried, best, strain, outcome.phase_responses or (), aim)
+    strains = [way.at(one.place)[STRAIN] for one in tried]
+    for end in _band(strains, outcomes, aim):  # its ends are run too: beyond what was tried they are a guess
+        if end is not None:
+            outcomes.append(_simulated(work, there, {**levels, STRAIN: end}, size, places, len(strains)))
+            strains.append(end)
+    low, high = _band(strains, outcomes, aim)
     found = abs(best.response / aim - 1.0) <= VALID
-    percent = None if scatter is None else 100.0 * scatter
-    return Regularised(size, strain, low, high, best.response, percent, places, len(tried), found)
+    percent = None if outcome.sd is None else 100.0 * outcome.sd / best.response
+    return Regularised(size, strain, low, high, best.response, percent, places, len(strains), found)
 
 
 def _simulated(work: Work, there: Study, levels: dict[str, float], size: float, places: int, row: int) -> Outcome:
@@ -143,16 +150,22 @@ def _simulated(work: Work, there: Study, levels: dict[str, float], size: float, 
     return outcome_of(request, answer, solver)
 
 
-def _band(
-    tried: Sequence[Tried], best: Tried, strain: float, forces: Sequence[float], aim: float
-) -> tuple[float | None, float | None]:
-    """Return the strains that the strongest and the weakest place take: ε·(F/aim)^(−1/k), k = ∂ ln F/∂ ln ε."""
-    if not forces:
+def _band(strains: Sequence[float], outcomes: Sequence[Outcome], aim: float) -> tuple[float | None, float | None]:
+    """Return the least and the largest strain that a place takes by itself, by its forces over all strains tried."""
+    runs = sorted((strain, o.phase_responses) for strain, o in zip(strains, outcomes, strict=True) if o.phase_responses)
+    if not runs:
         return None, None
-    others = [one for one in tried if one is not best and isfinite(one.level)]
-    near = min(others, key=lambda one: abs(one.place - best.place), default=None)
-    # places count ln F as expected: s = k₀·ln ε
-    tilt = 1.0 if near is None else (best.level - near.level) / (best.place - near.place)
-    slope = _FIRST_SLOPE * max(tilt, _LEAST_TILT)
-    low, high = (log(strain) - log(force / aim) / slope for force in (max(forces), min(forces)))
-    return exp(max(low, log(_LOWEST))), exp(min(high, log(_HIGHEST)))
+    x = np.log([strain for strain, _ in runs])
+    each = [_crossing(x, np.log(np.array(forces) / aim)) for forces in zip(*(f for _, f in runs), strict=True)]
+    return max(exp(min(each)), _LOWEST), min(exp(max(each)), _HIGHEST)
+
+
+def _crossing(x: Array, y: Array) -> float:
+    """Return where a line through points of rising x crosses zero, going on beyond them with the slope at that end."""
+    above = np.nonzero(y >= 0.0)[0]
+    at = int(above[0]) if len(above) else len(y)
+    if 0 < at < len(y):
+        return float(x[at - 1] - y[at - 1] * (x[at] - x[at - 1]) / (y[at] - y[at - 1]))
+    end, near = (0, 1) if at == 0 else (-1, -2)
+    slope = (y[end] - y[near]) / (x[end] - x[near]) if len(x) > 1 else _FIRST_SLOPE
+    return float(x[end] - y[end] / max(slope, _LEAST_TILT * _FIRST_SLOPE))

@@ -20,8 +20,8 @@ from stemcal.stages.verdict.advice import EnterResults
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.text.by_hand import refused
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence
 
 
 def begun(folder: Path, kit: str, *changes: tuple[str, str]) -> Study:
@@ -115,9 +115,9 @@ def test_a_twin_s_sheet_is_refused(tmp_path: Path) -> None:
     folder, twin = StudyFolder(tmp_path / "out"), StudyFolder(tmp_path / "twin")
     other = study.model_copy(update={"name": "Heu (2. Sorte)"})
     sheet = rows_filled(other, awaited(other, twin), lambda levels: 20.0 + 10.0 * levels["sliding"] + levels["wall"])
-    refusals = entered(study, folder, text_of(sheet)).refused
-    assert len(refusals) == 15 and isinstance(refusals[0], OtherStudy)
-    said = sentence(refusals[0], Names(study.naming))
+    found = entered(study, folder, text_of(sheet))
+    assert len(found.refused) == 15 and isinstance(found.refused[0], OtherStudy)
+    said = refused(found, Names(study.naming))[1]
     assert "is of the study 'Heu (2. Sorte)', not of 'mine'; enter the row for that one" in said
     told = {"study": "other", "runs": [{"run": "rsm 1", "responses": {"angle": 25.0}}]}
     assert isinstance(entered(study, folder, json.dumps(told)).refused[0], OtherStudy)

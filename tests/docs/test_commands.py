@@ -115,7 +115,7 @@ def write_angles(sheet: Path, angles: dict[str, str]) -> None:
 @pytest.mark.skipif(shutil.which("lmp") is None, reason="LAMMPS (lmp) is not installed")
 def test_start_from_a_kit(clone: Path) -> None:
     printed = give(commands(HOWTO / "kits.md"), clone)
-    assert "10 runs to compute" in printed["stemcal plan stalk.yaml"]
+    assert "11 runs to compute" in printed["stemcal plan stalk.yaml"]
     assert "873." in printed["stemcal run stalk.yaml --workers 1"]
 
 

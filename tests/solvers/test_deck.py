@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stemcal.cutting import Blade, Stem, Supports
+from stemcal.cutting import Blade, Stem, Supports, build
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
@@ -415,7 +415,8 @@ def test_deck_as_the_embedded_solver_computes_it() -> None:
         test = shear_test(study, {}, 8.0)
         assert (test.material.internal_length, test.blade.edge_spread) == (length, 0.0)
         assert test.blade.edge_radius == edge
-        assert test.blade.thickness == max(2.3, 2.0 * edge)
+        assert test.blade.thickness == max(2.3, 2.02 * edge)
+        assert build(test).tools[0].radius == edge
         assert (test.material.hardening_parameter, test.material.strain_rate_c) == (1.0, 0.0)
         assert (test.material.density, test.material.yield_stress) == (1.1e-9, 17.96)
 

@@ -23,11 +23,12 @@ pytestmark = [
 ]
 
 
-@pytest.mark.parametrize("yield_stress", [12.0, 18.0])
-def test_local_deck_gives_the_force_that_is_foretold(yield_stress: float) -> None:
+def test_local_deck_gives_the_force_that_is_foretold() -> None:
     study = load_study(CONFIG)
-    levels = {**study.midlevels(), "yield_stress": yield_stress, "failure_strain": 0.036}
+    faster = study.solver.model_copy(update={"mass_scaling": 4e4, "rate_law": "none"})
+    study = study.model_copy(update={"solver": faster})
+    levels = {**study.midlevels(), "yield_stress": 18.0, "failure_strain": 0.036}
     answer = make_solver(study).solve(Request("simulate", 0, levels, 8.0))
     assert answer.ok, answer.message
     foretold = simulate(as_embedded(Deck.of(study, levels, 8.0, form_of(study))), {}, 8.0).peak_force
-    assert answer.response == pytest.approx(foretold, rel=0.15)
+    assert answer.response == pytest.approx(foretold, rel=0.1)

@@ -6,6 +6,8 @@ from stemcal.solvers.deck.model import Deck
 from stemcal.study.model import PARAMETERS, EmbeddedSolver, HourglassSection, Study
 from stemcal.study.types.lengths import Length
 
+_LEAST_BODY = 2.02  # thickness of a blade over the radius of its edge: a wider nose has a thicker body
+
 
 def as_embedded(deck: Deck) -> Study:
     """Return the study with which the embedded solver computes the deck's own model: its mesh, edge, law and lengths.
@@ -14,7 +16,7 @@ def as_embedded(deck: Deck) -> Study:
     """
     study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
     lengths = {"internal_length": Length(deck.internal_length if deck.form.lengths else 0.0)}
-    thickness = max(study.blade.thickness, 2.0 * deck.nose)
+    thickness = max(study.blade.thickness, _LEAST_BODY * deck.nose)
     edge = {"edge_radius": deck.nose, "edge_spread": Length(0.0), "thickness": thickness}
     return study.model_copy(
         update={
