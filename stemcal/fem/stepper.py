@@ -99,11 +99,15 @@ def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, An
 
 
 def _settle(model: Model, state: State) -> None:
-    """Take from the velocities a share of what they differ by from those of the start, and book its energy."""
+    """Take from the velocities a share of what they differ by from those of the start, and book its energy.
+
+    They are those of the step just taken, from which the next stresses follow: its positions change with them.
+    """
     body, slow = state.body, 0.0 if model.velocity is None else model.velocity
-    v = body.v[: len(model.mesh.nodes)]
     before = kinetic_energy(body.v, body.mass)
-    v += model.settling * np.where(body.free[: len(v)], slow - v, 0.0)
+    change = model.settling * np.where(body.free, slow - body.v, 0.0)
+    body.v[:] += change
+    body.x[:] += state.clock.step_before[0] * change
     state.ledger.lost_kinetic[0] += before - kinetic_energy(body.v, body.mass)
     see(body)
 
