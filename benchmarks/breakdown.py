@@ -33,7 +33,7 @@ from stemcal.fem.kernels.numbers import ONE, ZERO
 from stemcal.fem.state import State, start
 from stemcal.fem.threads import march_to
 from stemcal.fem.warm import warm
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.figures.gallery import write_figures
 from stemcal.report.page.render import shown, write_page
 from stemcal.solvers import make_solver

@@ -20,7 +20,7 @@ import numpy as np
 import stemcal
 from stemcal import workflow
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 

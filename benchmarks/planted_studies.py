@@ -30,7 +30,7 @@ import numpy as np
 from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
 from stemcal.stages.invert.joint import ProcessesTaken

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stemcal.executors.base import RunExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.solvers.protocol import Solver

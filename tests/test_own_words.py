@@ -15,7 +15,7 @@ from scipy import stats
 
 from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.advice import FitAll

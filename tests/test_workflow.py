@@ -16,7 +16,7 @@ from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.answer import Progress
 from stemcal.stages.fresh import CODE, changes_since
 from stemcal.study.reading import load_study

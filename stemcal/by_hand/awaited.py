@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stemcal.errors import Waiting
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import ledger
 from stemcal.runs.answer import Watch, ignore

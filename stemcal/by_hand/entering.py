@@ -32,14 +32,14 @@ from stemcal.by_hand.refusals import (
     UnknownRun,
     Unreadable,
 )
-from stemcal.folder.store import StudyFolder, now, provenance
+from stemcal.folder.study_folder import StudyFolder, now, provenance
 from stemcal.measured.outliers import grubbs
 from stemcal.naming import Named
 from stemcal.runs.answer import keep
-from stemcal.runs.batch import Computed
 from stemcal.runs.key import answer_of, record_key
 from stemcal.runs.policy import NOT_RUN, stands
 from stemcal.runs.policy import WITHDRAWN as TAKEN_BACK
+from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import Study

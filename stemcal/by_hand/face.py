@@ -13,7 +13,7 @@ from stemcal.by_hand.reading import Filled
 from stemcal.by_hand.refusals import Refused
 from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.files.typed import to_json
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 

@@ -13,7 +13,7 @@ from stemcal.by_hand.reading import MAX_BYTES, filled
 from stemcal.by_hand.workbook import written
 from stemcal.errors import UsageError
 from stemcal.files.plain import read_plain
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.outputs import make_folder, write_output
 from stemcal.overview.status import SHEET
 from stemcal.solvers import make_solver

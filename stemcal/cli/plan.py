@@ -21,7 +21,7 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     from stemcal.cli.session import folder_of, read_study
     from stemcal.executors.machine import machine_memory
     from stemcal.files.typed import to_json
-    from stemcal.folder.store import StudyFolder
+    from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.foresight import Demand, excess
     from stemcal.overview.plan import plan as make_plan
     from stemcal.report.tables.terminal import drawn

@@ -9,7 +9,7 @@ import typer
 from stemcal.cli.options import AsJson, Out, Spec
 
 if TYPE_CHECKING:
-    from stemcal.folder.store import StudyFolder
+    from stemcal.folder.study_folder import StudyFolder
     from stemcal.report.figures.gallery import Plot
     from stemcal.study.model import Study
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
-    from stemcal.folder.store import StudyFolder
+    from stemcal.folder.study_folder import StudyFolder
     from stemcal.report.records import Details
     from stemcal.study.model import Study
 

@@ -31,7 +31,7 @@ def retry(
     from stemcal.cli.console import note, say, say_json, warn
     from stemcal.cli.session import opened
     from stemcal.files.typed import to_json
-    from stemcal.folder.store import SCHEMA_VERSION
+    from stemcal.folder.study_folder import SCHEMA_VERSION
     from stemcal.overview.status import retry as again
     from stemcal.report.tables.of_designs import listed, runs_table
     from stemcal.report.tables.terminal import drawn

@@ -52,7 +52,7 @@ def runs(
     from stemcal.cli.session import existing_folder, read_study
     from stemcal.errors import UsageError
     from stemcal.files.typed import to_json
-    from stemcal.folder.store import SCHEMA_VERSION
+    from stemcal.folder.study_folder import SCHEMA_VERSION
     from stemcal.outputs import write_output
     from stemcal.overview.status import ledger
     from stemcal.report.tables.of_designs import listed, runs_table

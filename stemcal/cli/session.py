@@ -15,7 +15,7 @@ from stemcal.errors import UsageError, Waiting
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
-    from stemcal.folder.store import StudyFolder
+    from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.foresight import Demand
     from stemcal.report.progress import Watcher
     from stemcal.study.model import Study
@@ -64,7 +64,7 @@ def read_study(spec: Path) -> Study:
 
 def folder_of(study: Study, out: Path | None) -> Path:
     """Return where the study's results lie."""
-    from stemcal.folder.store import default_place
+    from stemcal.folder.study_folder import default_place
 
     return out if out is not None else default_place(study.name)
 
@@ -101,7 +101,7 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
     require_address_space()
     study = read_study(spec)
 
-    from stemcal.folder.store import StudyFolder
+    from stemcal.folder.study_folder import StudyFolder
     from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
@@ -143,7 +143,7 @@ def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) ->
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     """Return the folder of a study that has been worked on; nothing is made."""
-    from stemcal.folder.store import StudyFolder
+    from stemcal.folder.study_folder import StudyFolder
 
     path = folder_of(study, out)
     if not path.is_dir():

@@ -10,7 +10,7 @@ import typer
 from stemcal.cli.console import height, note, say, say_json, say_whole, warn
 
 if TYPE_CHECKING:
-    from stemcal.folder.store import StudyFolder
+    from stemcal.folder.study_folder import StudyFolder
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.solvers.protocol import Solver
 from stemcal.study.model import RsmOptions, ScreenOptions, Study

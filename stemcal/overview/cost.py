@@ -14,7 +14,7 @@ from heapq import heapify, heapreplace
 from itertools import islice
 from typing import Literal
 
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.key import record_key
 from stemcal.solvers.protocol import ByHand, Estimating, Immediate, Request, Solver, Timed
 

@@ -12,7 +12,7 @@ from stemcal.doe.designs.power import RATIOS, DesignQuality, judge_design
 from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.notes import Note
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.key import record_key

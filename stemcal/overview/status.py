@@ -11,7 +11,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.folder.store import Holder, StudyFolder
+from stemcal.folder.study_folder import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.key import answer_of, record_key

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import Asked, asked
 from stemcal.runs.key import record_key
 from stemcal.solvers import make_solver

@@ -19,7 +19,7 @@ class ByHand:
         """Return the runs that are awaited."""
         from stemcal.by_hand.awaited import gone_on, sheet_rows
         from stemcal.by_hand.face import asked_runs, require_manual
-        from stemcal.folder.store import StudyFolder, default_place
+        from stemcal.folder.study_folder import StudyFolder, default_place
 
         require_manual(study)
         with StudyFolder(default_place(study.name) if out is None else out) as folder:
@@ -31,7 +31,7 @@ class ByHand:
         from stemcal.by_hand.entering import Correction
         from stemcal.by_hand.face import enter_filled, require_manual, user_name
         from stemcal.by_hand.reading import told
-        from stemcal.folder.store import StudyFolder, default_place
+        from stemcal.folder.study_folder import StudyFolder, default_place
         from stemcal.text.by_hand import refused
         from stemcal.text.names import Names
 

@@ -14,7 +14,7 @@ from stemcal.cutting import CuttingResult, Symmetry
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
-from stemcal.folder.store import StudyFolder, default_place
+from stemcal.folder.study_folder import StudyFolder, default_place
 from stemcal.overview.foresight import Demand, demand_of_left, demand_of_one, left_to_run
 from stemcal.python.by_hand import ByHand
 from stemcal.python.results import StudyResults

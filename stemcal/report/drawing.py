@@ -11,7 +11,7 @@ from stemcal.files.durable import digest
 from stemcal.files.plain import read_plain
 from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.records import spec_hash
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from stemcal.files.typed import from_json
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import DIAMETER
 from stemcal.run_warnings import RunWarning
 from stemcal.solvers.programs.inputs import file_hash

@@ -16,10 +16,10 @@ from dataclasses import asdict, dataclass
 from stemcal.errors import Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
-from stemcal.runs.batch import Batch, Computed
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.key import answer_of, readable, record_key
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
+from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
 from stemcal.study.model import RunsOptions
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.answer import Watch, answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.replicates import merged, repeated

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.naming import FIRST
-from stemcal.solvers.processes import Ended
+from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.programs.helper_process import LEAST_READING_S
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.program_base import OneCommand

@@ -10,8 +10,8 @@ from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem, UsageError
 from stemcal.naming import DIAMETER
+from stemcal.solvers.csv_table import Answers, Sheet, read_sheet
 from stemcal.solvers.protocol import RESPONSES, Answer, Immediate, Request
-from stemcal.solvers.sheet import Answers, Sheet, read_sheet
 from stemcal.study.model import Study, TableSolver
 
 MARKS = ("block", "weight")

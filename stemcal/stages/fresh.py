@@ -18,7 +18,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
-from stemcal.folder.store import SCHEMA_VERSION, StudyFolder
+from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch
 from stemcal.runs.key import answer_of

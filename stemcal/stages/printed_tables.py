@@ -13,7 +13,7 @@ from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.validation.comparison import Validation, compare_conditions
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.typed import Tagged, inline
-from stemcal.solvers.sheet import read_cells
+from stemcal.solvers.csv_table import read_cells
 from stemcal.stages.printed_numbers import Cell, Disagreement, compare_cells
 from stemcal.study.model import Study
 

@@ -14,7 +14,7 @@ from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome

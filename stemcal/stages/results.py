@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from stemcal.errors import UsageError
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.climb import ClimbResult

@@ -15,7 +15,7 @@ from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import DIAMETER, FIRST
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates

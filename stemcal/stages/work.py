@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.stepwise import SimulateAt, simulating

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stemcal.folder.store import Holder
+from stemcal.folder.study_folder import Holder
 from stemcal.overview.status import StageStatus, Status
 from stemcal.text import verdict
 from stemcal.text.language import say, say_number

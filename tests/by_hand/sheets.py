@@ -13,7 +13,7 @@ from stemcal.by_hand.entering import Correction, Entered
 from stemcal.by_hand.face import enter_filled
 from stemcal.by_hand.form import sheet_text
 from stemcal.by_hand.reading import filled
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import Study
 
 ROOT = Path(__file__).parents[2]

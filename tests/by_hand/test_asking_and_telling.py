@@ -16,7 +16,7 @@ from stemcal.by_hand.awaited import gone_on, sheet_rows
 from stemcal.by_hand.handing_out import hand_out
 from stemcal.cli.app import app
 from stemcal.errors import UsageError, Waiting
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.kits import kit_text
 
 HEAP = kit_text("by-hand").replace("@NAME@", "heap")

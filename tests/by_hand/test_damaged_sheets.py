@@ -16,7 +16,7 @@ from sheets import Cells, awaited, entered, text_of
 
 from stemcal.by_hand.entering import Correction
 from stemcal.errors import UsageError
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.kits import kit_text
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

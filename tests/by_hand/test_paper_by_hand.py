@@ -18,7 +18,7 @@ from stemcal import workflow
 from stemcal.by_hand.entering import Correction
 from stemcal.errors import Waiting
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
 

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import stemcal
 from stemcal.by_hand.refusals import OtherStudy
 from stemcal.cli.app import app
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.kits import kit_text
 from stemcal.stages.verdict.advice import EnterResults
 from stemcal.stages.verdict.rules import verdict_of

@@ -15,7 +15,7 @@ from fakes import SPEC, SpecSolver, force, lines
 
 from stemcal.executors.code import code_version
 from stemcal.files.sealed import sealed
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

@@ -24,7 +24,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.code import code_version
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 

@@ -26,7 +26,7 @@ from fakes import FakeSolver, lines, make_study
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import Study
 
 PRELOADED = statsmodels.stats.multitest

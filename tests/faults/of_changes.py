@@ -13,7 +13,7 @@ from tally import Fault, each
 from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

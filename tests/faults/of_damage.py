@@ -13,7 +13,7 @@ from of_processes import results
 from tally import Fault, Tally, each
 
 from stemcal.errors import StemcalError
-from stemcal.folder import store
+from stemcal.folder import study_folder
 
 # ---- what lies on the disk is damaged
 
@@ -82,13 +82,13 @@ def damaged_stage(folder: Path, _number: int, rng: random.Random) -> None:
 def clock_jumps(folder: Path, _number: int, rng: random.Random) -> None:
     """The time of day jumps by years, back and forth, between any two looks at it."""
 
-    class Jumping(store.datetime):  # type: ignore[misc, valid-type]
+    class Jumping(study_folder.datetime):  # type: ignore[misc, valid-type]
         @classmethod
         def now(cls, tz: Any = None) -> Any:
             return cls.fromtimestamp(rng.uniform(0.0, 4e9), tz)
 
     whole = results(finished(folder, "whole").path)
-    with mock.patch.object(store, "datetime", Jumping), mock.patch("time.time", lambda: rng.uniform(0.0, 4e9)):
+    with mock.patch.object(study_folder, "datetime", Jumping), mock.patch("time.time", lambda: rng.uniform(0.0, 4e9)):
         study = finished(folder)
         finished(folder)
     assert results(study.path) == whole, "the tables differ"

@@ -22,7 +22,7 @@ from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files import durable
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 
 
 def finished(folder: Path, name: str = "out", witness: Path | None = None) -> StudyFolder:

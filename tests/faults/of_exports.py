@@ -20,7 +20,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Column, Table
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import export_tables
 from stemcal.report.export.paper import PaperTable

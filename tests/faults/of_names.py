@@ -15,7 +15,7 @@ from tally import Fault, each
 from stemcal import workflow
 from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.reading import load_study, read_study
 
 # ---- names and paths

@@ -19,7 +19,7 @@ from stemcal import workflow
 from stemcal.errors import FolderLocked
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 
 HERE = Path(__file__).parent
 POINTS = "rsm: {centre_points: 3}\n"
@@ -84,7 +84,7 @@ def worker_dies(folder: Path, number: int, rng: random.Random) -> None:
 
 HOLDER = """
 import sys, time
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 folder = StudyFolder(sys.argv[1])
 folder.lock()
 print("held", flush=True)

@@ -21,7 +21,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.study.model import CsvResult, JsonResult, RegexResult

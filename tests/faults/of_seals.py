@@ -15,7 +15,7 @@ from tally import Fault, Tally
 
 from stemcal.errors import StemcalError
 from stemcal.files.sealed import SEAL, sealed
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import status
 from stemcal.overview.verify import inspect
 from stemcal.report.export.paper import paper_tables

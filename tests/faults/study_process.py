@@ -14,7 +14,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal import workflow
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 
 
 class WitnessedFolder(StudyFolder):

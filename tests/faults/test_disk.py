@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 from fakes import ENVIRONMENT, TESTS
 
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 
 REPLAY = TESTS.parent / "configs" / "paper-replay.yaml"
 CALLS = {"write": "write", "fsync": "fsync", "rename": "rename,renameat,renameat2"}

@@ -15,7 +15,7 @@ from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="kills a POSIX process group")
 

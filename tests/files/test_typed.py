@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, key, to_json
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.base import STAGES, stages_of
 from stemcal.stages.fresh import kind_of, read
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from fakes import FakeSolver, make_study
 
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.cost import costs_of, elapsed, overhead
 from stemcal.overview.plan import plan
 from stemcal.runs.key import record_key

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report import drawing
 from stemcal.report.figures import gallery
 from stemcal.report.page import render

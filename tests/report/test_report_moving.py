@@ -19,7 +19,7 @@ from stemcal.cutting.end_state import Shape
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.figures import view
 from stemcal.report.figures.animation import write_animation
 from stemcal.report.figures.fields import fields

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 from stemcal.run_warnings import HourglassEnergy, Message, RunWarning

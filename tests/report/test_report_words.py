@@ -15,7 +15,7 @@ import pytest
 from stemcal.cli.check import _measured
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Table
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export.latex import document

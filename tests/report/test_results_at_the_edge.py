@@ -10,7 +10,7 @@ from fakes import SpecSolver, make_study
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.figures.gallery import write_figures
 from stemcal.report.page.render import render, shown
 from stemcal.solvers import SOLVERS

@@ -13,7 +13,7 @@ from stemcal import workflow
 from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 
 
 @pytest.fixture

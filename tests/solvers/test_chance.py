@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.command import Command
 from stemcal.solvers.programs.inputs import seed_of

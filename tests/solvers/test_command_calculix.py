@@ -9,7 +9,7 @@ import pytest
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.study.reading import load_study

@@ -19,7 +19,7 @@ from stemcal.cli.app import app
 from stemcal.doe.calibration.profile import allowed_rise, holds
 from stemcal.doe.calibration.region import Region
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.programs.inputs import values_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.invert.certainty import misfit_over

@@ -15,7 +15,7 @@ from stemcal import workflow
 from stemcal.cutting.result import moving_mean
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.lsdyna import LsDyna
 from stemcal.solvers.lsdyna.mat003 import FIELDS, find_material, replaced

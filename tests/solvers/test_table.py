@@ -9,8 +9,8 @@ from fakes import make_study
 
 from stemcal.errors import SpecError, UsageError
 from stemcal.solvers import make_solver
+from stemcal.solvers.csv_table import read_sheet
 from stemcal.solvers.protocol import Request
-from stemcal.solvers.sheet import read_sheet
 from stemcal.solvers.table import ReplaySolver
 from stemcal.study.reading import load_study
 

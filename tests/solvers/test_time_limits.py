@@ -17,9 +17,9 @@ import pytest
 from stemcal.errors import UsageError
 from stemcal.files.plain import open_plain, read_plain
 from stemcal.solvers.deck_import.keyword_blocks import blocks
+from stemcal.solvers.limited_processes import Ended, run_program
 from stemcal.solvers.lsdyna.solver import _failed_elements, _tail
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
-from stemcal.solvers.processes import Ended, run_program
 from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.rcforc import contact_force as rcforc_force
 from stemcal.solvers.programs.readers import read_text

@@ -9,7 +9,7 @@ import pytest
 import stemcal
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.verdict.advice import IntegrateFully, ScaleMassLess
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import DoubtfulPhysics, verdict_of

@@ -16,7 +16,7 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.audit.consistency import LevelsSwapped, MisprintedLevel, SurfaceContradictsScreening
 from stemcal.stages.audit.stage import AuditResult, NoValidationTable
 from stemcal.stages.printed_tables import Contradiction, Difference

@@ -10,7 +10,7 @@ from fakes import FakeSolver, make_study
 from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.augment import Augmentation, Growth, augment, growth
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

@@ -13,7 +13,7 @@ from stemcal import workflow
 from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.export.paper import paper_tables
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.refine.result import RefineResult

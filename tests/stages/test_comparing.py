@@ -8,7 +8,7 @@ import pytest
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.stages import tables_of
 from stemcal.stages.result import read_result
 from stemcal.stages.surface.result import SurfaceResult

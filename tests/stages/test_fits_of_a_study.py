@@ -13,7 +13,7 @@ from fakes import FakeSolver, force, make_study
 from stemcal import workflow
 from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.printed_numbers import agrees
 from stemcal.stages.surface.result import SurfaceResult

@@ -12,7 +12,7 @@ import pytest
 from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.verify import inspect
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.solvers import make_solver

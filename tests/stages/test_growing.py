@@ -10,7 +10,7 @@ from fakes import FakeSolver
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study

@@ -12,7 +12,7 @@ from fakes import TWO_FACTORS, FakeSolver, make_study
 from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results

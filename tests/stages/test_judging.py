@@ -14,7 +14,7 @@ from stemcal import workflow
 from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.verdict.advice import (

@@ -16,7 +16,7 @@ from scipy import stats
 from stemcal import workflow
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import OtherMeshes, asked, plan
 from stemcal.overview.status import ledger, retry, status
 from stemcal.report.page.render import render

@@ -13,7 +13,7 @@ from fakes import TWO_FACTORS, SpecSolver
 from stemcal import workflow
 from stemcal.errors import TargetUnreachable
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.joint import ProcessesTaken

@@ -13,7 +13,7 @@ from fakes import FakeSolver, make_study
 from stemcal import workflow
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.process import takes_process
 from stemcal.study.reading import load_study

@@ -13,7 +13,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal import workflow
 from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.result import RefineResult

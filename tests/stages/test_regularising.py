@@ -18,7 +18,7 @@ from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.material import curve_text

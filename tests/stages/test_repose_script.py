@@ -14,7 +14,7 @@ import pytest
 from stemcal.doe.calibration.profile import allowed_rise, holds
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.solvers.command import Command
 from stemcal.solvers.protocol import Answer, Immediate, Request

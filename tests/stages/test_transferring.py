@@ -18,7 +18,7 @@ from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import CommandSolver, EmbeddedSolver
 from stemcal.study.reading import load_study
 

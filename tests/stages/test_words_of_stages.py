@@ -14,7 +14,7 @@ import pytest
 from stemcal import workflow
 from stemcal.errors import SpecError, TargetUnreachable
 from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger

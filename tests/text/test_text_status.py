@@ -8,7 +8,7 @@ from typing import Any
 
 from fakes import make_study
 
-from stemcal.folder.store import Holder
+from stemcal.folder.study_folder import Holder
 from stemcal.overview.status import StageStatus, Status
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.verdict.result import Verdict

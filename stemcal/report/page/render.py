@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
 from stemcal.files.rows import Table
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import small
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline

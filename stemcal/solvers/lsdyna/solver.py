@@ -15,8 +15,8 @@ from stemcal.files.plain import open_plain
 from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.fortran import NUMBER, number_of
+from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
-from stemcal.solvers.processes import Ended
 from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer

@@ -14,10 +14,10 @@ from stemcal.run_warnings import NothingDeleted
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.deck.form import form_of
 from stemcal.solvers.deck.writer import STEM
+from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.openradioss.files import engine_text, starter_text
 from stemcal.solvers.openradioss.installation import Installation, installation
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, is_normal_end, problems
-from stemcal.solvers.processes import Ended
 from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import Naming
 from stemcal.outputs import write_output
-from stemcal.solvers.processes import Ended, run_program
+from stemcal.solvers.limited_processes import Ended, run_program
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.run_folders import OUTPUT, discard, run_folder

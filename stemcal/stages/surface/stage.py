@@ -13,7 +13,7 @@ from stemcal.doe.regression.reduction import Reduction, reduce_surface
 from stemcal.doe.regression.rivals import compare_surfaces, require_networks
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.policy import lower_bounds
 from stemcal.solvers.protocol import Solver

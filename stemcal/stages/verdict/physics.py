@@ -8,7 +8,7 @@ from math import inf
 from typing import Any, Literal
 
 from stemcal.cutting.result import NEGLIGIBLE_MASS
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.results import Results
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stemcal.folder.store import StudyFolder
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import Contradicted, JointFitted, PriorRow
 from stemcal.stages.results import Results, fresh_results

@@ -15,7 +15,7 @@ from typing import Any
 from stemcal.errors import SimulationFailed
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
-from stemcal.folder.store import now, provenance
+from stemcal.folder.study_folder import now, provenance
 from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.policy import ACCIDENTS, TIMEOUT
