@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
-from importlib.util import find_spec
 from pathlib import Path
 
 from stemcal.by_hand.awaited import run_name
@@ -36,8 +35,6 @@ def hand_out(study: Study, folder: StudyFolder, runs: Sequence[Request]) -> Path
         _put_aside(sheet)
         write_output(sheet, sheet_text(study, runs))
     _write_inputs(study, folder, runs)
-    if find_spec("openpyxl") is None:
-        return sheet
     if not _asks_for(workbook, study, runs):
         _put_aside(workbook)
         fields = fields_of(study)

@@ -13,7 +13,7 @@ from stemcal.cli.options import AsJson
 if TYPE_CHECKING:
     from rich.table import Table
 
-EXTRAS = {"docx": "docx", "excel": "openpyxl", "dask": "distributed", "view": "pyvista", "docs": "sphinx"}
+EXTRAS = {"docx": "docx", "dask": "distributed", "view": "pyvista", "docs": "sphinx"}
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
 
 

@@ -114,14 +114,24 @@ def _write_beside(deck: Deck, out: Path) -> list[Path]:
     return list(texts)
 
 
-def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None]:
-    """Return the force that the deck is to give, and the study's where its own solver is the embedded one; N."""
-    from stemcal.cli.console import waiting
+def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
+    """Return the force that the deck is to give, and the study's where its own solver is the embedded one; N.
+
+    None where they would take more than this machine's memory or days, which is warned of.
+    """
+    from stemcal.cli.console import waiting, warn
+    from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
     from stemcal.study.model import EmbeddedSolver
+    from stemcal.text.decks import not_foretold
+    from stemcal.text.plan import objections
 
+    of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)
+    for study in (of_deck, deck.study) if own else (of_deck,):
+        if too_much := objections(demand_of_one(study, [deck.diameter], None), 1)[0]:
+            warn(not_foretold(too_much))
+            return None
     with waiting("the force that this deck is to give", quiet):
-        of_deck = simulate(as_embedded(deck), {}, deck.diameter).peak_force
-        own = isinstance(deck.study.solver, EmbeddedSolver)
-        return of_deck, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None
+        force = simulate(of_deck, {}, deck.diameter).peak_force
+        return force, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None

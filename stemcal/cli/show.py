@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stemcal.cli.console import height, note, say, say_json, say_whole, warn
+from stemcal.cli.console import height, note, say, say_json, say_whole, stdout, warn
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
@@ -123,8 +123,9 @@ def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> N
     from stemcal.text.verdict import lines
 
     judged = lines(verdict, Names(study.naming))
-    taken = sum(height(line) for line in judged) + 2
-    tables = final_tables(study, results, verdict.holds, taken)
+    taken = sum(height(line) for line in judged) + 3  # an empty line, the page, the prompt
+    screen = stdout()
+    tables = final_tables(study, results, verdict.holds, screen.height - taken if screen.is_terminal else None)
     say(*judged, "", *(part for table in tables for part in drawn(table)))
     say_whole(f"Report: {page}")
 

@@ -34,15 +34,10 @@ def opening(content: bytes, source: str) -> Iterator[Callable[..., Any]]:
     Raises
     ------
     UsageError
-        If openpyxl is not installed, or the file is damaged, too large, or no workbook of Excel's.
+        If the file is damaged, too large, or no workbook of Excel's.
     """
-    try:
-        import openpyxl
-    except ImportError:
-        raise UsageError(
-            f'{source} is a workbook; to read it install openpyxl with `pip install "stemcal[excel]"`, '
-            "or save its sheet as CSV"
-        ) from None
+    import openpyxl
+
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())

@@ -300,12 +300,16 @@ def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked
 
 
 def _without_copies(design: Design, requests: Sequence[Request], solver: Solver) -> Design:
-    """Return a design without the runs that repeat another's record: they tell nothing, and count for no test."""
-    rows: dict[str, int] = {}
-    for row, request in enumerate(requests[: len(design.coded)]):
-        rows.setdefault(record_key(solver, request), row)
+    """Return a design without the runs that repeat another's records: they tell nothing, and count for no test.
+
+    A row repeats another if it does so at every condition: an exponent acts at the others alone.
+    """
+    n, conditions = len(design.coded), len({request.condition for request in requests})
+    rows: dict[tuple[str, ...], int] = {}
+    for row in range(n):
+        rows.setdefault(tuple(record_key(solver, one) for one in requests[row : n * conditions : n]), row)
     kept = list(rows.values())
-    if len(kept) == len(design.coded):
+    if len(kept) == n:
         return design
     return replace(design, coded=design.coded[kept], levels=tuple(design.levels[row] for row in kept), blocks=None)
 

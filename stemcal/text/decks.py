@@ -27,3 +27,8 @@ def forces_told(of_deck: float, of_study: float | None) -> list[str]:
             )
         )
     return told
+
+
+def not_foretold(too_much: list[str]) -> str:
+    """Say why the force of a deck is not computed."""
+    return say("The force that this deck is to give was not computed. {reasons}", reasons=" ".join(too_much))

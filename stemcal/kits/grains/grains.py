@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import random
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -66,6 +67,8 @@ def write_planes(lines: Sequence[tuple[Point, Point]], depth: float, path: Path)
 
 def run_liggghts(script: str, **variables: float) -> None:
     """Run LIGGGHTS on an input file, with these variables in it."""
+    if shutil.which("liggghts") is None:
+        sys.exit("liggghts is not installed; on Debian and Ubuntu: apt-get install liggghts")
     said = [part for name, value in variables.items() for part in ("-var", name, f"{value:g}")]
     ended = subprocess.run(["liggghts", "-in", script, "-log", "grains.log", *said], check=False)
     if ended.returncode:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -55,6 +56,8 @@ def push() -> list[Row]:
         "steps": STEPS,
         "rest": AT_REST,
     }
+    if shutil.which("lmp") is None:
+        sys.exit("lmp is not installed; on Debian and Ubuntu: apt-get install lammps")
     said = [part for name, value in values.items() for part in ("-var", name, f"{value:g}")]
     ended = subprocess.run(["lmp", "-in", "stalk.in", "-log", "stalk.log", "-screen", "none", *said], check=False)
     if ended.returncode:

@@ -1,4 +1,4 @@
-"""The last screen of a study: parameters and forces, so small that a terminal of 24 lines shows them whole."""
+"""The last screen of a study: parameters and forces, no longer than the terminal that shows them."""
 
 from __future__ import annotations
 
@@ -18,17 +18,16 @@ from stemcal.text.tables import line
 if TYPE_CHECKING:
     from stemcal.study.model import Study
 
-LINES = 24  # of a terminal, the last of them the prompt's
 _AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, a foot, an empty line below each
 
 
-def final_tables(study: Study, results: Results, holds: bool, taken: int) -> list[Table]:
-    """Return parameters and forces for what is left of a screen of which `taken` lines are used otherwise."""
+def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:
+    """Return parameters and forces for `left` lines of a screen, all of them where it has no end."""
     tables = visible([_parameters(study, results)], holds) if results.inversion is not None else []
     if results.validation is not None:
-        left = LINES - 1 - taken - _AROUND - sum(len(table.rows) for table in tables)
         first, *others = validation_tables(results.validation, Names(study.naming))
-        tables.append(shortened(first, results.validation, left))
+        most = len(first.rows) if left is None else left - _AROUND - sum(len(table.rows) for table in tables)
+        tables.append(shortened(first, results.validation, most))
         tables += others if study.naming.others else []
     return tables
 

@@ -250,7 +250,8 @@ def _factors(study: Study) -> Iterator[Finding]:
 
 def _agreement(study: Study) -> Iterator[Finding]:
     at, stem = study.targets.calibrate_at, study.specimen.outer_diameter
-    if study.naming.condition == DIAMETER and not math.isclose(at, stem, rel_tol=1e-9):
+    written = "outer_diameter" in study.specimen.model_fields_set
+    if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
         yield Finding(("specimen", "outer_diameter"), message, "every stage takes its diameter from targets")
 
