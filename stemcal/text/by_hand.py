@@ -64,7 +64,7 @@ def refused(found: Entered, names: Names) -> list[str]:
     return [head, *(sentence(one, names) for one in found.refused)]
 
 
-states(UnknownRun, "{place}: the study asks for no run {run!r}; write its name as on the sheet, such as screen 3")
+states(UnknownRun, "{place}: the study asks for no run {run!r}; write its name as the sheet does, such as rsm 3")
 states(OtherStudy, "{place}: {run} is of the study {given!r}, not of {own!r}; enter the row for that one")
 states(OtherReplicate, "{place}: {run} has no replicate {replicate!r}; write the number as on the sheet")
 states(SeveralMeant, "{place}: several runs are called {run}; tell its condition and replicate, as `ask` gives them")
