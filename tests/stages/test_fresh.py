@@ -129,7 +129,7 @@ def test_every_section_of_the_spec_is_an_input_of_some_stage() -> None:
         "runs",  # policy; `censored` alone changes a result
         "source", "warnings",  # no part of a dump
     }  # fmt: skip
-    assert set(Study.model_fields) == options | set(_TEST) | {"factors", "published"} | no_inputs
+    assert set(Study.model_fields) == options | set(_TEST) | {"factors", "published", "tests"} | no_inputs
 
 
 def test_the_embedded_solver_tells_nothing_that_the_spec_does_not(tmp_path: Path) -> None:
