@@ -18,7 +18,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.runs.answer import answer_all
+from stemcal.runs.answer import Progress, Watch, answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import Request
@@ -119,10 +119,12 @@ def regularise(work: Work, sizes: Sequence[float], places: int) -> Regularisatio
     rows: list[Regularised] = []
     start = levels[STRAIN]
     with work.folder:
-        for size in sorted(sizes, reverse=True):
+        for index, size in enumerate(sorted(sizes, reverse=True)):
+            of_size = replace(work, watch=_of_size(work.watch, index, len(sizes)))
             if rows:  # the strain is that of an element: over half the length it is twice as large
                 start = min(rows[-1].failure_strain * rows[-1].element_size / size, HIGHEST)
-            rows.append(_at_size(work, there, {**levels, STRAIN: start}, target.response, size, places))
+            rows.append(_at_size(of_size, there, {**levels, STRAIN: start}, target.response, size, places))
+        work.watch(Progress(STAGE, len(sizes), len(sizes), 0, 0, None, counts="size"))
     return Regularisation(target.condition, target.response, levels, Rows(reversed(rows)))
 
 
@@ -186,6 +188,15 @@ def _bracketed(outcomes: Sequence[Outcome], aim: float) -> bool:
         return False
     least, most = 1.0 - _TOLERANCE, 1.0 + _TOLERANCE
     return all(min(each) <= most * aim and max(each) >= least * aim for each in zip(*forces, strict=True))
+
+
+def _of_size(watch: Watch, index: int, sizes: int) -> Watch:
+    """Return what tells of a run as one of its size: how many runs a size needs is not known before."""
+
+    def tell(progress: Progress) -> None:
+        watch(replace(progress, done=index, total=sizes, cached=0, failed=0, counts="size"))
+
+    return tell
 
 
 def _crossing(x: Array, y: Array) -> float:

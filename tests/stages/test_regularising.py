@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import ledger
+from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.material import curve_text
 from stemcal.solvers.protocol import Answer, Request
@@ -126,6 +127,19 @@ def test_a_place_that_never_has_the_force_makes_no_valid_size(tmp_path: Path, mo
     assert "some places of the mesh do not reach 110 N at any failure strain from 0.001 to 2;" in not_valid(
         found, row, 50
     )
+
+
+def test_progress_tells_of_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.stages.regularise.Embedded", WithoutLengths)
+    lines: list[str] = []
+    regularise(replace(calibrated(tmp_path), watch=lambda progress: lines.append(describe(progress))), [1.0, 0.5], 5)
+    title = "Failure strain over element size"
+    assert lines[0] == f"{title}: size 1 of 2" and lines[-1] == f"{title}: 2 sizes"
+    assert {line.split(",")[0] for line in lines} == {
+        f"{title}: size 1 of 2",
+        f"{title}: size 2 of 2",
+        f"{title}: 2 sizes",
+    }
 
 
 def test_runs_are_recorded_and_belong_to_no_stage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
