@@ -75,9 +75,12 @@ def _write_inputs(study: Study, folder: StudyFolder, runs: Sequence[Request]) ->
 
 
 def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:
-    """Yield the folder of each run's input files, called by its run, its condition and its replicate."""
+    """Yield the folder of each run's input files, called by its run, its condition and its replicate.
+
+    No name has a space: decks include files by their paths, and not all programs read a path with spaces.
+    """
     several = len({run.condition for run in runs}) > 1
     for run in runs:
-        at = f" at {run.condition:g}" if several else ""
-        replicate = f" replicate {run.replicate}" if study.replicates > 1 else ""
-        yield f"{run_name(run)}{at}{replicate}", run
+        at = f"-at-{run.condition:g}" if several else ""
+        replicate = f"-replicate-{run.replicate}" if study.replicates > 1 else ""
+        yield f"{run_name(run).replace(' ', '-')}{at}{replicate}", run

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 # Further sizes of the curve, times the one that is asked for: the first three of a quarter of the diameter at most.
 _BESIDE = tuple(2.0 ** (0.5 * power) for power in (1, 2, 3, -1, -2, -3))
 _COARSEST = 0.25
+MOST_PLACES = 50
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Where the files are written.", show_default=False)]
 Program = Annotated[
@@ -36,7 +37,7 @@ Sizes = Annotated[
         show_default="three in steps of √2",
     ),
 ]
-Places = Annotated[int, typer.Option("--places", min=2, max=50, help="Places of each mesh under the edge.")]
+Places = Annotated[int, typer.Option("--places", min=2, max=MOST_PLACES, help="Places of each mesh under the edge.")]
 
 
 def export_material(
@@ -76,12 +77,13 @@ def export_material(
         wanted = _sizes(study, size, given)
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
         found = regularise(work, wanted, places)
+    if not as_json:
+        say(*drawn(regularisation_table(found)))
     with waiting("the force that the check deck is to give", quiet):
         told = _written(study, found, found.row(size), program, folder)
     if as_json:
         say_json(told)
         return
-    say(*drawn(regularisation_table(found)))
     if not quiet:
         for name in told["files"]:
             note(f"wrote {folder / name}")
@@ -107,13 +109,10 @@ def _written(study: Study, found: Regularisation, row: Regularised, program: str
     from stemcal.outputs import make_folder, write_output
     from stemcal.solvers.deck import deck_text
     from stemcal.solvers.deck.material import curve_text, material_text
-    from stemcal.text.regularisation import curve_lines, material_lines
+    from stemcal.text.regularisation import curve_lines, material_lines, not_valid
 
     if not row.found:
-        raise RunsFailed(
-            f"export-material: with elements of {row.element_size:g} mm the force is {row.force:.4g} N at best, "
-            f"{found.aim:.4g} N is right: it jumps between strains; take coarser elements, or more --places"
-        )
+        raise RunsFailed(f"export-material: {not_valid(found, row, MOST_PLACES)}")
     deck = _check_deck(study, found, row, program)
     force = _force_of(deck)
     valid = [one for one in found.rows if one.found]

@@ -14,7 +14,7 @@ from stemcal.words import nearest
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
-    from stemcal.study.model import Study
+    from stemcal.study.model import LaboratorySection, Study
 
 CUTTING = "cutting"  # the test that the sections of a spec describe
 SPARK = 30  # columns of the curve drawn while a test goes on
@@ -106,11 +106,11 @@ def simulate(
     if csv_file:
         write_history(result, csv_file)
     if figure:
-        _write_figure(result, figure)
+        _write_figure(result, figure, of_blade=test_called(study, test) is None)
     if as_json:
         say_json(summary(result, test or CUTTING))
     else:
-        _show(result)
+        _show(result, test_called(study, test), at)
     for warning in result.warnings:
         warn(warning_text(warning))
     if not quiet:
@@ -195,13 +195,19 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, emb
 
 def stroke_of(study: Study, test: str | None, diameter: float) -> float:
     """Return how far the tool of a test moves, mm; refuse the name of no test."""
+    section = test_called(study, test)
+    return study.loading.stroke if section is None else section.stroke.at(diameter)
+
+
+def test_called(study: Study, test: str | None) -> LaboratorySection | None:
+    """Return the section of a test, None for cutting; refuse the name of no test."""
     from stemcal.errors import UsageError
 
     if test is None or test == CUTTING:
-        return study.loading.stroke
+        return None
     for section in study.tests:
         if section.name == test:
-            return section.stroke.at(diameter)
+            return section
     known = [CUTTING, *(section.name for section in study.tests)]
     meant = nearest(test, known)
     remedy = f"did you mean {meant}?" if meant else f"the spec's tests are {', '.join(known)}"
@@ -238,7 +244,7 @@ def write_history(result: CuttingResult, path: Path) -> None:
     write_output(path, csv_text([columns, *rows], newline="\r\n"))
 
 
-def _write_figure(result: CuttingResult, path: Path) -> None:
+def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
     from stemcal.report.figures.curves import force_travel
     from stemcal.report.figures.style import save
     from stemcal.report.records import Curve
@@ -248,14 +254,14 @@ def _write_figure(result: CuttingResult, path: Path) -> None:
         "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist()), result.break_travel),
         "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel),
     }
-    save(force_travel(curves, highlighted=["filtered"]), path)
+    save(force_travel(curves, highlighted=["filtered"], of_blade=of_blade), path)
 
 
-def _show(result: CuttingResult) -> None:
+def _show(result: CuttingResult, section: LaboratorySection | None, diameter: float) -> None:
     from stemcal.cli.console import can_show, say
     from stemcal.cli.sketch import sketch
     from stemcal.report.tables.terminal import simulation_table
 
-    say(simulation_table(result))
+    say(simulation_table(result, section, diameter))
     plain = not can_show("▁█")
     say(sketch(result.history.travel.tolist(), result.history.force_filtered.tolist(), plain=plain))

@@ -13,6 +13,7 @@ from stemcal.stages.base import STAGES
 from stemcal.text.language import say
 from stemcal.text.numbers import duration, significant
 from stemcal.text.runs import compiling
+from stemcal.text.tables import line
 from stemcal.words import counted
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from stemcal.runs.answer import Progress
 
 SPARSE_SECONDS = 30.0
-TITLES = {stage.name: stage.title for stage in STAGES}
+TITLES = {stage.name: stage.title for stage in STAGES} | {"regularise": line("regularisation")}
 _ENOUGH = 2  # runs from which their mean time tells how long the others take
 
 
@@ -47,13 +48,13 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
 
     >>> from types import SimpleNamespace as Progress
     >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_response=120.43,
-    ...                   last_condition=8.0, preparing=0.0))
+    ...                   last_condition=8.0, preparing=0.0, counts="run"))
     'Screening: 5/12 runs, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
     title = TITLES.get(progress.stage, progress.stage)
     if progress.preparing != 0.0:
         return f"{title}: {compiling(progress.preparing)}"
-    parts = [f"{title}: {progress.done}/{progress.total} runs"]
+    parts = [f"{title}: {_stand(progress)}"]
     if progress.cached:
         parts.append(f"{progress.cached} from earlier")
     if progress.failed:
@@ -61,6 +62,14 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     if progress.last_response is not None:
         parts.append(f"last {_response(progress, naming)}")
     return ", ".join(parts)
+
+
+def _stand(progress: Progress) -> str:
+    """Say how many rows are done, or which of them is computed where each takes several runs."""
+    done, total = progress.done, progress.total
+    if progress.counts == "run":
+        return f"{done}/{total} runs"
+    return f"{progress.counts} {done + 1} of {total}" if done < total else counted(total, progress.counts)
 
 
 def _response(progress: Progress, naming: Naming) -> str:
@@ -94,20 +103,21 @@ class Watcher:
 
 
 class Lines(Watcher):
-    """A line at a stage's start and end, and one every half minute between."""
+    """A line at a stage's start and end, where a further size begins, and one every half minute between."""
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
         self.console, self.clock, self.naming = console, clock, naming
-        self.stage, self.last_line, self.last_time = "", "", -SPARSE_SECONDS
+        self.stage, self.done, self.last_line, self.last_time = "", 0, "", -SPARSE_SECONDS
 
     def __call__(self, progress: Progress) -> None:
         """Print the line if it is new and due."""
         line = describe(progress, self.naming)
         edge = progress.stage != self.stage or progress.done >= progress.total or progress.preparing != 0.0
+        edge = edge or (progress.counts != "run" and progress.done != self.done)
         due = self.clock() - self.last_time >= SPARSE_SECONDS
         if line != self.last_line and (edge or due):
             self.console.print(line, soft_wrap=True)
-            self.stage, self.last_line, self.last_time = progress.stage, line, self.clock()
+            self.stage, self.done, self.last_line, self.last_time = progress.stage, progress.done, line, self.clock()
 
 
 @dataclass
@@ -187,7 +197,7 @@ class Bar(Watcher):
             description=TITLES.get(progress.stage, progress.stage),
             completed=self.reached * total,
             total=None if progress.preparing != 0.0 else total,  # without a total the bar pulses
-            runs=f"{done}/{total}",
+            runs=f"{done}/{total}" if progress.counts == "run" else _stand(progress),
             tail=say("compiling, once") if progress.preparing != 0.0 else self._tail(progress),
         )
 
@@ -227,7 +237,7 @@ class Bar(Watcher):
             return
         done, total = self.course.done[self.stage], self.course.rows[self.stage]
         cached = done - self.course.computed[self.stage]
-        runs = counted(done, "run") if done == total else f"{done} of {total} runs"
+        runs = counted(done, last.counts) if done == total else f"{done} of {total} {last.counts}s"
         parts = [f"{TITLES.get(self.stage, self.stage)}: {runs}"]
         parts += [f"{cached} from earlier"] if cached else []
         parts += [f"{last.failed} failed"] if last.failed else []

@@ -39,7 +39,7 @@ from stemcal.files.typed import to_json
 from stemcal.laboratory import LaboratoryResult, LaboratoryTest, perform
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
-from stemcal.solvers.laboratory_runs import identity, laboratory_test, measured_at, perform_all, seconds
+from stemcal.solvers.laboratory_runs import doubts, identity, laboratory_test, measured_at, perform_all, seconds
 from stemcal.solvers.measures import work_until
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
@@ -244,14 +244,18 @@ def simulate_test(
     watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> LaboratoryResult:
-    """Run the laboratory test called `name` of a study; the rest as in `simulate`."""
+    """Run the laboratory test called `name` of a study; the rest as in `simulate`.
+
+    Its warnings are those that concern what was measured in it, all where nothing was.
+    """
     warm(_precision(study))
     section = next(section for section in study.tests if section.name == name)
     test = laboratory_test(section, shear_test(study, levels, diameter))
     if symmetry is not None:
         test = replace(test, discretisation=replace(test.discretisation, symmetry=symmetry))
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
-    return perform(test, watch, inspect)
+    result = perform(test, watch, inspect)
+    return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 
 def shear_tests(

@@ -19,13 +19,12 @@ from stemcal.laboratory import Axial, Kind, LaboratoryResult, LaboratoryTest, Ra
 from stemcal.laboratory.build import integration
 from stemcal.run_warnings import MaximumNotPassed, RunWarning
 from stemcal.study.model import LaboratorySection, Study
+from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
 
 # Of a virtual test: points of its history, elements through the wall of a ring, the share of the loading that force
 # and strain rate are smoothed over, how much wider a ring's elements are away from the plates, and how much longer
 # those of a bent piece are at its ends. With an even mesh a short axis is 4 % stiffer: supports bear on more nodes.
 _OUTPUTS, _THROUGH_RING, _SMOOTHED, _WIDER, _LONGER = 400, 8, 0.01, 4.0, 3.0
-# What does not depend on whether the maximum was passed.
-_BEFORE_MAXIMUM = frozenset({"slope", "axis_slope", "force_at_deflection"})
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
@@ -126,7 +125,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, LaboratoryTest]]) -> Pe
 
 def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[RunWarning]:
     """Return the warnings of a test that concern what was measured: a slope needs no maximum that is passed."""
-    needs_maximum = not _BEFORE_MAXIMUM.issuperset(measured)
+    needs_maximum = not BEFORE_MAXIMUM.issuperset(measured)
     return [warning for warning in result.warnings if needs_maximum or not isinstance(warning, MaximumNotPassed)]
 
 

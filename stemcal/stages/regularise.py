@@ -8,8 +8,8 @@ no stage: it reads the calibrated study and leaves records only.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import exp
+from dataclasses import dataclass, replace
+from math import ceil, exp, sqrt
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.runs.answer import answer_all
+from stemcal.runs.answer import Progress, Watch, answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import Request
@@ -31,19 +31,21 @@ STAGE = "regularise"
 STRAIN = "failure_strain"
 # Where the search ends, and up to where a size is valid, as shares of the force.
 _TOLERANCE, VALID, _MOST_RUNS = 0.02, 0.05, 12
+_ENDS = 3  # times that the ends of the band are run, each time farther out
 # The stroke to the same force is longer there, times.
 _STROKE = 3.0
 # Of a mesh without lengths: force over failure strain, by logarithms, where nothing is known yet.
 _FIRST_SLOPE = 0.5
-_LOWEST, _HIGHEST, _LEAST_TILT = 1e-3, 2.0, 0.05
+LOWEST, HIGHEST, _LEAST_TILT = 1e-3, 2.0, 0.05
 
 
 @dataclass(frozen=True)
 class Regularised:
     """The failure strain for one element size (mm), and the force it gives over so many places of the mesh.
 
-    `low` to `high` are the strains that the places would take each by itself. Where `found` is False the mean
-    force is not within 5 % of the aim, and the size is not valid.
+    `low` to `high` are the strains that the places would take each by itself; `bracketed` tells whether each place
+    reaches the force between strains that were tried, inside the range of the search. The size is valid (`found`) if
+    it is, and both the mean force and the standard error of that mean are within 5 % of the aim.
     """
 
     element_size: float
@@ -54,7 +56,18 @@ class Regularised:
     sd_percent: float | None
     places: int
     runs: int
+    bracketed: bool
     found: bool
+
+    @property
+    def se_percent(self) -> float | None:
+        """The standard error of the mean force, percent of it."""
+        return None if self.sd_percent is None else self.sd_percent / sqrt(self.places)
+
+    @property
+    def places_needed(self) -> int | None:
+        """How many places the mean needs with such a scatter."""
+        return None if self.sd_percent is None else ceil((self.sd_percent / (100.0 * VALID)) ** 2)
 
 
 @dataclass(frozen=True)
@@ -106,17 +119,19 @@ def regularise(work: Work, sizes: Sequence[float], places: int) -> Regularisatio
     rows: list[Regularised] = []
     start = levels[STRAIN]
     with work.folder:
-        for size in sorted(sizes, reverse=True):
+        for index, size in enumerate(sorted(sizes, reverse=True)):
+            of_size = replace(work, watch=_of_size(work.watch, index, len(sizes)))
             if rows:  # the strain is that of an element: over half the length it is twice as large
-                start = min(rows[-1].failure_strain * rows[-1].element_size / size, _HIGHEST)
-            rows.append(_at_size(work, there, {**levels, STRAIN: start}, target.response, size, places))
+                start = min(rows[-1].failure_strain * rows[-1].element_size / size, HIGHEST)
+            rows.append(_at_size(of_size, there, {**levels, STRAIN: start}, target.response, size, places))
+        work.watch(Progress(STAGE, len(sizes), len(sizes), 0, 0, None, counts="size"))
     return Regularisation(target.condition, target.response, levels, Rows(reversed(rows)))
 
 
 def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, size: float, places: int) -> Regularised:
     """Search the failure strain at one size."""
     start, tried, outcomes = levels[STRAIN], list[Tried](), list[Outcome]()
-    way = Way((Mover(STRAIN, start, _LOWEST, _HIGHEST, _FIRST_SLOPE / start),))
+    way = Way((Mover(STRAIN, start, LOWEST, HIGHEST, _FIRST_SLOPE / start),))
     place: float | None = 0.0
     while place is not None and len(tried) < _MOST_RUNS:
         outcomes.append(_simulated(work, there, {**levels, **way.at(place)}, size, places, len(tried)))
@@ -130,14 +145,20 @@ def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, siz
         raise RunsFailed(f"export-material: no run with elements of {size:g} mm succeeded: {outcomes[-1].message}")
     outcome, strain = outcomes[tried.index(best)], way.at(best.place)[STRAIN]
     strains = [way.at(one.place)[STRAIN] for one in tried]
-    for end in _band(strains, outcomes, aim):  # its ends are run too: beyond what was tried they are a guess
-        if end is not None:
-            outcomes.append(_simulated(work, there, {**levels, STRAIN: end}, size, places, len(strains)))
-            strains.append(end)
-    low, high = _band(strains, outcomes, aim)
-    found = abs(best.response / aim - 1.0) <= VALID
+    for _ in range(_ENDS):  # the ends of the band are run too: beyond what was tried they are a guess
+        for end in _band(strains, outcomes, aim):
+            if end is not None and end not in strains:
+                outcomes.append(_simulated(work, there, {**levels, STRAIN: end}, size, places, len(strains)))
+                strains.append(end)
+        low, high = _band(strains, outcomes, aim)
+        inside = low is not None and high is not None and low > LOWEST and high < HIGHEST
+        if bracketed := inside and _bracketed(outcomes, aim):
+            break
     percent = None if outcome.sd is None else 100.0 * outcome.sd / best.response
-    return Regularised(size, strain, low, high, best.response, percent, places, len(strains), found)
+    row = Regularised(size, strain, low, high, best.response, percent, places, len(strains), bracketed, found=False)
+    error, least = row.se_percent, 100.0 * VALID
+    right = abs(best.response / aim - 1.0) <= VALID
+    return replace(row, found=right and bracketed and error is not None and error <= least)
 
 
 def _simulated(work: Work, there: Study, levels: dict[str, float], size: float, places: int, row: int) -> Outcome:
@@ -157,7 +178,25 @@ def _band(strains: Sequence[float], outcomes: Sequence[Outcome], aim: float) -> 
         return None, None
     x = np.log([strain for strain, _ in runs])
     each = [_crossing(x, np.log(np.array(forces) / aim)) for forces in zip(*(f for _, f in runs), strict=True)]
-    return max(exp(min(each)), _LOWEST), min(exp(max(each)), _HIGHEST)
+    return max(exp(min(each)), LOWEST), min(exp(max(each)), HIGHEST)
+
+
+def _bracketed(outcomes: Sequence[Outcome], aim: float) -> bool:
+    """Tell whether every place has the force between strains tried, or as near at one as the search goes."""
+    forces = [outcome.phase_responses for outcome in outcomes if outcome.phase_responses]
+    if not forces:
+        return False
+    least, most = 1.0 - _TOLERANCE, 1.0 + _TOLERANCE
+    return all(min(each) <= most * aim and max(each) >= least * aim for each in zip(*forces, strict=True))
+
+
+def _of_size(watch: Watch, index: int, sizes: int) -> Watch:
+    """Return what tells of a run as one of its size: how many runs a size needs is not known before."""
+
+    def tell(progress: Progress) -> None:
+        watch(replace(progress, done=index, total=sizes, cached=0, failed=0, counts="size"))
+
+    return tell
 
 
 def _crossing(x: Array, y: Array) -> float:

@@ -1,13 +1,15 @@
-"""What is said of a laboratory's files."""
+"""What is said of a laboratory's files, and of a virtual test beside what was measured."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from stemcal.measured import remarks as lab
+from stemcal.study.model.measured_targets import Mean
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
+from stemcal.text.numbers import significant
 
 _MOST = 10
 
@@ -15,6 +17,20 @@ _MOST = 10
 def remark_text(remark: lab.LabRemark) -> str:
     """Return a remark as a sentence."""
     return sentence(remark, Names())
+
+
+def response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
+    """Return a response of a virtual test, which its curve may lack or only bound, and what was measured.
+
+    >>> response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
+    '41.23 N/mm, measured 42.1 ± 2.5 N/mm'
+    """
+    there = "at least {value} {unit}" if at_least else "{value} {unit}"
+    told = say("not on this curve") if value is None else say(there, value=significant(value), unit=unit)
+    if measured is None:
+        return told
+    target = f"{measured.value:g}" if measured.sd is None else f"{measured.value:g} ± {measured.sd:g}"
+    return say("{told}, measured {target} {unit}", told=told, target=target, unit=unit)
 
 
 states(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stemcal.executors.code import code_version
-from stemcal.stages.regularise import Regularisation, Regularised
+from stemcal.stages.regularise import HIGHEST, LOWEST, VALID, Regularisation, Regularised
 from stemcal.study.model import Study
 from stemcal.text.language import all_of, say
 from stemcal.text.numbers import significant
@@ -28,6 +28,41 @@ def material_lines(study: Study, found: Regularisation, row: Regularised, force:
         band = "Each place by itself would take {low:.3g} to {high:.3g}: where the edge comes down matters."
         lines.insert(3, say(band, low=row.low, high=row.high))
     return lines
+
+
+def not_valid(found: Regularisation, row: Regularised, most_places: int) -> str:
+    """Say why an element size is not valid, and what to do where so many places may be asked for."""
+    given = {"size": row.element_size, "force": row.force, "aim": found.aim, "lowest": LOWEST, "highest": HIGHEST}
+    if abs(row.force / found.aim - 1.0) > VALID:
+        return say(
+            "with elements of {size:g} mm the force is {force:.4g} N at best, {aim:.4g} N is right: it jumps between "
+            "strains; take coarser elements, or more --places",
+            **given,
+        )
+    if not row.bracketed:
+        return say(
+            "with elements of {size:g} mm some places of the mesh do not reach {aim:.4g} N at any failure strain from "
+            "{lowest:g} to {highest:g}; take other elements",
+            **given,
+        )
+    if row.places_needed is None:
+        return say("with elements of {size:g} mm the scatter over places of the mesh is not known", **given)
+    more = (
+        "with elements of {size:g} mm the force scatters by {sd:.3g} % over places of the mesh: the mean over {places} "
+        "has a standard error of {se:.3g} %, more than 5 %; take --places {needed} or more"
+    )
+    other = (
+        "with elements of {size:g} mm the force scatters by {sd:.3g} % over places of the mesh: the mean over {places} "
+        "has a standard error of {se:.3g} %, more than 5 %; take other elements, {needed} places would be needed"
+    )
+    return say(
+        more if row.places_needed <= most_places else other,
+        sd=row.sd_percent,
+        se=row.se_percent,
+        places=row.places,
+        needed=row.places_needed,
+        **given,
+    )
 
 
 def curve_lines(found: Regularisation) -> list[str]:

@@ -98,8 +98,9 @@ LINES = {
     "not reached": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
     "runs there": "Runs in {there}",
     "regularisation": "Failure strain over element size",
-    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N within 5 % (stem of {at:g} "
-    "mm). At one place: what the places would take each by itself.",
+    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N (stem of {at:g} mm). At one "
+    "place: what the places would take each by itself. Valid: the mean is within 5 %, its standard error over the "
+    "places is at most 5 %, and every place reaches the force within the strains searched, {lowest:g} to {highest:g}.",
     "valid": "yes",
     "not valid": "no",
     # audit and runs

@@ -202,4 +202,4 @@ def test_templates_are_filled_in_for_every_run(tmp_path: Path) -> None:
     assert command("run", spec, "--out", tmp_path / "study").exit_code == 6
     inputs = tmp_path / "study" / "inputs"
     assert len(list(inputs.iterdir())) == 15
-    assert (inputs / "rsm 2" / "heap.in").read_text("utf-8") == "friction 0.2 0.2\n"
+    assert (inputs / "rsm-2" / "heap.in").read_text("utf-8") == "friction 0.2 0.2\n"

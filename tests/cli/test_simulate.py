@@ -15,6 +15,8 @@ from commanding import REPLAY, SMOKE, command
 from stemcal.cutting.result import CuttingResult, ForceHistory
 from stemcal.run_warnings import InertiaInForce
 
+THREE = SMOKE.with_name("three-tests.yaml")
+
 
 def known_result() -> CuttingResult:
     """Force rises as a parabola to 120 N at 0.6 mm and falls."""
@@ -161,3 +163,54 @@ def test_a_cut_tells_its_work_and_area() -> None:
     cut = replace(known_result(), work_of_cutting=752.1, cut_area_percent=100.0)
     assert summary(cut).items() >= {("work_of_cutting", 752.1), ("cut_area_percent", 100.0)}  # type: ignore[attr-defined]
     assert not {"work_of_cutting", "cut_area_percent"} & set(summary(known_result()))  # type: ignore[call-overload]
+
+
+@pytest.fixture
+def bent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put a known bending test, which ends before its maximum, in place of the solver."""
+    from dataclasses import replace
+
+    from stemcal.laboratory import LaboratoryResult
+    from stemcal.run_warnings import MaximumNotPassed
+    from stemcal.solvers import embedded
+
+    curve = replace(
+        known_result(), stroke_was_enough=False, warnings=(MaximumNotPassed(0.83), InertiaInForce(6.25, 0.5))
+    )
+    responses = {"slope": 41.5, "axis_slope": 50.0, "maximum_force": 120.0, "travel": 0.6, "work": 60.0}
+    monkeypatch.setattr(embedded, "perform", lambda *_: LaboratoryResult(**{**vars(curve), "responses": responses}))
+    monkeypatch.setattr(embedded, "warm", lambda *_: None)
+
+
+def test_a_test_shows_its_responses_beside_what_was_measured(bent: None) -> None:
+    """Of the bending only the slope is measured, at 8 mm: that its maximum was not passed is no matter."""
+    shown = command("simulate", THREE, "--test", "bending")
+    assert shown.exit_code == 0, shown.stderr
+    rows = [line.strip() for line in shown.stdout.splitlines()[:5]]
+    assert [" ".join(row.split()) for row in rows] == [
+        "Slope 41.50 N/mm, measured 42.1 ± 2.5 N/mm",
+        "Slope of the axis 50.00 N/mm",
+        "Maximum force at least 120.0 N",
+        "Travel at least 0.6000 mm",
+        "Work at least 60.00 mJ",
+    ]
+    assert "Inertia" in shown.stderr and "Lengthen the stroke" not in shown.stderr
+    assert "measured" not in command("simulate", THREE, "--test", "bending", "--diameter", 9).stdout
+
+
+def test_where_the_maximum_is_measured_it_must_be_passed(bent: None) -> None:
+    shown = command("simulate", THREE, "--test", "pull")
+    assert "Work at least 60.00 mJ, measured 309 ± 19 mJ" in " ".join(shown.stdout.split())
+    assert "Lengthen the stroke of the test" in shown.stderr
+
+
+def test_only_a_blade_is_called_one(
+    bent: None, calls: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from stemcal.report.figures import style
+
+    drawn: list[str] = []
+    monkeypatch.setattr(style, "save", lambda figure, _: drawn.append(figure.axes[0].get_xlabel()))
+    for test in ("bending", "cutting"):
+        command("simulate", THREE, "--test", test, "--figure", tmp_path / "a.svg")
+    assert drawn == ["travel, mm", "blade travel, mm"]

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = ()) -> Figure:
-    """Return force over blade travel for all runs; the highlighted ones stand out and are named.
+def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
+    """Return force over travel, that of the blade or of another test, for all runs; highlighted ones are named.
 
     After the stem has broken a curve is dotted: there it tells of the released stem, not of cutting.
     """
@@ -28,7 +28,7 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = ())
                 _draw(axes, curve, color=FAINT, linewidth=0.7, alpha=0.6)
         for index, name in enumerate(n for n in curves if n in highlighted):
             _draw(axes, curves[name], color=colours[index % len(colours)], label=plain(name))
-        axes.set_xlabel("blade travel, mm")
+        axes.set_xlabel("blade travel, mm" if of_blade else "travel, mm")
         axes.set_ylabel("force, N")
         axes.margins(x=0)
         axes.set_ylim(bottom=0)

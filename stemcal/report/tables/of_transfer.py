@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stemcal.files.rows import Column, Table
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
-from stemcal.stages.regularise import Regularisation, Regularised
+from stemcal.stages.regularise import HIGHEST, LOWEST, Regularisation, Regularised
 from stemcal.stages.transfer.result import TransferResult
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, short, significant
@@ -76,5 +76,6 @@ def regularisation_table(found: Regularisation) -> Table:
         Column("runs", "Runs", form=format),
         Column("found", "Valid", of=lambda row: line("valid" if row.found else "not valid")),
     ]
-    foot = line("regularised", aim=found.aim, at=found.condition, places=found.rows[0].places)
+    searched = {"lowest": LOWEST, "highest": HIGHEST}
+    foot = line("regularised", aim=found.aim, at=found.condition, places=found.rows[0].places, **searched)
     return Table.of(columns, found.rows, line("regularisation"), [foot])

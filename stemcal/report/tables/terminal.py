@@ -11,6 +11,7 @@ from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
+from stemcal.text.laboratory import response_text
 from stemcal.text.language import say
 from stemcal.text.numbers import duration, fixed, significant
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from stemcal.cutting import CuttingResult
+    from stemcal.study.model import LaboratorySection
 
 
 WIDTH = 80
@@ -74,15 +76,44 @@ def _wrapped(head: str, width: int) -> str:
     return "\n".join(textwrap.wrap(head, max(width, *map(len, head.split()), 1), break_long_words=False))
 
 
-def simulation_table(result: CuttingResult) -> RenderableType:
-    """Return the numbers of one virtual shear test, names and values in two columns."""
+def simulation_table(
+    result: CuttingResult, section: LaboratorySection | None = None, diameter: float = 0.0
+) -> RenderableType:
+    """Return the numbers of one virtual test, names and values in two columns.
+
+    That of a laboratory test (`section`) begins with its responses, beside each what was measured at the diameter.
+    """
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    for name, value in _simulation_rows(result):
+    first = _maximum(result) if section is None else _responses(result, section, diameter)
+    for name, value in (*first, *_simulation_rows(result)):
         table.add_row(Text(name), Text(value))
     return table
+
+
+def _maximum(result: CuttingResult) -> list[tuple[str, str]]:
+    return [
+        ("Maximum force", f"{significant(result.peak_force)} N"),
+        ("  before the filter", f"{significant(result.peak_force_raw)} N"),
+        ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
+    ]
+
+
+def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
+    from stemcal.laboratory import LaboratoryResult
+    from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
+
+    found = result.responses if isinstance(result, LaboratoryResult) else {}
+    measured = section.means_at(diameter)
+    rows = []
+    for name, (_, unit, words) in RESPONSES.items():
+        if name in found or name in measured:
+            bound = name not in BEFORE_MAXIMUM and not result.stroke_was_enough
+            text = response_text(found.get(name), unit, measured.get(name), at_least=bound)
+            rows.append((words[:1].upper() + words[1:], text))
+    return rows
 
 
 def _cut(result: CuttingResult) -> list[tuple[str, str]]:
@@ -97,9 +128,6 @@ def _cut(result: CuttingResult) -> list[tuple[str, str]]:
 def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
     rate = result.element_steps_per_second / 1e6
     return [
-        ("Maximum force", f"{significant(result.peak_force)} N"),
-        ("  before the filter", f"{significant(result.peak_force_raw)} N"),
-        ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
         *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
         *_cut(result),
         ("Elements", say("{elements}, {deleted_elements} of them eroded by then", **vars(result))),

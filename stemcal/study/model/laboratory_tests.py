@@ -29,6 +29,8 @@ RESPONSES = {
     "work": ("W", "mJ", "work"),
     "force_at_deflection": ("Fu", "N", "force at the deflection"),
 }
+# Those that do not depend on whether the maximum was passed.
+BEFORE_MAXIMUM = frozenset({"slope", "axis_slope", "force_at_deflection"})
 _SMALL, _COARSE, _PLATE = Length(divisor=12.0), Length(divisor=8.0), Length(divisor=48.0)
 
 
@@ -128,6 +130,15 @@ class LaboratorySection(Frozen):
         """The responses that have targets, in the order of `RESPONSES`."""
         given = {name for means in self.targets for name in means.given()}
         return tuple(name for name in RESPONSES if name in given)
+
+    def means_at(self, diameter: float) -> dict[str, Mean]:
+        """Return what was measured at a stem diameter, by response."""
+        return {
+            name: mean
+            for means in self.targets
+            if abs(means.diameter - diameter) < 1e-6
+            for name, mean in means.given().items()
+        }
 
     def called(self, response: str) -> str:
         """Return what the study calls one of its responses."""
