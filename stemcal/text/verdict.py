@@ -314,10 +314,20 @@ states(
     advice.CheckModel,
     "Check {factors:factors} in the model: the law, the units, and the `expected_sign` of the spec.",
 )
-states(
-    advice.SmoothResponse,
-    "Smooth the response, average it over places of the mesh or replicates, or add runs with `stemcal augment`.",
-)
+
+
+@sentence.register
+def _(remedy: advice.SmoothResponse, names: Names) -> str:
+    phases = (
+        "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment SPEC "
+        "--extra-runs 4`."
+    )
+    replicates = (
+        "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment SPEC "
+        "--extra-runs 4`."
+    )
+    runs = "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother."
+    return names.say(phases if remedy.phases else replicates if remedy.replicates else runs, **vars(remedy))
 
 
 @sentence.register

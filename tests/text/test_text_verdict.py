@@ -178,6 +178,17 @@ def unchecked(weight: Severity = "with_reservations") -> Reason:
     return rules.Unchecked(weight=weight, remedy=advice.MeasureMore())
 
 
+def test_a_rough_response_is_averaged_by_the_keys_of_its_solver() -> None:
+    runs = "or add runs: `stemcal augment SPEC --extra-runs 4`."
+    assert sentence(advice.SmoothResponse(phases=5), STEM) == (
+        f"`phases: 5` under `solver` averages over places of the mesh; {runs}"
+    )
+    assert sentence(advice.SmoothResponse(replicates=6), STEM) == (
+        f"`replicates: 6` under `solver` averages over chance; {runs}"
+    )
+    assert sentence(advice.SmoothResponse(), HEAP).startswith("Add runs: `stemcal augment SPEC --extra-runs 4`")
+
+
 def test_three_lines_at_most() -> None:
     assert lines(Verdict.of([], None), STEM) == ["Calibrated."]
     heavy = rules.Unfinished(weight="not_calibrated", remedy=ON, stages=("validate",))

@@ -476,7 +476,9 @@ def _rough(evidence: Evidence) -> Iterator[Reason]:
     if surface is None or not isinstance(surface.pure_error, EqualRepeats) or surface.cv_percent is None:
         return
     if surface.cv_percent > ROUGH_PERCENT:
-        yield RoughResponse(weight="with_reservations", remedy=advice.SmoothResponse(), cv_percent=surface.cv_percent)
+        yield RoughResponse(
+            weight="with_reservations", remedy=advice.to_smooth(evidence.study), cv_percent=surface.cv_percent
+        )
 
 
 RULES: tuple[Rule, ...] = (
