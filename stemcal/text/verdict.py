@@ -148,7 +148,10 @@ def _size(percent: float) -> str:
 
 @sentence.register
 def _(reason: TransferMissed, names: Names) -> str:
-    template = "In {there} the {response} is {missed:.1f} % from what it is to be."
+    template = {
+        "measured": "In {there} the {response} is {missed:.1f} % from the measured one.",
+        "study": "In {there} the {response} is {missed:.1f} % from that of the study's own solver.",
+    }[reason.aims_at]
     there, missed = program(reason.solver), reason.missed_percent
     return names.say(template, there=there, response=names.response.long, missed=missed)
 
@@ -293,7 +296,8 @@ states(
 @sentence.register
 def _(remedy: advice.MendTransfer, names: Names) -> str:
     mends = {
-        "budget": "Raise `budget` under `transfer` to {budget}.",
+        "budget": "Raise `budget` under `transfer` to {budget}, or give {factors:factors} a wider range under `adjust` "
+        "there.",
         "out_of_reach": "Give {factors:factors} a wider range, or name a further factor, under `adjust` of `transfer`.",
         "settled": "Take the mean over places of the mesh there (`phases` of the embedded solver), or another factor.",
     }
