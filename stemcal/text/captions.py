@@ -39,6 +39,7 @@ SENTENCES = {
     # validation
     "validation": "Measured and simulated {long}.",
     "validation ringed": "Measured and simulated {long}; the ringed {condition} is the calibration's.",
+    "validation together": "Measured and simulated {long}; the parameters are fitted to the ringed together.",
     "bars": "Bars: standard deviation of the measurements.",
     "growth": "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow.",
     # another program

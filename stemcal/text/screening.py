@@ -57,9 +57,9 @@ def outcome(stage: ScreenResult, names: Names) -> list[str]:
             "Their effects on the {response} cannot be tested: there is no error to test them with. The largest is "
             "that of {factor:factor} ({effect:response +.4g}, {share:.1f} % of the sum of squares)."
         )
-        template, fields = exact if stage.residual.df else saturated, {"factor": largest.factor}
-        fields |= {"effect": largest.effect, "share": largest.contribution_percent}
-        return [count, names.say(template, response=response, **fields)]
+        template, share = exact if stage.residual.df else saturated, largest.contribution_percent
+        said = names.say(template, response=response, factor=largest.factor, effect=largest.effect, share=share)
+        return [count, said]
     if not chosen:
         return [count, say("None of them moves the {response} significantly.", response=response)]
     shares = [

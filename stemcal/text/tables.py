@@ -40,6 +40,8 @@ LINES = {
     "calibration": "Calibrated parameters",
     "point": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; rule "
     "{rule}.",
+    "point of all": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; "
+    "least squares over all that is fitted together.",
     "interval of the response": "95 % interval of the simulated {response} {mean:responses}.",
     "intervals of the response": "95 % interval of the mean {response} {mean:responses}, of one simulated {response} "
     "{one:responses}.",
@@ -132,7 +134,8 @@ LINES = {
     "logarithms.",
     # what was varied, held and measured
     "measured": "Measured {responses:all}",
-    "fitted at": "Bold: what the parameters are fitted to ({at:condition}).",
+    "fitted at": "Bold: what the parameters are fitted to ({at:conditions}).",
+    "fitted to all": "The parameters are fitted to all of them together.",
     "stem": "{outer_diameter:g} mm, bore {diameter_ratio:g} of it, {length:g} mm long",
     "solid stem": "{outer_diameter:g} mm, solid, {length:g} mm long",
     "walled stem": "{outer_diameter:g} mm, wall a factor, {length:g} mm long",
@@ -167,7 +170,9 @@ LINES = {
     "relative error": "Relative error = 100·(measured − simulated)/measured, measured {target:response .6g}.",
     "then": "Predicted by the surface as it was before the run; error = 100·(measured − simulated)/measured.",
     "served": "Error = 100·(measured − simulated)/measured; the {response} served for calibration and checks nothing.",
-    "served at": "Error = 100·(measured − simulated)/measured; {at:condition} served for calibration and checks "
+    "served at": "Error = 100·(measured − simulated)/measured; {at:conditions} served for calibration and checks "
+    "nothing.",
+    "served all": "Error = 100·(measured − simulated)/measured; {at:conditions} served for calibration and check "
     "nothing.",
 }
 """Titles, lines of feet, captions and words of cells, by a name."""

@@ -173,6 +173,7 @@ class CheckPrior(Remedy):
     source: str
 
 
+@dataclass(frozen=True)
 class SmoothResponse(Remedy):
     """Average over so many places of the mesh or replicates, where the solver knows these, or add runs."""
 
@@ -322,7 +323,6 @@ def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
     )
 
 
-def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:
 def to_smooth(study: Study) -> SmoothResponse:
     """Return over what a rough response may be averaged: twice what it is already, five at least."""
     if isinstance(study.solver, EmbeddedSolver):
@@ -330,6 +330,7 @@ def to_smooth(study: Study) -> SmoothResponse:
     return SmoothResponse(replicates=min(max(5, 2 * study.replicates), _MOST_AVERAGED) if study.replicates else None)
 
 
+def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:
     """Return half the safety; a set time step stays as it is, with mass added, unless it is halved as well."""
     step = solver.time_step
     return HalveTimeStep(
