@@ -49,12 +49,24 @@ def word(verdict: Verdict) -> str:
 def lines(verdict: Verdict, names: Names) -> list[str]:
     """Return it in three lines at most: the word with its first reason, where it may be used, the next step."""
     more = len(verdict.reasons) - 1
-    rest = [say_number("({count} more reason.)", "({count} more reasons.)", more)] if more > 0 else []
+    one, many = "({count} more reason: `stemcal status SPEC`.)", "({count} more reasons: `stemcal status SPEC`.)"
+    rest = [say_number(one, many, more)] if more > 0 else []
     return [
         " ".join([opening(verdict, names), *rest]),
         *([" ".join(where)] if (where := uses(verdict, names)) else []),
         *(say("Next: {remedy}", remedy=sentence(reason.remedy, names)) for reason in verdict.reasons[:1]),
     ]
+
+
+def in_full(verdict: Verdict, names: Names) -> list[str]:
+    """Return the word, where it may be used, and every reason with what mends it."""
+    each = [
+        say("{number}. {reason} Next: {remedy}", number=number, reason=said, remedy=remedy)
+        for number, reason in enumerate(verdict.reasons, 1)
+        for said, remedy in [(sentence(reason, names), sentence(reason.remedy, names))]
+    ]
+    where = uses(verdict, names)
+    return [say("{verdict}.", verdict=word(verdict)), *([" ".join(where)] if where else []), *each]
 
 
 def opening(verdict: Verdict, names: Names) -> str:
