@@ -145,4 +145,7 @@ def test_the_verdict_and_the_plan_name_the_program() -> None:
     )
     joint = replace(missed, aims_at="study")
     assert sentence(joint, STEM) == "In LS-DYNA the maximum force is 36.7 % from that of the study's own solver."
+    assert sentences([InAnotherProgram("embedded", 26, 6, 90.0)])[0].startswith(
+        "26 runs here, at most 6 in the other model (transfer). Those take at most "
+    )
     assert sentences([InAnotherProgram("openradioss", 26, 6)]) == ["26 runs here, at most 6 in OpenRadioss (transfer)."]
