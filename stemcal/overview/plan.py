@@ -26,7 +26,7 @@ from stemcal.stages.repeating import second_time
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate import calibrated_parameters, requests_at
-from stemcal.study.model import Study
+from stemcal.study.model import EmbeddedSolver, Study
 
 USUAL_FACTORS = 3
 _USUAL_ROUNDS = 2  # of a refinement
@@ -74,11 +74,15 @@ class AskedTogether(Note):
 
 @dataclass(frozen=True)
 class InAnotherProgram(Note):
-    """The transfer has runs of its own in another solver of this kind: so many at most, beside those here."""
+    """The transfer has runs of its own in another solver of this kind: so many at most, beside those here.
+
+    `seconds` are what these take on one core; None where nothing tells.
+    """
 
     solver: str
     here: int
     there: int
+    seconds: float | None = None
 
 
 @dataclass(frozen=True)
@@ -159,6 +163,7 @@ def plan(
     to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
+    there = _transfer(study, folder)
     rest = overhead(solver)
     notes = [part.note for part in wanted if part.note is not None]
     foretold = [
@@ -174,13 +179,13 @@ def plan(
         Rows(stages),
         to_run,
         None if None in seconds else sum(second or 0.0 for second in seconds),
-        (*notes, *_decided_later(study), *_in_another_program(study, folder, to_run), *foretold),
+        (*notes, *_decided_later(study), *_in_another_program(study, there, to_run), *foretold),
         max((stage.memory for stage in stages if stage.memory is not None), default=None),
         costs.source,
         costs.recorded,
         workers,
         rest,
-        None if costs.of is None else rest + elapsed([*_timed(left, costs.of), *later], workers),
+        None if costs.of is None else rest + elapsed([*_timed(left, costs.of), *later, *there.seconds], workers),
     )
 
 
@@ -208,13 +213,46 @@ def _decided_later(study: Study) -> Iterator[Note]:
         yield OtherMeshes(study.mesh.phases, len(study.mesh.sizes), max(len(study.joint_targets), 1))
 
 
-def _in_another_program(study: Study, folder: StudyFolder | None, here: int) -> Iterator[Note]:
-    """Yield how many runs the transfer may still ask of its solver, beside those here."""
+@dataclass(frozen=True)
+class _There:
+    """What the transfer may still ask of its solver: so many runs, and their seconds as far as these are known.
+
+    Those of the search follow each other, those elsewhere are asked together.
+    """
+
+    runs: int = 0
+    seconds: Sequence[Sequence[float]] = ()
+
+
+def _transfer(study: Study, folder: StudyFolder | None) -> _There:
+    """Return what the transfer still takes at most; only the embedded solver tells how long."""
     if study.transfer is None:
-        return
+        return _There()
     records = [] if folder is None else [folder.peek(key) for key in folder.keys()]  # noqa: SIM118
     done = sum(record is not None and record["request"]["stage"] == "transfer" for record in records)
-    yield InAnotherProgram(study.transfer.solver.kind, here, max(0, study.transfer.budget - done))
+    left = max(0, study.transfer.budget - done)
+    there, at = study.seen_by("transfer"), study.calibration_target.condition
+    if not left or not isinstance(there.solver, EmbeddedSolver):
+        return _There(left)
+    cost = costs_of(make_solver(there), folder, Request("plan", 0, there.midlevels(), at)).of
+    if cost is None:
+        return _There(left)
+    elsewhere = [target.condition for target in study.targets.means if target.condition != at]
+    own, *others = [
+        cost(Request("transfer", 0, there.midlevels(), condition, True))
+        for condition in (at, *(elsewhere if study.transfer.conditions == "all" else ()))
+    ]
+    searched = max(1, left - 2 * len(others))
+    after = others[: left - searched]
+    before = others[: left - searched - len(after)]
+    return _There(left, [*([own] for _ in range(searched)), *(part for part in (after, before) if part)])
+
+
+def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note]:
+    """Yield how many runs the transfer may still ask of its solver, beside those here."""
+    if study.transfer is not None:
+        seconds = sum(map(sum, there.seconds)) if there.seconds else None
+        yield InAnotherProgram(study.transfer.solver.kind, here, there.runs, seconds)
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:

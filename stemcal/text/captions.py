@@ -39,11 +39,12 @@ SENTENCES = {
     # validation
     "validation": "Measured and simulated {long}.",
     "validation ringed": "Measured and simulated {long}; the ringed {condition} is the calibration's.",
+    "validation together": "Measured and simulated {long}; the parameters are fitted to the ringed together.",
     "bars": "Bars: standard deviation of the measurements.",
     "growth": "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow.",
     # another program
     "transfer": "{capital}: measured, simulated by the study's own solver with the calibrated values, and by {there} "
-    "with them (before) and with its own (after); the ringed value is the calibration's.",
+    "with them (before) and with its own (after); the ringed value is what was aimed at.",
     # runs
     "force": "Force over blade travel: validation runs in colour, all others in grey.",
     "dotted": "Dotted: after the stem has broken, not cutting any more.",

@@ -26,12 +26,14 @@ def kind_of(study: Study) -> str:
 
 def question(study: Study) -> str:
     """Return what the study asks."""
-    others = len(study.targets.means) - 1
+    others = len(study.targets.means) - max(len(study.joint_targets), 1)
     return " ".join([_asked(study), *([_elsewhere(study, others)] if others else [])])
 
 
 def _asked(study: Study) -> str:
     target, naming, names = study.calibration_target, study.naming, Names(study.naming)
+    if len(study.joint_targets) > 1:
+        return _asked_together(study, names)
     if naming.is_cutting:
         stem = (
             "Which parameters make a simulated stem of {condition:condition} diameter resist cutting with the measured "
@@ -48,6 +50,19 @@ def _asked(study: Study) -> str:
     )
     template = somewhere if names.placed else nowhere
     return names.say(template, responses=responses, measured=measured, condition=target.condition)
+
+
+def _asked_together(study: Study, names: Names) -> str:
+    stems = (
+        "Which parameters make simulated stems of {conditions:conditions} diameter resist cutting with the measured "
+        "maximum forces?"
+    )
+    responses = (
+        "Which parameters make the simulated {responses:all} at {conditions:conditions} equal what was measured?"
+    )
+    fitted = [study.naming.named(name).long for name in study.invert.responses]
+    template = stems if study.naming.is_cutting and len(fitted) == 1 else responses
+    return names.say(template, responses=fitted, conditions=[target.condition for target in study.joint_targets])
 
 
 def _elsewhere(study: Study, others: int) -> str:

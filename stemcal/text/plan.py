@@ -97,8 +97,10 @@ states(CannotCarry, "{stage}, {design}: {reason}")
 
 @sentence.register
 def _(note: InAnotherProgram, names: Names) -> str:
-    template = "{here} runs here, at most {count} in {program} (transfer)."
-    return names.say(template, here=note.here, count=note.there, program=program(note.solver))
+    plain = "{here} runs here, at most {count} in {program} (transfer)."
+    timed = "{here} runs here, at most {count} in {program} (transfer). Those take at most {time} on one core."
+    template, time = (plain, "") if note.seconds is None else (timed, duration(note.seconds))
+    return names.say(template, here=note.here, count=note.there, program=program(note.solver), time=time)
 
 
 @sentence.register

@@ -48,6 +48,18 @@ def outcome(stage: ScreenResult, names: Names) -> list[str]:
     effects, response = {effect.factor: effect for effect in stage.effects}, names.response.long
     count = say("{factors} factors were screened in {runs} runs.", factors=len(effects), runs=len(stage.design.runs))
     chosen = sorted(stage.significant, key=lambda name: -abs(effects[name].effect))
+    if not chosen and (largest := _largest_untested(stage)) is not None:
+        saturated = (
+            "Their effects on the {response} cannot be tested: no residual degrees of freedom are left. The largest is "
+            "that of {factor:factor} ({effect:response +.4g}, {share:.1f} % of the sum of squares)."
+        )
+        exact = (
+            "Their effects on the {response} cannot be tested: there is no error to test them with. The largest is "
+            "that of {factor:factor} ({effect:response +.4g}, {share:.1f} % of the sum of squares)."
+        )
+        template, share = exact if stage.residual.df else saturated, largest.contribution_percent
+        said = names.say(template, response=response, factor=largest.factor, effect=largest.effect, share=share)
+        return [count, said]
     if not chosen:
         return [count, say("None of them moves the {response} significantly.", response=response)]
     shares = [
@@ -56,6 +68,14 @@ def outcome(stage: ScreenResult, names: Names) -> list[str]:
     ]
     moved = "Factors that move the {response} (share of the sum of squares): {shares:all}."
     return [count, names.say(moved, response=response, shares=shares)]
+
+
+def _largest_untested(stage: ScreenResult) -> Effect | None:
+    """Return the largest effect where none could be tested; None where some could, or all are zero."""
+    largest = max(stage.effects, key=lambda effect: abs(effect.effect), default=None)
+    if largest is None or largest.effect == 0.0 or any(effect.p is not None for effect in stage.effects):
+        return None
+    return largest if stage.lenth is None or stage.lenth.me is None else None
 
 
 def certainty(stage: ScreenResult, names: Names) -> list[str]:
@@ -78,10 +98,11 @@ def certainty(stage: ScreenResult, names: Names) -> list[str]:
 
 
 def standing(effect: Effect) -> str:
-    """Say in two or three words whether a factor matters; nothing where that was not tested."""
+    """Say in two or three words whether a factor matters; nothing where the study does not tell."""
     if effect.conclusion is None:
         return ""
     words = {
+        "untested": say("not tested"),
         "none": say("no effect seen"),
         "disputed": say("methods disagree"),
         "possible": say("may matter"),
@@ -101,7 +122,7 @@ def judgement(effect: Effect, stage: ScreenResult, names: Names) -> list[str]:
     if effect.conclusion is None:
         return []
     said = [names.say(_standing_template(effect, stage), factor=effect.factor), _size(effect, names)]
-    if effect.conclusion.standing == "none":
+    if effect.conclusion.standing in ("none", "untested"):
         return said
     return [*said, *_tests(effect, names), *_expectation(effect)]
 
@@ -111,6 +132,7 @@ def _standing_template(effect: Effect, stage: ScreenResult) -> str:
     if effect.conclusion.standing == "none" and stage.error is not None and stage.error.scatter:
         return "{factor:factor} shows no effect beyond the scatter of repeated runs."
     return {
+        "untested": "Whether {factor:factor} matters cannot be tested.",
         "none": "{factor:factor} shows no effect beyond what aliased interactions can imitate.",
         "disputed": "{factor:factor} may matter, but the methods disagree.",
         "possible": "{factor:factor} may matter.",
@@ -223,9 +245,9 @@ states(FlatResponse, "Every run gave the same response: no factor has an effect.
 states(LenthError, "As chosen, p-values are those of Lenth's method; they hold if most factors have no effect.")
 states(
     NoResidual,
-    "Every column carries a factor, so there is no residual and no p-value; Lenth's method decides alone.",
+    "Every column carries a factor, so there is no residual and no p-value: only Lenth's method can decide.",
 )
-states(ExactResidual, "The residual is exactly zero, so no F can be formed; Lenth's method decides alone.")
+states(ExactResidual, "The residual is exactly zero, so no F can be formed: only Lenth's method can decide.")
 states(
     WeakError,
     "The error has only {df} residual df (the unused columns), so the F tests are weak: read p beside Lenth's method "

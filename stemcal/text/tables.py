@@ -40,6 +40,8 @@ LINES = {
     "calibration": "Calibrated parameters",
     "point": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; rule "
     "{rule}.",
+    "point of all": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; "
+    "least squares over all that is fitted together.",
     "interval of the response": "95 % interval of the simulated {response} {mean:responses}.",
     "intervals of the response": "95 % interval of the mean {response} {mean:responses}, of one simulated {response} "
     "{one:responses}.",
@@ -91,11 +93,19 @@ LINES = {
     "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
     # a transfer to another program
     "transferred": "Parameters for {there}",
-    "alone": "What is not named stays as calibrated. Range: by the scatter of the measured mean, all else as it is.",
+    "alone": "What is not named stays as calibrated.",
+    "range there": "95 % range: by the scatter of the measured mean, all else as it is.",
     "belongs": "They belong to {settings}.",
     "there": "The {response} in {there}",
-    "reached": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
-    "not reached": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off.",
+    "reached measured": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off the measured "
+    "{response}.",
+    "reached study": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off what the study's own "
+    "solver gives, which is the aim after a joint fit.",
+    "not reached measured": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off the "
+    "measured {response}.",
+    "not reached study": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off what the "
+    "study's own solver gives, which is the aim after a joint fit.",
+    "error there": "Error = 100·(measured − there after)/measured.",
     "runs there": "Runs in {there}",
     "regularisation": "Failure strain over element size",
     "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N (stem of {at:g} mm). At one "
@@ -125,7 +135,8 @@ LINES = {
     "logarithms.",
     # what was varied, held and measured
     "measured": "Measured {responses:all}",
-    "fitted at": "Bold: what the parameters are fitted to ({at:condition}).",
+    "fitted at": "Bold: what the parameters are fitted to ({at:conditions}).",
+    "fitted to all": "The parameters are fitted to all of them together.",
     "stem": "{outer_diameter:g} mm, bore {diameter_ratio:g} of it, {length:g} mm long",
     "solid stem": "{outer_diameter:g} mm, solid, {length:g} mm long",
     "walled stem": "{outer_diameter:g} mm, wall a factor, {length:g} mm long",
@@ -160,7 +171,9 @@ LINES = {
     "relative error": "Relative error = 100·(measured − simulated)/measured, measured {target:response .6g}.",
     "then": "Predicted by the surface as it was before the run; error = 100·(measured − simulated)/measured.",
     "served": "Error = 100·(measured − simulated)/measured; the {response} served for calibration and checks nothing.",
-    "served at": "Error = 100·(measured − simulated)/measured; {at:condition} served for calibration and checks "
+    "served at": "Error = 100·(measured − simulated)/measured; {at:conditions} served for calibration and checks "
+    "nothing.",
+    "served all": "Error = 100·(measured − simulated)/measured; {at:conditions} served for calibration and check "
     "nothing.",
 }
 """Titles, lines of feet, captions and words of cells, by a name."""

@@ -127,7 +127,7 @@ def _(note: FailedThere, names: Names) -> str:
 def _(note: NotReached, names: Names) -> str:
     ends = {
         "budget": "The {response} there is still {missed:.1f} % from {aim:response .4g}: transfer.budget allows no "
-        "further run. The best point is kept.",
+        "further run. Raise it, or give {factors:factors} a wider range under transfer.adjust. The best point is kept.",
         "out_of_reach": "The {response} there is {missed:.1f} % from {aim:response .4g} at the end of the range of "
         "{factors:factors}. Give it a wider one, or name a further factor, under transfer.adjust.",
         "settled": "The {response} there is {missed:.1f} % from {aim:response .4g}, and no step is left between the "

@@ -49,12 +49,24 @@ def word(verdict: Verdict) -> str:
 def lines(verdict: Verdict, names: Names) -> list[str]:
     """Return it in three lines at most: the word with its first reason, where it may be used, the next step."""
     more = len(verdict.reasons) - 1
-    rest = [say_number("({count} more reason.)", "({count} more reasons.)", more)] if more > 0 else []
+    one, many = "({count} more reason: `stemcal status SPEC`.)", "({count} more reasons: `stemcal status SPEC`.)"
+    rest = [say_number(one, many, more)] if more > 0 else []
     return [
         " ".join([opening(verdict, names), *rest]),
         *([" ".join(where)] if (where := uses(verdict, names)) else []),
         *(say("Next: {remedy}", remedy=sentence(reason.remedy, names)) for reason in verdict.reasons[:1]),
     ]
+
+
+def in_full(verdict: Verdict, names: Names) -> list[str]:
+    """Return the word, where it may be used, and every reason with what mends it."""
+    each = [
+        say("{number}. {reason} Next: {remedy}", number=number, reason=said, remedy=remedy)
+        for number, reason in enumerate(verdict.reasons, 1)
+        for said, remedy in [(sentence(reason, names), sentence(reason.remedy, names))]
+    ]
+    where = uses(verdict, names)
+    return [say("{verdict}.", verdict=word(verdict)), *([" ".join(where)] if where else []), *each]
 
 
 def opening(verdict: Verdict, names: Names) -> str:
@@ -148,7 +160,10 @@ def _size(percent: float) -> str:
 
 @sentence.register
 def _(reason: TransferMissed, names: Names) -> str:
-    template = "In {there} the {response} is {missed:.1f} % from what it is to be."
+    template = {
+        "measured": "In {there} the {response} is {missed:.1f} % from the measured one.",
+        "study": "In {there} the {response} is {missed:.1f} % from that of the study's own solver.",
+    }[reason.aims_at]
     there, missed = program(reason.solver), reason.missed_percent
     return names.say(template, there=there, response=names.response.long, missed=missed)
 
@@ -293,7 +308,8 @@ states(
 @sentence.register
 def _(remedy: advice.MendTransfer, names: Names) -> str:
     mends = {
-        "budget": "Raise `budget` under `transfer` to {budget}.",
+        "budget": "Raise `budget` under `transfer` to {budget}, or give {factors:factors} a wider range under `adjust` "
+        "there.",
         "out_of_reach": "Give {factors:factors} a wider range, or name a further factor, under `adjust` of `transfer`.",
         "settled": "Take the mean over places of the mesh there (`phases` of the embedded solver), or another factor.",
     }
@@ -314,10 +330,20 @@ states(
     advice.CheckModel,
     "Check {factors:factors} in the model: the law, the units, and the `expected_sign` of the spec.",
 )
-states(
-    advice.SmoothResponse,
-    "Smooth the response, average it over places of the mesh or replicates, or add runs with `stemcal augment`.",
-)
+
+
+@sentence.register
+def _(remedy: advice.SmoothResponse, names: Names) -> str:
+    phases = (
+        "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment SPEC "
+        "--extra-runs 4`."
+    )
+    replicates = (
+        "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment SPEC "
+        "--extra-runs 4`."
+    )
+    runs = "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother."
+    return names.say(phases if remedy.phases else replicates if remedy.replicates else runs, **vars(remedy))
 
 
 @sentence.register

@@ -11,7 +11,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.cost import costs_of, elapsed, overhead
-from stemcal.overview.plan import plan
+from stemcal.overview.plan import InAnotherProgram, plan
 from stemcal.runs.key import record_key
 from stemcal.solvers.protocol import Answer, Request
 
@@ -73,3 +73,20 @@ def test_a_plan_counts_preparing_and_page(tmp_path: Path) -> None:
     assert one.elapsed is not None and two.elapsed is not None and one.seconds is not None
     assert one.elapsed - one.overhead == pytest.approx(one.seconds)
     assert two.elapsed - two.overhead < 0.6 * one.seconds
+
+
+def test_the_runs_of_a_transfer_on_another_mesh_are_counted_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.overview.plan.make_solver", lambda _study: TriedSolver())
+    alone = plan(make_study(tmp_path), None, TriedSolver(), 1)
+    section = "transfer: {solver: {kind: embedded, element_size: 1 mm}, budget: 6}\n"
+    both = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
+    (note,) = (note for note in both.notes if isinstance(note, InAnotherProgram))
+    assert note.there == 6 and note.seconds is not None and note.seconds >= 30.0
+    assert alone.elapsed is not None and both.elapsed == pytest.approx(alone.elapsed + note.seconds)
+
+
+def test_a_program_that_tells_no_time_is_counted_without(tmp_path: Path) -> None:
+    section = "transfer: {solver: {kind: manual}, budget: 6}\n"
+    found = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
+    (note,) = (note for note in found.notes if isinstance(note, InAnotherProgram))
+    assert (note.there, note.seconds) == (6, None)

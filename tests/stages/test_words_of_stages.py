@@ -146,7 +146,8 @@ def test_a_single_target_is_good_nowhere_in_particular(tmp_path: Path, monkeypat
     _, verdict = calibrated(tmp_path, study, monkeypatch)
     assert lines(verdict, Names(study.naming)) == [
         "Calibrated, with reservations. Not identified: static and rolling. One combination is known, not each: static "
-        "−0.0812 and rolling +0.0354 together change hardly anything that was fitted. (1 more reason.)",
+        "−0.0812 and rolling +0.0354 together change hardly anything that was fitted. (1 more reason: `stemcal status "
+        "SPEC`.)",
         "Good (within 10 %).",
         "Next: Measure another response or another kind of test, or give rolling a prior from the literature.",
     ]

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from stemcal.doe.designs.aliases import FullyAliased
+from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.doe.screening.notes import NotAfterHolm
+from stemcal.files.rows import Rows
 from stemcal.notes import Weight
+from stemcal.stages.result import DesignRuns, Head
+from stemcal.stages.screen import FurtherScreening, ScreenResult
 from stemcal.text import screening
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
@@ -20,6 +26,30 @@ def test_the_outcome_names_the_factors_that_move_the_force(results: Any) -> None
         "9 factors were screened in 12 runs. Factors that move the maximum force (share of the sum of squares): "
         "Yield stress (60.2 %), failure_strain (34.0 %) and strain_rate_c (2.7 %)."
     )
+
+
+@pytest.mark.parametrize(
+    ("rows", "response", "why"),
+    [
+        ([[-1, -1], [1, -1], [-1, 1], [1, 1]], [0.0, 146.0, 0.0, 146.0], "there is no error to test them with."),
+        ([[-1, -1], [1, -1], [-1, 1]], [0.0, 146.0, 0.0], "no residual degrees of freedom are left."),
+    ],
+)
+def test_effects_without_an_error_term_are_not_called_insignificant(
+    rows: list[list[int]], response: list[float], why: str
+) -> None:
+    found = analyse_screening(rows, response, ["yield_stress", "density"])
+    runs: Any = Rows([None] * len(rows))
+    stage = ScreenResult(
+        head=Head(2, "screen", "known"), design=DesignRuns("full", runs), **FurtherScreening.of(found).as_record()
+    )
+    assert screening.outcome(stage, NAMES) == [
+        f"2 factors were screened in {len(rows)} runs.",
+        f"Their effects on the maximum force cannot be tested: {why} The largest is that of Yield stress (+146 N, "
+        f"{stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
+    ]
+    assert screening.standing(stage.effects[0]) == "not tested"
+    assert screening.judgement(stage.effects[0], stage, NAMES)[0] == "Whether Yield stress matters cannot be tested."
 
 
 def test_certainty_is_lenths_and_holms(results: Any) -> None:

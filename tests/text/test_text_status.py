@@ -10,6 +10,7 @@ from fakes import make_study
 
 from stemcal.folder.study_folder import Holder
 from stemcal.overview.status import StageStatus, Status
+from stemcal.report.tables.setting import setting_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.verdict.result import Verdict
 from stemcal.text.names import Names
@@ -64,3 +65,19 @@ def test_the_question_of_a_stem_study(tmp_path: Path) -> None:
 def test_what_is_folded() -> None:
     assert folded(["analysis of variance"], 1, 3) == "analysis of variance, 1 figure and 3 notes"
     assert folded([], 0, 0) == ""
+
+
+def test_a_joint_fit_asks_for_all_that_it_fits(tmp_path: Path) -> None:
+    whole = make_study(tmp_path, "invert: {diameters: all}\n")
+    at = [target.condition for target in whole.joint_targets]
+    assert question(whole) == (
+        f"Which parameters make simulated stems of {NAMES.conditions(at)} diameter resist cutting with the measured "
+        "maximum forces?"
+    )
+    measured = setting_tables(whole)[1]
+    assert measured.foot == ("The parameters are fitted to all of them together.",) and not measured.strong
+    some = make_study(tmp_path, f"invert: {{diameters: [{at[0]:g} mm, {at[1]:g} mm]}}\n")
+    assert question(some).endswith("Do they hold at 1 other value of the stem diameter?")
+    measured = setting_tables(some)[1]
+    assert measured.foot == (f"Bold: what the parameters are fitted to ({NAMES.conditions(at[:2])}).",)
+    assert measured.strong == {0, 1}

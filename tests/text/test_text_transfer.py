@@ -8,6 +8,7 @@ from stemcal.doe.calibration.transfer import Learnt
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.overview.plan import InAnotherProgram
+from stemcal.report.tables.of_transfer import transfer_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import Head
 from stemcal.stages.transfer.result import (
@@ -69,6 +70,23 @@ def test_what_became_of_the_parameters() -> None:
     )
 
 
+def test_a_table_says_what_it_refers_to() -> None:
+    parameters, responses, _ = transfer_tables(FOUND, STEM)
+    assert parameters.foot == ("What is not named stays as calibrated.",)
+    (one,) = FOUND.adjusted
+    known = replace(FOUND, adjusted=Rows([replace(one, interval=(0.2, 0.3))]))
+    assert transfer_tables(known, STEM)[0].foot[1].startswith("95 % range: by the scatter")
+    assert responses.foot == (
+        "Within 2 % after 2 of 8 runs: 0.06 % off the measured maximum force.",
+        "Error = 100·(measured − there after)/measured.",
+    )
+    after_a_joint_fit = replace(FOUND, aim=150.0, converged=False)
+    assert transfer_tables(after_a_joint_fit, STEM)[1].foot[0] == (
+        "Not within 2 % after 2 of 8 runs: 6.07 % off what the study's own solver gives, which is the aim after a "
+        "joint fit."
+    )
+
+
 def test_programs_by_their_names() -> None:
     names = [transfer.program(kind) for kind in ("embedded", "lsdyna", "openradioss", "command", "manual")]
     assert names == ["the other model", "LS-DYNA", "OpenRadioss", "the other program", "the other program"]
@@ -99,8 +117,8 @@ def test_where_it_ended() -> None:
         for stopped in ("budget", "out_of_reach", "settled")
     }
     assert said["budget"] == (
-        "The maximum force there is still 36.7 % from 159.2 N: transfer.budget allows no further run. The best point "
-        "is kept."
+        "The maximum force there is still 36.7 % from 159.2 N: transfer.budget allows no further run. Raise it, or "
+        "give strain and stress a wider range under transfer.adjust. The best point is kept."
     )
     assert (
         "is 36.7 % from 159.2 N at the end of the range of strain and stress. Give it a wider" in said["out_of_reach"]
@@ -121,6 +139,13 @@ def test_the_verdict_and_the_plan_name_the_program() -> None:
         solver="lsdyna",
         missed_percent=36.7,
     )
-    assert sentence(missed, STEM) == "In LS-DYNA the maximum force is 36.7 % from what it is to be."
-    assert sentence(missed.remedy, STEM) == "Raise `budget` under `transfer` to 16."
+    assert sentence(missed, STEM) == "In LS-DYNA the maximum force is 36.7 % from the measured one."
+    assert sentence(missed.remedy, STEM) == (
+        "Raise `budget` under `transfer` to 16, or give strain a wider range under `adjust` there."
+    )
+    joint = replace(missed, aims_at="study")
+    assert sentence(joint, STEM) == "In LS-DYNA the maximum force is 36.7 % from that of the study's own solver."
+    assert sentences([InAnotherProgram("embedded", 26, 6, 90.0)])[0].startswith(
+        "26 runs here, at most 6 in the other model (transfer). Those take at most "
+    )
     assert sentences([InAnotherProgram("openradioss", 26, 6)]) == ["26 runs here, at most 6 in OpenRadioss (transfer)."]

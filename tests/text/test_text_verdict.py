@@ -13,7 +13,7 @@ from stemcal.stages.verdict.physics import Doubt, DoubtAt, DoubtKind
 from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
-from stemcal.text.verdict import lines, use, verdict_json
+from stemcal.text.verdict import in_full, lines, use, verdict_json
 
 STEM = Names()
 RESPONSES = (Named("angle", "Angle of repose", "θ", "deg"), Named("bulk", "Bulk density", "ρ", "kg/m3"))
@@ -178,19 +178,42 @@ def unchecked(weight: Severity = "with_reservations") -> Reason:
     return rules.Unchecked(weight=weight, remedy=advice.MeasureMore())
 
 
+def test_a_rough_response_is_averaged_by_the_keys_of_its_solver() -> None:
+    runs = "or add runs: `stemcal augment SPEC --extra-runs 4`."
+    assert sentence(advice.SmoothResponse(phases=5), STEM) == (
+        f"`phases: 5` under `solver` averages over places of the mesh; {runs}"
+    )
+    assert sentence(advice.SmoothResponse(replicates=6), STEM) == (
+        f"`replicates: 6` under `solver` averages over chance; {runs}"
+    )
+    assert sentence(advice.SmoothResponse(), HEAP).startswith("Add runs: `stemcal augment SPEC --extra-runs 4`")
+
+
 def test_three_lines_at_most() -> None:
     assert lines(Verdict.of([], None), STEM) == ["Calibrated."]
     heavy = rules.Unfinished(weight="not_calibrated", remedy=ON, stages=("validate",))
     two = Verdict.of([unchecked(), heavy], Use(10.0, (8.0,), None))
     assert lines(two, STEM) == [
-        "Not calibrated. Not done yet: Validation. (1 more reason.)",
+        "Not calibrated. Not done yet: Validation. (1 more reason: `stemcal status SPEC`.)",
         "Good (within 10 %) at 8 mm.",
         "Next: `stemcal run SPEC` goes on.",
     ]
     three = Verdict.of([unchecked()] * 3, None)
     assert lines(three, STEM)[0].endswith(
-        "with reservations. Nothing checks the result independently. (2 more reasons.)"
+        "with reservations. Nothing checks the result independently. (2 more reasons: `stemcal status SPEC`.)"
     )
+
+
+def test_every_reason_with_its_remedy() -> None:
+    heavy = rules.Unfinished(weight="not_calibrated", remedy=ON, stages=("validate",))
+    assert in_full(Verdict.of([unchecked(), heavy], Use(10.0, (8.0,), None)), STEM) == [
+        "Not calibrated.",
+        "Good (within 10 %) at 8 mm.",
+        "1. Not done yet: Validation. Next: `stemcal run SPEC` goes on.",
+        "2. Nothing checks the result independently. Next: Measure at another stem diameter, or leave one out of "
+        "`invert.diameters`.",
+    ]
+    assert in_full(Verdict.of([], None), STEM) == ["Calibrated."]
 
 
 def test_json_has_facts_and_their_sentences() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Standing = Literal["none", "disputed", "possible", "active"]
+Standing = Literal["untested", "none", "disputed", "possible", "active"]
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,13 @@ class Conclusion:
 
     @property
     def standing(self) -> Standing:
-        """Active where all methods agree, also among all effects; possible for one effect alone; else disputed."""
+        """Active where all methods agree, also among all effects; possible for one effect alone; else disputed.
+
+        Untested where no method could judge it.
+        """
         votes = [vote for vote in (self.by_p, self.by_lenth) if vote is not None]
+        if not votes:
+            return "untested"
         if not any(votes):
             return "none"
         if not all(votes):

@@ -192,8 +192,9 @@ def _validation(stage: ValidateResult) -> PaperTable:
     columns[first] = simulated(naming.response, columns[first].name, "simulated")
     others = [one.long for one in (naming.response, *naming.others)]
     responses = ["maximum shear force"] if naming.response == FORCE else others
-    at = next((row.condition for row in stage.compared if row.role == "calibration"), None)
-    note = line("served" if at is None or naming.condition is None else "served at", naming, at=at)
+    at = [row.condition for row in stage.compared if row.role == "calibration"]
+    many = "served all" if len(at) > 1 else "served at"
+    note = line(many if at and naming.condition is not None else "served", naming, at=at)
     caption = line("published validation", responses=responses)
     return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
 

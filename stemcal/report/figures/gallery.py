@@ -194,7 +194,9 @@ def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
     compared = {further.response for row in validate.rows for further in row.further}
     for response in (naming.response, *(other for other in naming.others if other.name in compared)):
         spread = spread_of(study, response)
-        ringed = "validation" if naming.condition is None else "validation ringed"
+        fitted = sum(row.role == "calibration" for row in validate.compared)
+        ringed = "validation together" if fitted > 1 else "validation ringed"
+        ringed = "validation" if naming.condition is None else ringed
         text = caption(Names(naming.with_primary(response.name)), ringed, *(["bars"] if spread else []))
         name = "validation" if response is naming.response else f"validation-{response.name}"
         plots.append(Plot(name, "validate", text, partial(validation, validate, spread, response)))

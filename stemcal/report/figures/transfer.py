@@ -19,14 +19,14 @@ _SERIES = (
 
 
 def transferred(stage: TransferResult) -> Figure:
-    """Return the four responses over the condition; the measured one that was fitted is ringed."""
+    """Return the four responses over the condition; what was aimed at is ringed."""
     condition, figure = stage.naming.condition, new_figure(height=3.1)
     with styled():
         axes = figure.add_subplot()
         for key, label, style, colour in _SERIES:
             points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
             axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=label)
-        axes.plot(stage.condition, stage.fitted.measured, "o", color=INK, fillstyle="none", markersize=13)
+        axes.plot(stage.condition, stage.aim, "o", color=INK, fillstyle="none", markersize=13)
         at = [row.condition for row in stage.rows]
         axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
         axes.set_xlabel("" if condition is None else plain(condition.axis()))

@@ -43,7 +43,8 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     alike = point.mean_interval == point.prediction_interval
     kind = "interval of the response" if alike else "intervals of the response"
     ends = line(kind, names, mean=point.mean_interval, one=point.prediction_interval)
-    foot = (line("point", names, **found), *valid_for(stage))
+    kind_of_point = "point" if stage.joint is None else "point of all"
+    foot = (line(kind_of_point, names, **found), *valid_for(stage))
     return Table.of(columns, rows, line("calibration"), foot, claimed=(ends, *range_to_cite(stage, names)))
 
 

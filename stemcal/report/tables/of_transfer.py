@@ -28,8 +28,14 @@ def transfer_tables(stage: TransferResult, names: Names) -> list[Table]:
         ],
         stage.adjusted,
         line("transferred", there=there),
-        [line("alone"), *belonging],
+        [line("alone"), *([line("range there")] if known else []), *belonging],
     )
+    reached = {
+        ("measured", True): "reached measured",
+        ("measured", False): "not reached measured",
+        ("study", True): "reached study",
+        ("study", False): "not reached study",
+    }[stage.aims_at, stage.converged]
     near = {"missed": stage.missed_percent, "tolerance": stage.tolerance_percent, "runs": len(stage.asked)}
     responses = Table.of(
         [
@@ -43,7 +49,7 @@ def transfer_tables(stage: TransferResult, names: Names) -> list[Table]:
         ],
         stage.rows,
         line("there", names, there=there),
-        [line("reached" if stage.converged else "not reached", budget=stage.budget, **near), line("error")],
+        [line(reached, names, budget=stage.budget, **near), line("error there")],
     )
     runs = Table.of(
         [

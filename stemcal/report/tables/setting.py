@@ -63,7 +63,8 @@ def _factors(study: Study) -> Table:
 
 
 def _measured(study: Study) -> Table:
-    at, naming, targets = study.targets.calibrate_at, study.naming, study.targets.means
+    naming, targets = study.naming, study.targets.means
+    fitted = [target.condition for target in study.joint_targets or (study.calibration_target,)]
 
     def other(named: Named) -> list[Column]:
         return [
@@ -79,9 +80,14 @@ def _measured(study: Study) -> Table:
         *(column for named in naming.others for column in other(named)),
         Column("n", "n", form=short),
     ]
-    strong = frozenset(i for i, t in enumerate(targets) if t.condition == at and naming.condition is not None)
+    strong, foot = frozenset[int](), []
+    if naming.condition is not None and 1 < len(fitted) == len(targets):
+        foot = [line("fitted to all")]
+    elif naming.condition is not None:
+        strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
+        foot = [line("fitted at", naming, at=fitted)]
     title = line("measured", responses=[one.long for one in (naming.response, *naming.others)])
-    return Table.of(columns, targets, title, [line("fitted at", naming, at=at)] if strong else (), strong=strong)
+    return Table.of(columns, targets, title, foot, strong=strong)
 
 
 def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:

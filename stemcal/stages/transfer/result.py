@@ -14,6 +14,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 
 Stopped = Literal["tolerance", "budget", "out_of_reach", "settled"]
+AimsAt = Literal["measured", "study"]
 Role = Literal["search", "after", "before"]
 
 
@@ -151,6 +152,11 @@ class TransferResult(StageResult):
     def fitted(self) -> TransferRow:
         """The row of the condition where the parameters were corrected."""
         return next(row for row in self.rows if row.condition == self.condition)
+
+    @property
+    def aims_at(self) -> AimsAt:
+        """Whether the aim is the measured response, or what the study's own solver gives."""
+        return "measured" if self.aim == self.fitted.measured else "study"
 
     @property
     def missed_percent(self) -> float:

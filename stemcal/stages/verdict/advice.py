@@ -25,6 +25,7 @@ from stemcal.study.model import EmbeddedSolver, Factor, Study
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
 _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
+_MOST_AVERAGED = 100  # places or replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
 
@@ -172,8 +173,12 @@ class CheckPrior(Remedy):
     source: str
 
 
+@dataclass(frozen=True)
 class SmoothResponse(Remedy):
-    """Make the response smoother, or average its roughness over more runs."""
+    """Average over so many places of the mesh or replicates, where the solver knows these, or add runs."""
+
+    phases: int | None = None
+    replicates: int | None = None
 
 
 def region_of(surface: SurfaceResult, study: Study | None = None) -> Region:
@@ -316,6 +321,13 @@ def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
     return ScaleMassLess(
         mass_scaling, None if step is None else _outwards(1e6 * step * swing, False), LIMITS["inertia"]
     )
+
+
+def to_smooth(study: Study) -> SmoothResponse:
+    """Return over what a rough response may be averaged: twice what it is already, five at least."""
+    if isinstance(study.solver, EmbeddedSolver):
+        return SmoothResponse(phases=min(max(5, 2 * study.solver.phases), _MOST_AVERAGED))
+    return SmoothResponse(replicates=min(max(5, 2 * study.replicates), _MOST_AVERAGED) if study.replicates else None)
 
 
 def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:

@@ -13,6 +13,7 @@ from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import Contradicted, JointFitted, PriorRow
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EqualRepeats
+from stemcal.stages.transfer.result import AimsAt
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, physics_of
 from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, UseThere, Verdict
@@ -163,10 +164,14 @@ class RoughResponse(Reason):
 
 @dataclass(frozen=True, kw_only=True)
 class TransferMissed(Reason):
-    """In the program that the parameters are for the response is so far from its aim, percent: a reservation."""
+    """In the program that the parameters are for the response is so far from its aim, percent: a reservation.
+
+    The aim is the measured response, or after a joint fit what the study's own solver gives.
+    """
 
     solver: str
     missed_percent: float
+    aims_at: AimsAt = "measured"
 
 
 @dataclass(frozen=True)
@@ -467,7 +472,11 @@ def _transfer(evidence: Evidence) -> Iterator[Reason]:
         return
     remedy = advice.MendTransfer(found.stopped, found.moving, 2 * found.budget)
     yield TransferMissed(
-        weight="with_reservations", remedy=remedy, solver=found.solver.kind, missed_percent=found.missed_percent
+        weight="with_reservations",
+        remedy=remedy,
+        solver=found.solver.kind,
+        missed_percent=found.missed_percent,
+        aims_at=found.aims_at,
     )
 
 
@@ -476,7 +485,9 @@ def _rough(evidence: Evidence) -> Iterator[Reason]:
     if surface is None or not isinstance(surface.pure_error, EqualRepeats) or surface.cv_percent is None:
         return
     if surface.cv_percent > ROUGH_PERCENT:
-        yield RoughResponse(weight="with_reservations", remedy=advice.SmoothResponse(), cv_percent=surface.cv_percent)
+        yield RoughResponse(
+            weight="with_reservations", remedy=advice.to_smooth(evidence.study), cv_percent=surface.cv_percent
+        )
 
 
 RULES: tuple[Rule, ...] = (
