@@ -259,7 +259,15 @@ def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> Non
 
 def test_progress_tells_the_last_answer() -> None:
     progress: Any = SimpleNamespace(
-        stage="screen", done=5, total=8, cached=0, failed=0, last_response=0.5312, last_condition=12.0, preparing=0.0
+        stage="screen",
+        done=5,
+        total=8,
+        cached=0,
+        failed=0,
+        last_response=0.5312,
+        last_condition=12.0,
+        preparing=0.0,
+        counts="run",
     )
     restitution = Named("cor", "Restitution", "e", "1")
     assert describe(progress, Naming(None, (restitution,))) == "Screening: 5/8 runs, last 0.5312"
