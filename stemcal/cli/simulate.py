@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -156,7 +156,8 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
         if not equals:
             raise UsageError(f"--set {setting}: write it as factor=value")
         if name not in levels:
-            raise UsageError(f"--set {setting}: no factor {name!r}{_suggestion(name, list(levels))}")
+            remedy = _suggestion(name, levels, "the study's factors")
+            raise UsageError(f"--set {setting}: no factor {name!r}; {remedy}")
         levels[name] = typed_level(study.factor(name), text.strip())
     return levels
 
@@ -170,18 +171,18 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
         raise UsageError("\n".join(wrong))
 
 
-def _suggestion(name: str, known: list[str]) -> str:
+def _suggestion(name: str, known: Iterable[str], what: str) -> str:
     meant = nearest(name, known)
-    return f"; did you mean {meant}?" if meant else f"; the study's factors are {', '.join(known)}"
+    return f"did you mean {meant}?" if meant else f"{what} are {', '.join(known)}"
 
 
-def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, embedded_only: dict[str, object]) -> None:
+def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     from stemcal.errors import UsageError
     from stemcal.outputs import refuse_link
 
     if study.solver.kind != "embedded":
-        embedded_only |= {"--figure": figure}
+        embedded_only = {**others, "--figure": figure}
         if given := [name for name, value in embedded_only.items() if value is not None]:
             raise UsageError(f"{', '.join(given)}: for `solver: {{kind: embedded}}`; this spec has {study.solver.kind}")
     for path in (csv_file, figure):
@@ -209,8 +210,7 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
         if section.name == test:
             return section
     known = [CUTTING, *(section.name for section in study.tests)]
-    meant = nearest(test, known)
-    remedy = f"did you mean {meant}?" if meant else f"the spec's tests are {', '.join(known)}"
+    remedy = _suggestion(test, known, "the spec's tests")
     raise UsageError(f"--test {test[:60]!r}: there is no such test; {remedy}")
 
 

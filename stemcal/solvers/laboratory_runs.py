@@ -34,11 +34,7 @@ def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
     """
     fitted = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     everywhere = any(abs(diameter - at) < 1e-6 for at in fitted)
-    return tuple(
-        test
-        for test in study.tests
-        if any(everywhere or abs(means.diameter - diameter) < 1e-6 for means in test.targets)
-    )
+    return tuple(test for test in study.tests if (test.targets if everywhere else test.means_at(diameter)))
 
 
 def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> LaboratoryTest:
