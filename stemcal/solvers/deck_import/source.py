@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.solvers.deck.fixed_width import LONG, STANDARD
+from stemcal.solvers.deck.settings import settings_of
 from stemcal.solvers.deck_import.cards import CARDS, known_name
 from stemcal.solvers.deck_import.keyword_blocks import Block, blocks
-from stemcal.solvers.deck_import.settings import settings_of
 
 Array = NDArray[np.float64]
 
