@@ -4,8 +4,6 @@ A kind of note is a frozen dataclass with the values that it speaks of, declared
 files it is ``{"kind": "flat_response", "weight": "numbers", ...values}``.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import ClassVar

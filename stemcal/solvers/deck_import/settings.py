@@ -1,7 +1,5 @@
 """What belongs to the model and has no card: a deck of stemcal's keeps it in comments, an import reads it back."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
