@@ -1,7 +1,7 @@
 """Notes: what a result has to say beside its numbers, as facts. `stemcal.text` makes the sentences.
 
-A kind of note is a frozen dataclass (`Tagged` makes it one) with the values that it speaks of, beside the code that finds it. In
-files it is ``{"kind": "flat_response", "weight": "numbers", ...values}``.
+A kind of note is declared beside the code that finds it, with the values that it speaks of; `Tagged` makes it a frozen
+dataclass. In files it is ``{"kind": "flat_response", "weight": "numbers", ...values}``.
 """
 
 from __future__ import annotations
