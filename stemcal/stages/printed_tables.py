@@ -41,7 +41,6 @@ class Agreement:
     of: int
 
 
-@dataclass(frozen=True)
 class Contradiction(Tagged):
     """Something that a paper prints and that the rest of it contradicts, a class for each kind."""
 
@@ -51,7 +50,6 @@ class Contradiction(Tagged):
         return False
 
 
-@dataclass(frozen=True)
 class Difference(Contradiction):
     """A printed cell that does not agree, and its table."""
 

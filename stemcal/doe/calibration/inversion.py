@@ -21,19 +21,14 @@ Interval = tuple[float, float]
 _SHARE_POINTS = 13  # 2^13 points give the share to about half a per cent
 
 
-@dataclass(frozen=True)
-class FreeFactors(Note):
+class FreeFactors(Note, weight=Weight.USE):
     """Factors that the target leaves free over the whole region."""
 
-    weight = Weight.USE
     factors: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class SecondSolution(Note):
+class SecondSolution(Note, weight=Weight.ASIDE):
     """Another solution lies equally far from the centre, at lower levels."""
-
-    weight = Weight.ASIDE
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ _DRAWS, _SEED, _PARENT, _SMALL = 2000, 12, 0.5, 0.25
 _WORTH = 0.05  # share of the cases that it must find more
 
 
-@dataclass(frozen=True)
 class FoldOverPays(Note):
     """Runs that it costs, and the share of cases in which an effect of this size is missed without and with it."""
 

@@ -27,7 +27,6 @@ __all__ = ["MeshResult", "mesh"]
 _AT_PLACES = {"travel": "phase_travels", "work": "phase_works"}
 
 
-@dataclass(frozen=True)
 class ScatterUnknown(Note):
     """A measured response whose values at each place of the mesh the runs do not tell."""
 
