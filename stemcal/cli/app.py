@@ -3,8 +3,6 @@
 Modules of commands import nothing heavy until a command runs, so `stemcal --help` answers at once.
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Annotated, Any
 

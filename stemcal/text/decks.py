@@ -1,7 +1,5 @@
 """What is said of decks: the force that one is to give, beside the study's."""
 
-from __future__ import annotations
-
 from stemcal.text.language import say
 from stemcal.text.numbers import significant
 from stemcal.text.transfer import program as program_name

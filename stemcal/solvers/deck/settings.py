@@ -1,7 +1,5 @@
 """What a deck of stemcal's keeps in comments: what belongs to the model and has no card, the force it is to give."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError

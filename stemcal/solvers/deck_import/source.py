@@ -1,7 +1,5 @@
 """What a keyword deck of a stem's shear test says: stem, blade and supports found, turned and put where ours are."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

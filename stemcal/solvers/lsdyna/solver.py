@@ -1,7 +1,5 @@
 """A run of LS-DYNA from beginning to end: deck, process, normal termination, peak force."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass

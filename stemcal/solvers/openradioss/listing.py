@@ -1,7 +1,5 @@
 """What OpenRadioss says: errors, echoed values, how it ended, elements taken away, time histories."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """A run of OpenRadioss from beginning to end: deck, starter, engine, time histories, peak force."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
