@@ -88,7 +88,6 @@ class Allotted:
     share: float
 
 
-@dataclass(frozen=True)
 class ScatterAssumed(Note):
     """Responses without a scatter in the spec count with this coefficient of variation, per cent."""
 
@@ -96,7 +95,6 @@ class ScatterAssumed(Note):
     percent: float
 
 
-@dataclass(frozen=True)
 class MaximumOutOfReach(Note):
     """Responses that do not count: the stroke of their test ends before its maximum is passed."""
 

@@ -1,7 +1,5 @@
 """The key of a run record, and the answer that a record holds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,10 +1,8 @@
 """What the spec says about runs that fail: which are tried again, which count, when a stage must not go on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from stemcal.errors import RunsFailed
@@ -21,11 +19,9 @@ WITHDRAWN = "withdrawn"  # a result entered by hand that was none
 _MOST_REASONS = 10
 
 
-@dataclass(frozen=True)
-class LowerBound(Note):
+class LowerBound(Note, weight=Weight.NUMBERS):
     """In these rows (from 1) the response is a lower bound: how the stroke ended, as far as the solver tells."""
 
-    weight = Weight.NUMBERS
     rows: tuple[int, ...]
     stroke_end: str
 

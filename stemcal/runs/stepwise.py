@@ -1,7 +1,5 @@
 """Runs that are decided one by one, each after the answer before it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from stemcal.errors import UsageError

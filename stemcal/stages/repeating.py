@@ -1,7 +1,5 @@
 """Does a program give equal answers to equal inputs? Its first run is repeated at the start to see it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -26,11 +26,9 @@ _COLUMNS = ("factor", "symbol", "effect", "contribution_percent", "sum_of_square
             "p_holm", "p_bh")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class UnexpectedSign(Note):
+class UnexpectedSign(Note, weight=Weight.USE):
     """A significant effect has not the sign that the spec expects."""
 
-    weight = Weight.USE
     factor: str
     effect: float
     expected: str

@@ -35,11 +35,9 @@ from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 
 
-@dataclass(frozen=True)
-class FromTable(Note):
+class FromTable(Note, weight=Weight.USE):
     """The simulated responses are a table's, which belong to these levels (none: unknown), not to this calibration."""
 
-    weight = Weight.USE
     levels: dict[str, float]
 
 
@@ -47,7 +45,6 @@ class RangesChosenAfter(Note):
     """The ranges were chosen after seeing the measurements, so leaving them out in turn is not an independent check."""
 
 
-@dataclass(frozen=True)
 class TooFewForDiscrepancy(Note):
     """What the model misses takes more fitted conditions, since the parameters are seen in so many directions."""
 

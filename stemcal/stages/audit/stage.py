@@ -1,7 +1,5 @@
 """The audit of a paper as a stage."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -27,7 +25,6 @@ from stemcal.study.model import Study
 CHECKS: tuple[Check, ...] = (cells_differ, claims_differ, levels_differ, design_differs, *SUSPICIONS, *CONSISTENCY)
 
 
-@dataclass(frozen=True)
 class NoValidationTable(Note):
     """No validation table is given: its responses are not looked at."""
 

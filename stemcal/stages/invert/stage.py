@@ -1,8 +1,6 @@
 """The calibration as a stage: one measured force, or several measured means together."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from stemcal.notes import Note
 from stemcal.solvers.protocol import Belonging
@@ -15,7 +13,6 @@ from stemcal.stages.work import Work, a_stage
 __all__ = ["InvertResult", "invert"]
 
 
-@dataclass(frozen=True)
 class PriorUnused(Note):
     """Factors with a prior that the surface does not vary: they stay at mid-level."""
 

@@ -1,7 +1,5 @@
 """The mesh as a stage: the solution simulated on other meshes, their scatter carried into every interval."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -29,7 +27,6 @@ __all__ = ["MeshResult", "mesh"]
 _AT_PLACES = {"travel": "phase_travels", "work": "phase_works"}
 
 
-@dataclass(frozen=True)
 class ScatterUnknown(Note):
     """A measured response whose values at each place of the mesh the runs do not tell."""
 
