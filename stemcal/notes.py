@@ -4,8 +4,6 @@ A kind of note is declared beside the code that finds it, with the values that i
 dataclass. In files it is ``{"kind": "flat_response", "weight": "numbers", ...values}``.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import ClassVar
 

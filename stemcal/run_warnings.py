@@ -1,7 +1,5 @@
 """What a careful engineer would want to know about a run before using its force: facts, a class for each kind."""
 
-from __future__ import annotations
-
 from stemcal.files.typed import Tagged
 
 __all__ = [

@@ -1,7 +1,5 @@
 """Which runs a study waits for, and which it knows."""
 
-from __future__ import annotations
-
 from stemcal.errors import Waiting
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

@@ -4,8 +4,6 @@ A result is recorded like that of any other run, with who entered it and when. O
 overwritten by another, unless that is asked for with a reason; the record then keeps what stood there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """The rows of a sheet that are not taken: a kind for each reason, with where the row stands and what it says."""
 
-from __future__ import annotations
-
 from stemcal.files.typed import Tagged
 
 

@@ -1,7 +1,5 @@
 """What a careful reader must know of a laboratory's files: facts, a class for each kind."""
 
-from __future__ import annotations
-
 from stemcal.files.typed import Tagged
 
 Names = tuple[str, ...]

@@ -1,7 +1,5 @@
 """What can be said of a study's designs before any run: what they want, lose, and take for granted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.notes import Note

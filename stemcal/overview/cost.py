@@ -5,8 +5,6 @@ else from the solver's own guess. What comes beside it is a constant of a small 
 time.
 """
 
-from __future__ import annotations
-
 import socket
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What a study takes, foretold before anything of it is begun: time and memory, and whether that is too much."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs can find."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Every run that a study asks for, and what has become of it: for `status`, `runs` and `retry`. Reads only."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Is the study folder sound? Every record against its seal and its name, every stage against its spec."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

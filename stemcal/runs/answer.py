@@ -5,8 +5,6 @@ failed; one that failed by accident (its process died, the solver raised) is beg
 says, and once more by the next command.
 """
 
-from __future__ import annotations
-
 import logging
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """What a stage tells of one run."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What the spec says about runs that fail: which are tried again, which count, when a stage must not go on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

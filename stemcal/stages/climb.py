@@ -1,7 +1,5 @@
 """The climb between screening and surface: active factors stepped together towards the target."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar

@@ -6,8 +6,6 @@ those that differ tell what has changed. A command that comes upon a fresh stage
 or to be begun again is worked out again.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Printed results against recomputed ones, cell by cell, when a published study is analysed again."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What a stage works with, and how a function on it becomes a stage."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps

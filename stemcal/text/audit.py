@@ -1,7 +1,5 @@
 """What an audit of a paper has found."""
 
-from __future__ import annotations
-
 from stemcal.stages.audit import consistency, paper, suspicions
 from stemcal.stages.audit.stage import AuditResult, NoValidationTable
 from stemcal.stages.base import stage_called

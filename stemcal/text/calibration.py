@@ -1,7 +1,5 @@
 """What a calibration says: the values found, how well they are known, what they hold for, and its remarks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution

@@ -1,7 +1,5 @@
 """What is said of a laboratory's files, and of a virtual test beside what was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from stemcal.measured import remarks as lab

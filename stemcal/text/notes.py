@@ -1,7 +1,5 @@
 """The sentence of any note, or other fact of a kind. Each topic's module says those of its kinds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import singledispatch

@@ -1,7 +1,5 @@
 """How numbers are written in tables and sentences."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """What is said of a plan: what designs can find, what a study takes, what is too much."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from stemcal.executors import machine

@@ -1,7 +1,5 @@
 """What a screening says: its outcome, how sure it is, each factor's standing, and its notes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """What a response surface says: its outcome, how well it explains its runs, what to beware of."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.doe.regression.surface import PREDICTS

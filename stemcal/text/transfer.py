@@ -1,7 +1,5 @@
 """What a transfer says: what the parameters become in another program, and how near the response is there."""
 
-from __future__ import annotations
-
 from stemcal.notes import Weight
 from stemcal.stages.transfer.result import (
     BeyondRange,

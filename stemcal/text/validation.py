@@ -1,7 +1,5 @@
 """What a validation says: its outcome, how sure it is, what formulas without mechanics reach, and its notes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 
 from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend

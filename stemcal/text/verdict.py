@@ -1,7 +1,5 @@
 """What a verdict says: its word, where the result may be used, each reason, and what mends it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from stemcal.files.durable import plain

@@ -1,7 +1,5 @@
 """Where does the surface take the target value, and how well does that fix the factors?"""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

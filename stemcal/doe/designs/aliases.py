@@ -1,7 +1,5 @@
 """What a main effect of a screening design may hide: its aliases among the two-factor interactions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import combinations
 

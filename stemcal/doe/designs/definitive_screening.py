@@ -5,8 +5,6 @@ is aliased fully with another. Sources: B. Jones and C. J. Nachtsheim, J. Qualit
 by conference matrices, L. Xiao, D. K. J. Lin and F. Bai, J. Quality Technology 44 (2012), 2–8.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stemcal.doe.designs.hadamard import conference

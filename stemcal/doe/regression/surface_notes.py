@@ -1,7 +1,5 @@
 """What to beware of in a fitted surface."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ often it stays within the margin of the design as it is, the unused columns of a
 design with its mirrored half, in which main effects are clear of interactions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """What to beware of in a screening: what the error is worth, where methods disagree, what hides what."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

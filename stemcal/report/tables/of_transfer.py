@@ -1,7 +1,5 @@
 """Tables of a transfer: parameters for another program or mesh, what they give there, and its runs."""
 
-from __future__ import annotations
-
 from stemcal.files.rows import Column, Table
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.regularise import HIGHEST, LOWEST, Regularisation, Regularised

@@ -1,7 +1,5 @@
 """What a paper's own runs, equation, names and forces say of each other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product

@@ -4,8 +4,6 @@ First the cells of the printed tables and the printed claims, then what the numb
 against runs, box against design, equation against solution, signs against the law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from stemcal.doe.regression.surface import fit_surface

@@ -1,7 +1,5 @@
 """The audit of a paper as a stage."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

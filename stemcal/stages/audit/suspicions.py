@@ -1,7 +1,5 @@
 """What the numbers of a paper say about each other: checks of an audit that need no printed counterpart."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import combinations
 

@@ -3,8 +3,6 @@
 At a condition (a diameter) each response (force, travel and work to the maximum force) has a surface of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from stemcal.doe.calibration.contradiction import allowed_by_others, contradiction, out_of_reach

@@ -1,7 +1,5 @@
 """One measured mean: the point of the surface that gives it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The calibration as a stage: one measured force, or several measured means together."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from stemcal.notes import Note

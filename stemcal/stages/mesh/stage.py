@@ -1,7 +1,5 @@
 """The mesh as a stage: the solution simulated on other meshes, their scatter carried into every interval."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ surface or between two points that bracket it (`doe.calibration.approach`), to m
 surfaces moved through the best point.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

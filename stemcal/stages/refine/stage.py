@@ -1,7 +1,5 @@
 """The refinement as a stage: the closed loop run, and what it comes to."""
 
-from __future__ import annotations
-
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST

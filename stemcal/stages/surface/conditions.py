@@ -1,7 +1,5 @@
 """The design of the surface run at the other diameters of a joint fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from stemcal.errors import RunsFailed

@@ -1,7 +1,5 @@
 """The runs of a surface as its fit takes them: weights, blocks, scatter, what repeated ones tell."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar

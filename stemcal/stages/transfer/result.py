@@ -1,7 +1,5 @@
 """What a transfer comes to: the parameters for another program, what they give there, and what was run for it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal

@@ -1,7 +1,5 @@
 """The transfer as a stage: the calibrated point run by another program, corrected there, and run at every condition."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf

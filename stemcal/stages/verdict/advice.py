@@ -3,8 +3,6 @@
 Every kind of remedy is declared here; `stemcal.text.verdict` words them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import floor, log10
 from typing import Literal

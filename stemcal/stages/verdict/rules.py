@@ -3,8 +3,6 @@
 The given percentage is `targets.equivalent_within_percent`; what a reason weighs, its rule decides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
