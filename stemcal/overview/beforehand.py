@@ -1,9 +1,6 @@
 """What can be said of a study's designs before any run: what they want, lose, and take for granted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from stemcal.notes import Note
 from stemcal.study.model import EmbeddedSolver, Study, factors_taken
@@ -11,7 +8,6 @@ from stemcal.study.model import EmbeddedSolver, Study, factors_taken
 _SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
 
-@dataclass(frozen=True)
 class SmallScreening(Note):
     """A Plackett–Burman design of four or eight runs aliases main effects wholly with interactions."""
 
@@ -22,7 +18,6 @@ class SmallScreening(Note):
     usual_df: int
 
 
-@dataclass(frozen=True)
 class TooFewFactors(Note):
     """The design of the surface wants more factors than the study has."""
 
@@ -31,7 +26,6 @@ class TooFewFactors(Note):
     factors: int
 
 
-@dataclass(frozen=True)
 class FactorsWanted(Note):
     """The design of the surface wants so many factors, whatever the screening finds."""
 
@@ -39,7 +33,6 @@ class FactorsWanted(Note):
     most: int
 
 
-@dataclass(frozen=True)
 class LengthsBelong(Note):
     """The failure strain that will be found belongs to these lengths, as the spec writes them."""
 
