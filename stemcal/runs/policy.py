@@ -1,7 +1,8 @@
 """What the spec says about runs that fail: which are tried again, which count, when a stage must not go on."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -102,3 +103,12 @@ def reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list
     ]
     more = len(lines) - _MOST_REASONS
     return [*lines[:_MOST_REASONS], f"  and {more} more"] if more > 0 else lines
+
+
+@contextmanager
+def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Iterator[None]:
+    """Add to a `RunsFailed` which runs failed and why."""
+    try:
+        yield
+    except RunsFailed as error:
+        raise RunsFailed("\n".join([str(error), *reason_lines(requests, answers)])) from None
