@@ -91,6 +91,14 @@ class OfFiles(LabRemark):
 
 
 @dataclass(frozen=True)
+class NearGrades(LabRemark):
+    """Two grades (mm) so near each other that their forces cannot be told apart; they are counted apart."""
+
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
 class Outlier(LabRemark):
     """A specimen of a grade (mm) beyond the critical value of Grubbs' test; it is still included."""
 
