@@ -5,8 +5,6 @@ notebook, needs no ``if __name__ == "__main__"``; what a child calls lies in mod
 with its parent, in whatever way that ended.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import pickle

@@ -12,8 +12,6 @@
 They are caught once, in `stemcal.cli.app`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

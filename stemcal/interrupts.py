@@ -5,8 +5,6 @@ it and goes on. So while a module is imported, and inside `put_off`, a signal is
 that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
 """
 
-from __future__ import annotations
-
 import queue
 import signal
 import threading

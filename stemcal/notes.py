@@ -1,12 +1,9 @@
 """Notes: what a result has to say beside its numbers, as facts. `stemcal.text` makes the sentences.
 
-A kind of note is a frozen dataclass with the values that it speaks of, declared beside the code that finds them. In
-files it is ``{"kind": "flat_response", "weight": "numbers", ...values}``.
+A kind of note is declared beside the code that finds it, with the values that it speaks of; `Tagged` makes it a frozen
+dataclass. In files it is ``{"kind": "flat_response", "weight": "numbers", ...values}``.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import ClassVar
 
@@ -29,20 +26,22 @@ class Weight(IntEnum):
     """What is said for completeness."""
 
 
-@dataclass(frozen=True)
 class Note(Tagged):
     """A fact worth a sentence. Each kind sets its weight; one that `claims` holds for a calibrated study only.
 
-    >>> @dataclass(frozen=True)
-    ... class BladeBent(Note):
-    ...     weight = Weight.USE
+    >>> class BladeBent(Note, weight=Weight.USE):
     ...     angle: float
     >>> BladeBent(2.5).tags()
     {'kind': 'blade_bent', 'weight': 'use'}
     """
 
-    weight: ClassVar[Weight] = Weight.TRUST
-    claims: ClassVar[bool] = False
+    weight: ClassVar[Weight]
+    claims: ClassVar[bool]
+
+    def __init_subclass__(cls, weight: Weight = Weight.TRUST, claims: bool = False, **kind: str) -> None:
+        """Set what holds for all notes of the kind."""
+        super().__init_subclass__(**kind)
+        cls.weight, cls.claims = weight, claims
 
     def tags(self) -> dict[str, str]:
         """Return the kind and the weight."""

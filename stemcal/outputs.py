@@ -4,8 +4,6 @@ In a folder that several people can write, a link called as an output will be co
 file of the user. The folder that a user names with ``--out`` may be a link; what stemcal makes in it may not.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Force over diameter as a power law, F = a·dᵇ, fitted as a straight line of the logarithms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, sqrt

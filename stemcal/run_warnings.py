@@ -1,9 +1,5 @@
 """What a careful engineer would want to know about a run before using its force: facts, a class for each kind."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
 from stemcal.files.typed import Tagged
 
 __all__ = [
@@ -19,7 +15,6 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
 class RunWarning(Tagged):
     """A doubt about a run's force, with the values it speaks of; in records ``{"kind": …, ...values}``."""
 
@@ -29,7 +24,6 @@ class RunWarning(Tagged):
         return self.kind
 
 
-@dataclass(frozen=True)
 class StrokeTooShort(RunWarning):
     """The maximum is not known to be passed when the stroke ends.
 
@@ -45,21 +39,18 @@ class StrokeTooShort(RunWarning):
     stroke: float
 
 
-@dataclass(frozen=True)
 class MaximumNotPassed(RunWarning):
     """A laboratory test ends, after so many mm, before its force is known to have passed its maximum."""
 
     stroke: float
 
 
-@dataclass(frozen=True)
 class EnergyDrifts(RunWarning):
     """The energy balance is off by that share of the work."""
 
     percent: float
 
 
-@dataclass(frozen=True)
 class InertiaInForce(RunWarning):
     """Blade and supports differ at the peak, of the force on the blade; kinetic energy is of internal energy."""
 
@@ -67,14 +58,12 @@ class InertiaInForce(RunWarning):
     kinetic_percent: float
 
 
-@dataclass(frozen=True)
 class HourglassEnergy(RunWarning):
     """Hourglass energy, of internal energy."""
 
     percent: float
 
 
-@dataclass(frozen=True)
 class ForceAfterBreak(RunWarning):
     """After the break at a travel (mm) the force exceeds the peak before it (N)."""
 
@@ -83,12 +72,10 @@ class ForceAfterBreak(RunWarning):
     peak: float
 
 
-@dataclass(frozen=True)
 class NothingDeleted(RunWarning):
     """The material has no failure criterion: at the failure strain elements lose their shear stress and stay."""
 
 
-@dataclass(frozen=True)
 class Message(RunWarning):
     """The words of a program, as it wrote them."""
 

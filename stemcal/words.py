@@ -1,7 +1,5 @@
 """Words in sentences: near misses, lists, numbers with their nouns."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

@@ -15,8 +15,6 @@ from the records of the study folder where they are there; a stage that would be
 (`stages.fresh`). Progress goes to `watch`, called with a `Progress`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from stemcal.executors.base import RunExecutor

@@ -1,7 +1,5 @@
 """What programs see: runs that are awaited as data, results taken as data."""
 
-from __future__ import annotations
-
 import getpass
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The sheet: a row for each run that is awaited, with empty cells for its results, as CSV and as a workbook."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

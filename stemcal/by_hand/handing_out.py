@@ -1,7 +1,5 @@
 """The files of a study folder that ask for results: the sheet, and the input files of each run."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A cell as a number in the unit that is wanted, or why it is none."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A sheet that is filled in, as it stands: cells under the columns of the study, nothing judged yet."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -1,13 +1,8 @@
 """The rows of a sheet that are not taken: a kind for each reason, with where the row stands and what it says."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
 from stemcal.files.typed import Tagged
 
 
-@dataclass(frozen=True)
 class Refused(Tagged):
     """A row that is not taken: where it stands, which run it names."""
 
@@ -15,12 +10,10 @@ class Refused(Tagged):
     run: str
 
 
-@dataclass(frozen=True)
 class UnknownRun(Refused):
     """No run of the study is called so."""
 
 
-@dataclass(frozen=True)
 class OtherStudy(Refused):
     """The row is of another study's sheet, which may ask for runs of the same names and levels."""
 
@@ -28,19 +21,16 @@ class OtherStudy(Refused):
     own: str
 
 
-@dataclass(frozen=True)
 class OtherReplicate(Refused):
     """The run has no such replicate."""
 
     replicate: str
 
 
-@dataclass(frozen=True)
 class SeveralMeant(Refused):
     """Several runs are called so, and neither condition nor replicate tells which is meant."""
 
 
-@dataclass(frozen=True)
 class OtherLevels(Refused):
     """The run was asked for at another level, or another condition."""
 
@@ -50,7 +40,6 @@ class OtherLevels(Refused):
     unit: str
 
 
-@dataclass(frozen=True)
 class Unreadable(Refused):
     """A cell holds no number, for this reason."""
 
@@ -62,36 +51,30 @@ class Unreadable(Refused):
     readings: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
 class Incomplete(Refused):
     """A response is missing beside the others."""
 
     response: str
 
 
-@dataclass(frozen=True)
 class FailedWithValue(Refused):
     """The run is said to have failed and to have given a value."""
 
 
-@dataclass(frozen=True)
 class NoReason(Refused):
     """The run is said to have failed, not why."""
 
 
-@dataclass(frozen=True)
 class BrokenRow(Refused):
     """The row has more cells than the heading, so that nobody knows which belongs where."""
 
 
-@dataclass(frozen=True)
 class ToldTwice(Refused):
     """Two rows tell different results of the run."""
 
     other: str
 
 
-@dataclass(frozen=True)
 class KnownOtherwise(Refused):
     """Another result of the run was entered before."""
 
@@ -101,12 +84,10 @@ class KnownOtherwise(Refused):
     when: str
 
 
-@dataclass(frozen=True)
 class NothingToWithdraw(Refused):
     """The run has no result that could be withdrawn."""
 
 
-@dataclass(frozen=True)
 class FarOff(Refused):
     """A value is far from all others at the same condition."""
 

@@ -3,8 +3,6 @@
 Modules of commands import nothing heavy until a command runs, so `stemcal --help` answers at once.
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Annotated, Any
 
@@ -35,6 +33,7 @@ from stemcal.cli import (
     stages,
     status,
     verify,
+    verify_transfer,
 )
 from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes
@@ -86,6 +85,7 @@ app.command(rich_help_panel=AROUND)(plan.plan)
 app.command(rich_help_panel=AROUND)(simulate.simulate)
 app.command("export-deck", rich_help_panel=AROUND)(export_deck.export_deck)
 app.command("export-material", rich_help_panel=AROUND)(export_material.export_material)
+app.command("verify-transfer", rich_help_panel=AROUND)(verify_transfer.verify_transfer)
 app.command("import-deck", rich_help_panel=AROUND)(import_deck.import_deck)
 app.command(rich_help_panel=FOLDER)(status.status)
 app.command(rich_help_panel=FOLDER)(runs.runs)

@@ -1,7 +1,5 @@
 """`stemcal augment`: add runs to a design already run."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`stemcal demo`: a whole small study, to see what comes out."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`stemcal explain`: what a term means and where it comes from."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`stemcal export`: the tables of a study as papers print them."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import typer

@@ -79,10 +79,10 @@ def export_deck(
     deck = Deck.of(study, levels, chosen)
     form = replace(deck.form, material=material or deck.form.material, long=long or deck.form.long)
     deck = replace(deck, form=replace(form, lengths=program or form.lengths))
-    text = deck_text(deck)
+    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
+    text = deck_text(deck if forces is None else replace(deck, force_to_give=forces[0]))
     write_output(out, text)
     beside = _write_beside(deck, out)
-    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
     if as_json:
         of_deck, of_study = forces or (None, None)
         files = [str(path) for path in (out, *beside)]

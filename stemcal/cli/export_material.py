@@ -104,6 +104,8 @@ def _sizes(study: Study, size: float, given: list[float]) -> list[float]:
 
 def _written(study: Study, found: Regularisation, row: Regularised, program: str, folder: Path) -> dict[str, Any]:
     """Write the files; return what material.json holds."""
+    from dataclasses import replace
+
     from stemcal.errors import RunsFailed
     from stemcal.files.typed import to_json
     from stemcal.outputs import make_folder, write_output
@@ -121,7 +123,7 @@ def _written(study: Study, found: Regularisation, row: Regularised, program: str
     points = [(one.element_size, one.failure_strain) for one in valid]
     write_output(folder / "curve.k", curve_text(points, curve_lines(found)))
     write_output(folder / "curve.csv", found.rows.table().csv())
-    write_output(folder / "check.k", deck_text(deck))
+    write_output(folder / "check.k", deck_text(replace(deck, force_to_give=force)))
     told = {
         "schema_version": 1,
         "stage": "export-material",

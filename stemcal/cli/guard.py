@@ -4,8 +4,6 @@
 6 waiting for results, 130 Ctrl-C, 143 SIGTERM.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import tempfile

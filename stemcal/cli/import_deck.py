@@ -1,7 +1,5 @@
 """`stemcal import-deck`: an LS-DYNA deck of a stem as a study with the embedded solver."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """`stemcal init`: a commented spec to start from."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`stemcal report`: the study as one HTML page."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

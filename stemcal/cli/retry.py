@@ -1,7 +1,5 @@
 """`stemcal retry`: failed runs once more."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`stemcal runs`: every run of a study, one by one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """`stemcal schema`: the form of a spec, for editors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """A curve drawn with characters."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 BLOCKS = " ▁▂▃▄▅▆▇█"

@@ -1,7 +1,5 @@
 """The stage commands: one for each entry of the list of stages, and `audit`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from inspect import cleandoc
 

@@ -4,8 +4,6 @@ A reader that has gone (``stemcal run … | head``) wants no more, which is no e
 Data that a full disk or a closed output swallowed are lost, so the command then ends with an error.
 """
 
-from __future__ import annotations
-
 import errno
 import io
 import os

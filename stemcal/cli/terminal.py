@@ -1,7 +1,5 @@
 """A rich console for texts of others. Imported only when something is printed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from rich.console import Console, ConsoleOptions, RenderableType

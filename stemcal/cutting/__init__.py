@@ -3,8 +3,6 @@
 The stem lies along x, the blade's edge along y at mid-span, the blade moves down along −z.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The blade and its profile."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import cos, radians, sin, tan
 from typing import Literal

@@ -1,7 +1,5 @@
 """From a shear test to its finite element model: mesh, mirror planes, tools."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import ceil, exp, pi
 

@@ -1,7 +1,5 @@
 """What determines a virtual shear test: stem, blade, supports, loading, contact, and how it is computed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 

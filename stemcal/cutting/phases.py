@@ -4,8 +4,6 @@ Erosion takes away whole elements, so the force depends on where the nodes lie u
 evenly; a perturbation draws it at random.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """From a solver's history to what a shear test is made for: the force curve, its peak, and whether to trust it."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """How many elements the mesh of a shear test has, how small they are, what memory they take: without building it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import floor, inf, pi, sin
 

@@ -11,8 +11,6 @@ stroke, over the root of the filter's window. Differences of up to five times th
 values, are none, nor are those of up to a hundredth of the maximum.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

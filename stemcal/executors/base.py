@@ -1,7 +1,5 @@
 """What an executor of runs must offer beyond `concurrent.futures.Executor`."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from concurrent.futures import Executor
 from math import inf

@@ -6,8 +6,6 @@ crashes costs itself, not the worker with all that it holds. A worker that is lo
 processes belong to one command: when that ends, in whatever way it can still tell, they end.
 """
 
-from __future__ import annotations
-
 import functools
 import logging
 import pickle

@@ -1,7 +1,5 @@
 """Which code this is: the version's number, and a hash of the sources, which tells what the number does not."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How an executor may fail to give a run's answer, whatever the executor."""
 
-from __future__ import annotations
-
 from stemcal.errors import StemcalError
 
 

@@ -1,7 +1,5 @@
 """The executor without processes: everything happens in the caller, at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import ParamSpec, TypeVar

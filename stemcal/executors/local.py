@@ -6,8 +6,6 @@ limit, counted from its own start, is ended with all that it has started, and it
 worker loads or compiles before does not count, nor does time while this process is stopped.
 """
 
-from __future__ import annotations
-
 import contextlib
 import pickle
 import queue

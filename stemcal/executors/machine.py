@@ -1,7 +1,5 @@
 """The machine that this process runs on: its cores and its memory."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

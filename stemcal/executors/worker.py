@@ -1,7 +1,5 @@
 """A thread that feeds one worker process of this machine."""
 
-from __future__ import annotations
-
 import queue
 import signal
 import threading

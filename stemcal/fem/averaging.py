@@ -1,7 +1,5 @@
 """The internal length of failure: how much strain each element of a mesh exchanges with its neighbours."""
 
-from __future__ import annotations
-
 from math import ceil
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A plane on which a blade parts a body: what a user of the solver writes, and the arrays of `kernels.cohesive`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

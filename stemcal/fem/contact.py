@@ -1,7 +1,5 @@
 """Rigid tools and the contact law, as a user of the solver writes them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil
 

@@ -1,7 +1,5 @@
 """Frames of a simulation for ParaView: every so many outputs one .vtu file, and a .pvd file that lists them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

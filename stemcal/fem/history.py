@@ -1,7 +1,5 @@
 """What a simulation leaves behind: forces and energies over time, and the body as it ended."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -9,8 +9,6 @@ meets a node of an earlier part puts its forces into rows apart, and these are a
 parts are done. The parts are those of the mesh, not of the threads: the result has the same bits whatever their number.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any

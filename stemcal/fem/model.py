@@ -1,7 +1,5 @@
 """A finite element model: body, material, tools and how it is to be integrated."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Literal
 

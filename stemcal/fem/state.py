@@ -1,7 +1,5 @@
 """The state of a model while it is integrated: how it is put together at time 0."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import prod
 from typing import Any

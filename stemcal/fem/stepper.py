@@ -1,7 +1,5 @@
 """Integrate a model in time: `simulate(model, duration)` returns its history."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Write the body for ParaView and other VTK readers: one .vtu file per frame and a .pvd file that lists them."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path

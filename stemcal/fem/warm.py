@@ -1,7 +1,5 @@
 """Compile the kernels ahead of use, and recover when what was compiled before cannot be read."""
 
-from __future__ import annotations
-
 import functools
 import logging
 import os

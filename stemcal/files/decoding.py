@@ -1,7 +1,5 @@
 """Text in files that others wrote: which encoding it is in."""
 
-from __future__ import annotations
-
 import codecs
 from collections.abc import Iterable, Iterator
 

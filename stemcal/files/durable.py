@@ -1,7 +1,5 @@
 """Files that are there whole or not at all, and JSON that is the same bytes for the same content."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import itertools

@@ -1,7 +1,5 @@
 """The one way to open a file that others may have put there: it must be a plain file, and so much is read of it."""
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

@@ -1,7 +1,5 @@
 """JSON objects that carry the SHA-256 of their own content, so that a changed digit is seen."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Text of others made fit to be shown: no character that commands a terminal, no cell that a spreadsheet executes."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -17,15 +17,17 @@ from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
 T = TypeVar("T")
 
 
+@typing.dataclass_transform(frozen_default=True)
 class Tagged:
-    """A dataclass of which there are several kinds: in JSON `kind` tells which one, beside its fields."""
+    """A frozen dataclass of which there are several kinds: in JSON `kind` tells which one, beside its fields."""
 
     kind: ClassVar[str]
     kinds: ClassVar[dict[str, type[Tagged]]] = {}
     """Every kind of the modules that are imported, by its name."""
 
     def __init_subclass__(cls, kind: str = "") -> None:
-        """Name the kind, after its class if not otherwise: ``FlatResponse`` is ``flat_response``."""
+        """Make a frozen dataclass of it, its kind named after its class if not otherwise: ``flat_response``."""
+        dataclasses.dataclass(frozen=True)(cls)
         cls.kind = kind or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         Tagged.kinds[cls.kind] = cls
 

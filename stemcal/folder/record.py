@@ -1,7 +1,5 @@
 """What the record of a run must hold: its version, what it answers, the answer, and that its key follows from it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass

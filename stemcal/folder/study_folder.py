@@ -6,8 +6,6 @@ that does not match, or holds something else than a record, is set aside in ``ru
 Stage files are sealed in the same way. Those of versions that did not seal them are read, and that is told.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import logging

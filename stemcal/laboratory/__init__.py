@@ -3,8 +3,6 @@
 Each kind has its own module; mesh, contact, integration, curve and doubts are those of the virtual shear test.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace

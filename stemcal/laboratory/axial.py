@@ -1,7 +1,5 @@
 """Axial compression and tension of a piece of stem, its ends held or lubricated."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """From a laboratory test to its finite element model."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """What determines a laboratory test of a piece of stem: what is done to it, material, piece, loading, mesh."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 

@@ -1,7 +1,5 @@
 """Radial compression: a piece of stem that lies between two flat plates, pressed across its axis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, pi, sqrt
 from typing import ClassVar

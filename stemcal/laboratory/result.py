@@ -1,7 +1,5 @@
 """What a laboratory test gives: its curve over a travel without the give of the contact, and its responses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Three-point bending: a piece of stem on two rollers, a third that comes down between them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import hypot, pi
 from typing import ClassVar

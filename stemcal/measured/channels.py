@@ -4,8 +4,6 @@ Several specimens may stand side by side (力, 位移, 力, 位移, …) or shar
 tell is asked for, never guessed; where a choice had to be made, it is said.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Finding a column by its name or number, and the factor that turns its unit into ours."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 
 from stemcal.errors import UsageError

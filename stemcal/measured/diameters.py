@@ -1,7 +1,5 @@
 """Stem diameters: repeats averaged per stem, a normal distribution fitted, grades proposed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

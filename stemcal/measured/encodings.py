@@ -1,7 +1,5 @@
 """Which encoding a file of a laboratory is written in."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

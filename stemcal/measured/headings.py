@@ -1,7 +1,5 @@
 """Names and units of columns, from the lines above the numbers."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ The data of a table are its longest run of lines with equally many cells and a n
 settled, a line may be shorter: machines leave out the separators after the last cell that is filled.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator, Sequence
 from itertools import islice

@@ -5,8 +5,6 @@ Assoc. 49 (1954) 765; for the p-value of the latter with estimated mean and vari
 D'Agostino and M. A. Stephens, Goodness-of-Fit Techniques, Dekker 1986, table 4.9.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Numbers as people and machines write them: decimal point or comma, thousands set apart, the long minus."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -4,8 +4,6 @@ It names one suspect and drops nothing: who knows the specimen decides. Source: 
 (1969) 1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt

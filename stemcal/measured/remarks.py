@@ -1,48 +1,38 @@
 """What a careful reader must know of a laboratory's files: facts, a class for each kind."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
 from stemcal.files.typed import Tagged
 
 Names = tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class LabRemark(Tagged):
     """A fact about a file, a curve or a specimen; columns and sheets are as they may be shown."""
 
 
-@dataclass(frozen=True)
 class RowsLeftOut(LabRemark):
     """Rows without numbers for force or displacement."""
 
     rows: int
 
 
-@dataclass(frozen=True)
 class RowsApart(LabRemark):
     """Rows of numbers that lie apart from the curve and are not read."""
 
     rows: int
 
 
-@dataclass(frozen=True)
 class SheetSkipped(LabRemark):
     """A sheet without a curve."""
 
     sheet: str
 
 
-@dataclass(frozen=True)
 class SideBySide(LabRemark):
     """Several specimens in the columns of one file."""
 
     specimens: int
 
 
-@dataclass(frozen=True)
 class SharedDisplacement(LabRemark):
     """Several columns of force over one of displacement."""
 
@@ -50,7 +40,6 @@ class SharedDisplacement(LabRemark):
     column: str
 
 
-@dataclass(frozen=True)
 class ColumnChosen(LabRemark):
     """The column that is taken for ``force`` or ``displacement``, and others that could be."""
 
@@ -59,12 +48,10 @@ class ColumnChosen(LabRemark):
     others: Names
 
 
-@dataclass(frozen=True)
 class SpeedUnused(LabRemark):
     """A speed was given, but the file has a displacement."""
 
 
-@dataclass(frozen=True)
 class DisplacementFromTime(LabRemark):
     """Displacement is time times speed, mm/s."""
 
@@ -72,17 +59,14 @@ class DisplacementFromTime(LabRemark):
     speed: float
 
 
-@dataclass(frozen=True)
 class PressingIsPositive(LabRemark):
     """The force was negative in pressing and is turned."""
 
 
-@dataclass(frozen=True)
 class LargestAtEnd(LabRemark):
     """The force is largest at the last point: the test may have ended before the maximum."""
 
 
-@dataclass(frozen=True)
 class OfFiles(LabRemark):
     """A remark on these files or specimens."""
 
@@ -90,7 +74,6 @@ class OfFiles(LabRemark):
     remark: LabRemark
 
 
-@dataclass(frozen=True)
 class NearGrades(LabRemark):
     """Two grades (mm) so near each other that their forces cannot be told apart; they are counted apart."""
 
@@ -98,7 +81,6 @@ class NearGrades(LabRemark):
     upper: float
 
 
-@dataclass(frozen=True)
 class Outlier(LabRemark):
     """A specimen of a grade (mm) beyond the critical value of Grubbs' test; it is still included."""
 
@@ -109,28 +91,24 @@ class Outlier(LabRemark):
     alpha: float
 
 
-@dataclass(frozen=True)
 class Excluded(LabRemark):
     """A specimen that is left out as was asked."""
 
     specimen: str
 
 
-@dataclass(frozen=True)
 class NotThere(LabRemark):
     """The index names what is not there."""
 
     names: Names
 
 
-@dataclass(frozen=True)
 class EqualNames(LabRemark):
     """Files that differ in their ends only: an export beside the workbook, perhaps."""
 
     names: Names
 
 
-@dataclass(frozen=True)
 class EqualCurves(LabRemark):
     """Specimens whose curves are the same to the last digit."""
 

@@ -1,7 +1,5 @@
 """What a sample says about its population: mean, standard deviation and their intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt

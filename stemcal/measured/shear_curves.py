@@ -1,7 +1,5 @@
 """One force–displacement file of one specimen: read, sign set right, preload trimmed, maximum found."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The `targets` section of a spec, written from measured forces; a spec's other lines stay as they are."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

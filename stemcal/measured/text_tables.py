@@ -4,8 +4,6 @@ A file is read as lines of cells; `lines` finds the numbers among them and what 
 a table on each of its sheets.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

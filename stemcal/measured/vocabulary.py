@@ -4,8 +4,6 @@ Words of alphabets count where they stand alone, those of Chinese, Japanese and 
 wherever they stand.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The sheets of an Excel workbook as lines of cells, by openpyxl."""
 
-from __future__ import annotations
-
 import io
 import zipfile
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Runs added to a design already run: what the spec has to say for it, and what is kept."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError

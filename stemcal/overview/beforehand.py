@@ -1,9 +1,6 @@
 """What can be said of a study's designs before any run: what they want, lose, and take for granted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import isclose
 
 from stemcal.notes import Note
@@ -12,7 +9,6 @@ from stemcal.study.model import EmbeddedSolver, Growth, Study, factors_taken
 _SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
 
-@dataclass(frozen=True)
 class SmallScreening(Note):
     """A Plackett–Burman design of four or eight runs aliases main effects wholly with interactions."""
 
@@ -23,7 +19,6 @@ class SmallScreening(Note):
     usual_df: int
 
 
-@dataclass(frozen=True)
 class TooFewFactors(Note):
     """The design of the surface wants more factors than the study has."""
 
@@ -32,7 +27,6 @@ class TooFewFactors(Note):
     factors: int
 
 
-@dataclass(frozen=True)
 class FactorsWanted(Note):
     """The design of the surface wants so many factors, whatever the screening finds."""
 
@@ -40,7 +34,6 @@ class FactorsWanted(Note):
     most: int
 
 
-@dataclass(frozen=True)
 class LengthsBelong(Note):
     """The failure strain that will be found belongs to these lengths, as the spec writes them."""
 
@@ -48,7 +41,6 @@ class LengthsBelong(Note):
     edge_spread: str
 
 
-@dataclass(frozen=True)
 class NotVaried(Note):
     """A factor that no run varies: it is not screened, or not where it shows, and `rsm.factors` does not name it."""
 

@@ -1,7 +1,5 @@
 """What a study takes, foretold before anything of it is begun: time and memory, and whether that is too much."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -67,7 +65,6 @@ def _demand(requests: Iterable[Request], solver: Solver) -> Demand:
     return Demand(len(runs), seconds, memory)
 
 
-@dataclass(frozen=True)
 class TooMuchMemory(Note):
     """Runs need more memory than this machine has, bytes; with at most `workers` at a time they would not, 0: none."""
 
@@ -77,7 +74,6 @@ class TooMuchMemory(Note):
     workers: int
 
 
-@dataclass(frozen=True)
 class ScarceMemory(Note):
     """The runs at a time, with the programs that compute them, need more memory than is free now, bytes."""
 
@@ -86,7 +82,6 @@ class ScarceMemory(Note):
     free: float
 
 
-@dataclass(frozen=True)
 class TooLong(Note):
     """The runs would take more hours than a command begins unasked."""
 

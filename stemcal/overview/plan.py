@@ -1,7 +1,5 @@
 """What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs can find."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,17 +13,17 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.notes import Note
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
-from stemcal.runs.key import record_key
+from stemcal.runs.answer import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
-from stemcal.stages.repeating import second_time
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate import calibrated_parameters, requests_at
+from stemcal.stages.work import second_time
 from stemcal.study.model import EmbeddedSolver, Study
 
 USUAL_FACTORS = 3
@@ -49,14 +47,12 @@ class PlannedStage:
     memory: float | None = None
 
 
-@dataclass(frozen=True)
 class FactorsAssumed(Note):
     """The screening decides which factors the surface has; so many are assumed."""
 
     factors: int
 
 
-@dataclass(frozen=True)
 class DecidedLater(Note):
     """A stage decides its runs one by one: so many at most."""
 
@@ -64,7 +60,6 @@ class DecidedLater(Note):
     most: int
 
 
-@dataclass(frozen=True)
 class AskedTogether(Note):
     """A stage knows its runs once the stage before it is done, and has them run together: so many at most."""
 
@@ -72,7 +67,6 @@ class AskedTogether(Note):
     most: int
 
 
-@dataclass(frozen=True)
 class InAnotherProgram(Note):
     """The transfer has runs of its own in another solver of this kind: so many at most, beside those here.
 
@@ -85,7 +79,6 @@ class InAnotherProgram(Note):
     seconds: float | None = None
 
 
-@dataclass(frozen=True)
 class OtherMeshes(Note):
     """The solution is simulated at so many places of the mesh, with so many element sizes, at so many conditions."""
 
@@ -94,7 +87,6 @@ class OtherMeshes(Note):
     conditions: int
 
 
-@dataclass(frozen=True)
 class CannotCarry(Note):
     """A design cannot carry its model, for this reason."""
 
@@ -103,7 +95,6 @@ class CannotCarry(Note):
     reason: str
 
 
-@dataclass(frozen=True)
 class DesignPower(Note):
     """Chance that a design finds its weakest term, by the change in standard deviations of the scatter."""
 

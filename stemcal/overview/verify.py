@@ -1,14 +1,12 @@
 """Is the study folder sound? Every record against its seal and its name, every stage against its spec."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import Asked, asked
-from stemcal.runs.key import record_key
+from stemcal.runs.answer import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage

@@ -1,7 +1,5 @@
 """Ask and tell: runs done by hand, from a script or a notebook."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

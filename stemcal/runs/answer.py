@@ -5,19 +5,20 @@ failed; one that failed by accident (its process died, the solver raised) is beg
 says, and once more by the next command.
 """
 
-from __future__ import annotations
-
 import logging
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from stemcal.errors import Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
+from stemcal.files.showing import in_a_line, visible
+from stemcal.folder.record import key_of
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.runs.key import answer_of, readable, record_key
+from stemcal.naming import FIRST
 from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
@@ -86,7 +87,6 @@ def answer_all(
     stage = requests[0].stage if requests else ""
     if isinstance(solver, Immediate):
         executor = InlineExecutor()
-    folder.sign(stage=stage, workers=executor.workers)
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
     if missing and isinstance(solver, ByHand):
@@ -197,3 +197,21 @@ def keep(key: str, request: Request, computed: Computed, solver: Solver, folder:
     if not answer.ok:
         folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)
     return answer
+
+
+# ---- records
+
+
+def record_key(solver: Solver, request: Request) -> str:
+    """Return the name of the record that answers a request: a hash of what determines the answer."""
+    return key_of(solver.identity(request))
+
+
+def answer_of(record: Mapping[str, Any]) -> Answer:
+    """Return the answer that a record holds."""
+    return readable(Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}))
+
+
+def readable(answer: Answer) -> Answer:
+    """Return an answer whose words have no control characters: they may be a program's."""
+    return replace(answer, reason=in_a_line(answer.reason), message=visible(answer.message))

@@ -1,14 +1,12 @@
 """What a stage tells of one run."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
 
 from stemcal.files.typed import absent
 from stemcal.naming import FIRST
-from stemcal.runs.key import record_key
+from stemcal.runs.answer import record_key
 from stemcal.runs.policy import is_censored
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 

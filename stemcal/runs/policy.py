@@ -1,10 +1,9 @@
 """What the spec says about runs that fail: which are tried again, which count, when a stage must not go on."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from stemcal.errors import RunsFailed
@@ -21,11 +20,9 @@ WITHDRAWN = "withdrawn"  # a result entered by hand that was none
 _MOST_REASONS = 10
 
 
-@dataclass(frozen=True)
-class LowerBound(Note):
+class LowerBound(Note, weight=Weight.NUMBERS):
     """In these rows (from 1) the response is a lower bound: how the stroke ended, as far as the solver tells."""
 
-    weight = Weight.NUMBERS
     rows: tuple[int, ...]
     stroke_end: str
 
@@ -106,3 +103,12 @@ def reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list
     ]
     more = len(lines) - _MOST_REASONS
     return [*lines[:_MOST_REASONS], f"  and {more} more"] if more > 0 else lines
+
+
+@contextmanager
+def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Iterator[None]:
+    """Add to a `RunsFailed` which runs failed and why."""
+    try:
+        yield
+    except RunsFailed as error:
+        raise RunsFailed("\n".join([str(error), *reason_lines(requests, answers)])) from None

@@ -1,7 +1,5 @@
 """Programs with chance in them: each point simulated several times over, each time a run of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean

@@ -1,7 +1,5 @@
 """Runs given to an executor: what each gives, what its failure is called, which are begun again."""
 
-from __future__ import annotations
-
 import logging
 import math
 import queue

@@ -1,7 +1,5 @@
 """Any program as a solver: templates in, a number out, or one for each response."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

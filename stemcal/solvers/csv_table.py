@@ -1,7 +1,5 @@
 """CSV tables as laboratories and spreadsheets write them, read strictly: numbers under known names."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import math

@@ -1,7 +1,5 @@
 """The embedded finite element solver: a study's levels become a virtual shear test."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import inf

@@ -1,7 +1,5 @@
 """What a shear test looked like on its way: some frames of the body, small enough for a run's record."""
 
-from __future__ import annotations
-
 import base64
 import zlib
 from collections.abc import Mapping

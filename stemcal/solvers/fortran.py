@@ -1,7 +1,5 @@
 """Numbers as programs write them: in ASCII, with Fortran's exponents, or saying that they are none."""
 
-from __future__ import annotations
-
 import re
 
 # 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Not what Python reads beside:

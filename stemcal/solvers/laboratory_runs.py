@@ -1,7 +1,5 @@
 """The laboratory tests that a spec lists: virtual ones of the material and the stem of a shear test."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache

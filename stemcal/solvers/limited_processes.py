@@ -5,8 +5,6 @@ are ended: first asked, then killed; when stemcal itself dies, the group (on Win
 whose parent is gone and that has left the group is out of reach. What a program prints is kept up to a cap.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -1,7 +1,5 @@
 """What a run tells beside its maximum force: the travel of the blade to the maximum, the work done by then, scatter."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

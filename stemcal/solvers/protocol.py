@@ -1,7 +1,5 @@
 """What the workflow asks of a solver: these levels, this diameter, which force? Or what a study has in their place."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

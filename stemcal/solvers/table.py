@@ -1,7 +1,5 @@
 """A solver that looks its answers up: tables of past or published runs in place of simulations."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -31,16 +31,13 @@ from stemcal.study.model import CoarseOptions, Constraint, RsmOptions, Study, fa
 _LEVEL_TOLERANCE = 1e-6
 
 
-@dataclass(frozen=True)
-class TableVaries(Note):
+class TableVaries(Note, weight=Weight.USE):
     """A table's runs vary other factors than the screening would have chosen."""
 
-    weight = Weight.USE
     columns: tuple[str, ...]
     chosen: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class StrongestAsked(Note):
     """The surface takes as many of the strongest factors as asked: weak ones among them, significant ones left out."""
 
@@ -49,7 +46,6 @@ class StrongestAsked(Note):
     left_out: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class FewSignificant(Note):
     """Fewer factors are significant than the surface needs; it takes those of largest contribution."""
 
@@ -57,7 +53,6 @@ class FewSignificant(Note):
     chosen: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class ManySignificant(Note):
     """More factors are significant than the design takes."""
 

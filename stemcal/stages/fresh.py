@@ -6,8 +6,6 @@ those that differ tell what has changed. A command that comes upon a fresh stage
 or to be begun again is worked out again.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping
 from importlib import import_module
@@ -21,8 +19,7 @@ from stemcal.files.durable import digest
 from stemcal.files.plain import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
-from stemcal.runs.answer import Progress, Watch
-from stemcal.runs.key import answer_of
+from stemcal.runs.answer import Progress, Watch, answer_of
 from stemcal.runs.policy import judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash

@@ -1,7 +1,5 @@
 """Does a printed number agree with the computed one, at the digits that were printed?"""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Printed results against recomputed ones, cell by cell, when a published study is analysed again."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -43,7 +41,6 @@ class Agreement:
     of: int
 
 
-@dataclass(frozen=True)
 class Contradiction(Tagged):
     """Something that a paper prints and that the rest of it contradicts, a class for each kind."""
 
@@ -53,7 +50,6 @@ class Contradiction(Tagged):
         return False
 
 
-@dataclass(frozen=True)
 class Difference(Contradiction):
     """A printed cell that does not agree, and its table."""
 

@@ -5,8 +5,6 @@ which the mean force over some places of the mesh is the calibrated one; what th
 no stage: it reads the calibrated study and leaves records only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, exp, sqrt

@@ -1,7 +1,5 @@
 """What `check` says of designs and programs; light, for nothing is computed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from stemcal.notes import Note

@@ -1,7 +1,5 @@
 """What is said of runs done by hand: what is awaited, what became of a sheet, why a row of it is refused."""
 
-from __future__ import annotations
-
 from stemcal.by_hand.entering import Entered
 from stemcal.by_hand.refusals import (
     BrokenRow,

@@ -1,7 +1,5 @@
 """What stands below figures: sentences by what they tell of, joined by spaces."""
 
-from __future__ import annotations
-
 from stemcal.text.names import Names
 
 SENTENCES = {

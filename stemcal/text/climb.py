@@ -1,7 +1,5 @@
 """What the climb between screening and surface says."""
 
-from __future__ import annotations
-
 from stemcal.notes import Weight
 from stemcal.stages.climb import ClimbResult
 from stemcal.text.language import say

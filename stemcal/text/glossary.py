@@ -1,7 +1,5 @@
 """What the words of tables, report and spec mean, with where they come from."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

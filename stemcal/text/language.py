@@ -4,8 +4,6 @@ Every template is a whole sentence with named fields, written where it is used. 
 translates them; ``xgettext -ksay -ksay_number:1,2 -kstates:2,3`` collects them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from gettext import NullTranslations
 from string import Formatter

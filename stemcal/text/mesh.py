@@ -1,7 +1,5 @@
 """What is said of the mesh: how far its place and its element size move the response at the solution."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.doe.calibration.mesh_scatter import MeshScatter

@@ -1,7 +1,5 @@
 """What the page says of a study by itself: its kind, its question, which runs failed, what is folded."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from stemcal.executors.code import code_version

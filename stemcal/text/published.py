@@ -1,7 +1,5 @@
 """What is said of a paper's printed numbers beside the computed ones."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.notes import Weight

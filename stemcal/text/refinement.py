@@ -1,7 +1,5 @@
 """What the closed loop says: how near it ended, and what its runs tell of the surface."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.notes import Weight

@@ -1,7 +1,5 @@
 """What is said of a failure strain over element size, on the terminal and in the files for other programs."""
 
-from __future__ import annotations
-
 from stemcal.executors.code import code_version
 from stemcal.stages.regularise import HIGHEST, LOWEST, VALID, Regularisation, Regularised
 from stemcal.study.model import Study

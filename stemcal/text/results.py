@@ -1,7 +1,5 @@
 """What the results of a study say beside their tables: all remarks, those a verdict lets stand, those read first."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What is said of runs: what they are warned of, values that are only bounds, runs that failed."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """What `status` says below its table: who works here, what failed, what is stale, the verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.folder.study_folder import Holder

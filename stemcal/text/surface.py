@@ -1,7 +1,5 @@
 """What a response surface says: its outcome, how well it explains its runs, what to beware of."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.doe.regression.surface import PREDICTS
@@ -283,21 +281,15 @@ def _(note: StrongestAsked, names: Names) -> str:
     return " ".join(said)
 
 
-@sentence.register
-def _(note: FewSignificant, names: Names) -> str:
-    none = (
-        "The screening found no factor significant; the surface takes those of largest contribution, {chosen:factors}."
-    )
-    some = (
-        "The screening found only {significant:factors} significant; the surface takes the factors of largest "
-        "contribution, {chosen:factors}."
-    )
-    return names.say(some if note.significant else none, **vars(note))
-
-
-@sentence.register
-def _(note: ManySignificant, names: Names) -> str:
-    return names.say(
-        "The screening found {significant:factors} significant; {design} takes the {taken} strongest of them.",
-        **vars(note),
-    )
+states(
+    FewSignificant,
+    "The screening found only {significant:factors} significant; the surface takes the factors of largest "
+    "contribution, {chosen:factors}.",
+    otherwise="The screening found no factor significant; the surface takes those of largest contribution, "
+    "{chosen:factors}.",
+    by="significant",
+)
+states(
+    ManySignificant,
+    "The screening found {significant:factors} significant; {design} takes the {taken} strongest of them.",
+)

@@ -1,7 +1,5 @@
 """What stands above and below tables: titles, feet, and words in place of numbers."""
 
-from __future__ import annotations
-
 from stemcal.naming import CUTTING, Naming
 from stemcal.text.names import Names
 

@@ -34,7 +34,8 @@ def leave(name: str, text: str) -> None:
 
 
 def starter() -> int:
-    assert "-i run.k" in " ".join(sys.argv)
+    given = sys.argv[1 + sys.argv.index("-i")]
+    assert given == "run.k" or "/BEGIN\nrun\n/INCLUDE_LS-DYNA/\nrun.k\n" in Path(given).read_text(encoding="utf-8")
     assert Path("run.k").read_text(encoding="utf-8").startswith("*KEYWORD")
     code = int(recorded("rc_starter", "none") or 0)
     print(recorded("starter.log", "none"))

@@ -17,7 +17,13 @@ from stemcal.errors import UsageError
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.openradioss import OpenRadioss
-from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
+from stemcal.solvers.openradioss.listing import (
+    contact_force,
+    deleted_elements,
+    deletes_elements,
+    differences,
+    problems,
+)
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
@@ -222,14 +228,14 @@ def test_values_that_the_reader_left_out_are_found() -> None:
     listing = "     MATERIAL NUMBER. . . . =         1\n     YIELD STRESS . . . . . =  18.07000000000    \n"
     listing += "     FIRST  FAILURE PARAMETER (D1). . . . . =  3.4840000000000E-02\n"
     written = {"ro": 1e-9, "e": 1e3, "pr": 0.3, "sigy": 18.07, "etan": 0.0, "c": 0.0, "p": 0.0, "fail": 0.03484}
-    wrong, fails = differences(listing, 1, written)
-    assert fails
+    wrong = differences(listing, 1, written)
+    assert deletes_elements(listing)
     assert [sentence.split(" 1")[0] for sentence in wrong] == [
         "density",
         "elastic modulus",
         "Poisson's ratio 0.3 was not read",
     ]
-    assert differences(listing, 1, {**written, "fail": 0.03})[0][-1] == "failure strain was read as 0.03484, not 0.03"
+    assert differences(listing, 1, {**written, "fail": 0.03})[-1] == "failure strain was read as 0.03484, not 0.03"
 
 
 def test_deletions_are_timed_by_what_is_printed_or_by_the_cycle_before() -> None:

@@ -74,7 +74,7 @@ def test_only_plain_files_are_read(tmp_path: Path, kind: str) -> None:
     with pytest.raises(OSError, match="is a folder" if kind == "folder" else "not a plain file"):
         open_plain(place)
     assert _tail(place) == ""
-    assert _failed_elements(tmp_path, Ended(0, False, "element 7 failed at time 0.25", 1.0)) == [0.25]
+    assert _failed_elements(tmp_path, "element 7 failed at time 0.25") == [0.25]
     with pytest.raises(NoResult):
         read_text(tmp_path, "messag")
 

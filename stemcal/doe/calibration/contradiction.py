@@ -7,8 +7,6 @@ how many standard errors apart they are. A value that its own surface takes nowh
 contradicts the others where the nearest value within reach does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

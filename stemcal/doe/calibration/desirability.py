@@ -7,8 +7,6 @@ The ends are the smallest and largest value of the design's runs, as Design-Expe
 well a response is measured: it is the field's usual form, and stands beside the fit that does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

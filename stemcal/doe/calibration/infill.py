@@ -8,8 +8,6 @@ Sources: P. Ranjan, D. Bingham and G. Michailidis, Technometrics 50 (2008), 527â
 L. Carraro, in Computational Intelligence in Expensive Optimization Problems (2010), 131â€“162.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stemcal.doe.calibration.levelset import neighbours_across

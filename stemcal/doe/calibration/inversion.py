@@ -1,7 +1,5 @@
 """Where does the surface take the target value, and how well does that fix the factors?"""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,19 +21,14 @@ Interval = tuple[float, float]
 _SHARE_POINTS = 13  # 2^13 points give the share to about half a per cent
 
 
-@dataclass(frozen=True)
-class FreeFactors(Note):
+class FreeFactors(Note, weight=Weight.USE):
     """Factors that the target leaves free over the whole region."""
 
-    weight = Weight.USE
     factors: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class SecondSolution(Note):
+class SecondSolution(Note, weight=Weight.ASIDE):
     """Another solution lies equally far from the centre, at lower levels."""
-
-    weight = Weight.ASIDE
 
 
 @dataclass(frozen=True)

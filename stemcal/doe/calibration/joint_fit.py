@@ -4,8 +4,6 @@
 that any point of the region gives: no fit can be better than that.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

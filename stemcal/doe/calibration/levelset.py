@@ -1,7 +1,5 @@
 """Points of a region where the surface takes one value, and the best of them by some measure."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -14,8 +14,6 @@ emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where imp
 fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

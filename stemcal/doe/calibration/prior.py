@@ -5,8 +5,6 @@ z² to the misfit D as one more measurement would, of known variance. The poster
 a lognormal prior exp(−z²/2)/v.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -4,8 +4,6 @@ Leaving a prior out lowers the least misfit by T = D_min − D_min(without it), 
 with variances that were estimated: as for a measured mean (`contradiction`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

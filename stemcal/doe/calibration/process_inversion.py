@@ -5,8 +5,6 @@ process there: its own uncertainty is part of the likelihood. The profile of fac
 D(x) = (F − ŷ)²/(v + s²) over all others, taken over points that fill the region densely; every branch is among them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

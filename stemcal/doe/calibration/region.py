@@ -1,7 +1,5 @@
 """The region a solution may come from: a coded box, cut by a sphere about the centre and by planes if there are any."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product

@@ -13,8 +13,6 @@ Where no scatter is known at all, a measured mean is taken to be good to 3 % for
 no direction would ever be flat.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

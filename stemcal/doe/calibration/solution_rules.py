@@ -1,7 +1,5 @@
 """Rules that pick one point from all those where the surface takes the target value."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

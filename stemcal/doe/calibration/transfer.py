@@ -14,8 +14,6 @@ the parabola through the three nearest or the line through two takes over, which
 for Minimization without Derivatives, 1973, chapter 4).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,9 +1,6 @@
 """What a main effect of a screening design may hide: its aliases among the two-factor interactions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -12,19 +9,16 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.notes import Note
 
 
-@dataclass(frozen=True)
 class NoInteractions(Note):
     """A single factor has none."""
 
 
-@dataclass(frozen=True)
 class ClearOfInteractions(Note):
     """No main effect holds part of a two-factor interaction."""
 
     runs: int
 
 
-@dataclass(frozen=True)
 class UniformlyAliased(Note):
     """Every main effect holds ±`share` of each two-factor interaction that does not contain it."""
 
@@ -32,7 +26,6 @@ class UniformlyAliased(Note):
     share: float
 
 
-@dataclass(frozen=True)
 class PartlyAliased(Note):
     """Main effects hold parts of two-factor interactions, of up to this weight."""
 
@@ -40,7 +33,6 @@ class PartlyAliased(Note):
     largest: float
 
 
-@dataclass(frozen=True)
 class FullyAliased(Note):
     """These main effects cannot be told from these interactions at all."""
 

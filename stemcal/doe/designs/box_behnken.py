@@ -4,8 +4,6 @@ Source: G. E. P. Box and D. W. Behnken, Some New Three Level Designs for the Stu
 Technometrics 2 (1960), 455–475.
 """
 
-from __future__ import annotations
-
 from itertools import combinations, product
 
 import numpy as np

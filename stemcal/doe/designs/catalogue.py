@@ -3,8 +3,6 @@
 A new design is one function and one line in `SCREENING` or `SURFACES`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product

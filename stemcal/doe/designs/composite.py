@@ -4,8 +4,6 @@ Sources: G. E. P. Box and K. B. Wilson, J. Roy. Stat. Soc. B 13 (1951), 1–45; 
 blocks, G. E. P. Box and J. S. Hunter, Ann. Math. Stat. 28 (1957), 195–241.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import product

@@ -4,8 +4,6 @@ Sources: fold-over, G. E. P. Box and K. B. Wilson (1951); D-optimal augmentation
 Algorithm for the Construction of D-Optimal Experimental Designs, Technometrics 16 (1974), 203–210.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import product

@@ -5,10 +5,6 @@ is aliased fully with another. Sources: B. Jones and C. J. Nachtsheim, J. Qualit
 by conference matrices, L. Xiao, D. K. J. Lin and F. Bai, J. Quality Technology 44 (2012), 2–8.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
 import numpy as np
 
 from stemcal.doe.designs.hadamard import conference
@@ -17,15 +13,13 @@ from stemcal.errors import UsageError
 from stemcal.notes import Note, Weight
 
 
-@dataclass(frozen=True)
-class OneSpareColumn(Note):
+class OneSpareColumn(Note, weight=Weight.USE):
     """One column without a factor is all that main effects are tested against: one degree of freedom.
 
     Two more centre runs make it three where repeated runs differ (`with_centre` runs in all), two more columns where
     they do not (`with_columns`).
     """
 
-    weight = Weight.USE
     runs: int
     factors: int
     with_centre: int

@@ -9,8 +9,6 @@ Sources: G. E. P. Box and J. S. Hunter, The 2^(k−p) Fractional Factorial Desig
 Designs with Small Runs, Int. Stat. Rev. 61 (1993), 131–145.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache, reduce
 from itertools import combinations, product

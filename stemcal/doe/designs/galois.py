@@ -1,7 +1,5 @@
 """Finite fields GF(q) of prime-power order, as far as Paley's constructions need them."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

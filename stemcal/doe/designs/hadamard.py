@@ -4,8 +4,6 @@ Sources: R. E. A. C. Paley, On Orthogonal Matrices, J. Math. and Phys. 12 (1933)
 Phil. Mag. 34 (1867); J. M. Goethals and J. J. Seidel, J. Austral. Math. Soc. 11 (1970), 343–344.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stemcal.doe.designs.galois import jacobsthal, prime_power

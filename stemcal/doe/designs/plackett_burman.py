@@ -4,8 +4,6 @@ Source: R. L. Plackett and J. P. Burman, The Design of Optimum Multifactorial Ex
 (1946), 305–325; the matrices behind them are in `hadamard`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stemcal.doe.designs.galois import is_prime

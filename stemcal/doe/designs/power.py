@@ -4,8 +4,6 @@ Power is the probability that an F test finds a change of the response of so man
 scatter. Source: W. G. Cochran and G. M. Cox, Experimental Designs (1957); non-central F as in SciPy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Sources: M. D. McKay, R. J. Beckman and W. J. Conover, Technometrics 21 (1979), 
 USSR Comput. Math. Math. Phys. 7 (1967), 86–112, scrambled after A. B. Owen (1998). Both as in SciPy.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array

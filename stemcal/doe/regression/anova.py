@@ -1,7 +1,5 @@
 """Analysis of variance of a fitted quadratic: Model, terms, Residual, Lack of fit, Pure error, Cor total."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

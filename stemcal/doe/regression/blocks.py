@@ -1,7 +1,5 @@
 """Runs made together: each block gets a level of its own, whose effects add up to zero."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@
 Eng. Prog. 55 (1959), 69–78, and N. R. Draper, Technometrics 5 (1963), 469–479, for the ridge.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal

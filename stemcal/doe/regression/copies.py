@@ -5,8 +5,6 @@ degrees of freedom of pure error without an error: six equal centre runs of a co
 degrees of freedom into 8, and intervals that should hold 95 % of what they tell of hold two thirds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which terms the runs that are left can still estimate, and how far they have lost their orthogonality."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -15,8 +15,6 @@ with Satterthwaite's degrees of freedom. With fewer than k + 3 fine runs the fac
 tilt that nobody knows, which shifts the mean too: s_ε² more is in the variance of ŷ_fine.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a fit is worth: coefficients with their intervals, R², adequate precision, coefficient of variation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

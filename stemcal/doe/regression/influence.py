@@ -4,8 +4,6 @@ In closed form: statsmodels' `OLSInfluence`, which the tests hold it against, fi
 studentised residuals, a hundred times as long for 20 runs and two thousand times for 148.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

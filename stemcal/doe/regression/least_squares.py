@@ -1,7 +1,5 @@
 """Least squares for screening and surface alike: one fit, and what both read off it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

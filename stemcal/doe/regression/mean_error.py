@@ -12,8 +12,6 @@ E[SS_L] = df_L·σ² + σ_L²·tr(Zᵀ(W − WX(XᵀWX)⁻¹XᵀW)Z), Z telling 
 p ≥ 0.25 is the rule of T. A. Bancroft, Biometrics 20 (1964) 427–442: a test at 0.05 would pool too much.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

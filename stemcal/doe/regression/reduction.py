@@ -5,8 +5,6 @@ coding. Sources: J. L. Peixoto, The American Statistician 44 (1990), 26–30, fo
 C.-L. Tsai, Biometrika 76 (1989), 297–307, for AICc = n·ln(RSS/n) + 2q + 2q(q + 1)/(n − q − 1), q = p + 1.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ Source of the comparison: T. Hastie, R. Tibshirani and J. Friedman, The Elements
 Springer 2009, section 7.10.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -10,8 +10,6 @@ Sources: I. M. Sobol', Math. Modelling Comp. Exp. 1 (1993) 407; T. Homma, A. Sal
 (1996) 1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations
 

@@ -1,7 +1,5 @@
 """The response surface: a full quadratic in coded units, with its ANOVA, intervals and diagnostics."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal

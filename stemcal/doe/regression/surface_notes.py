@@ -1,7 +1,5 @@
 """What to beware of in a fitted surface."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -15,11 +13,9 @@ from stemcal.notes import Note, Weight
 ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 
-@dataclass(frozen=True)
-class SurfaceRunsFailed(Note):
+class SurfaceRunsFailed(Note, weight=Weight.NUMBERS):
     """Runs failed, so the design is not the planned one; largest variance inflation, and as planned."""
 
-    weight = Weight.NUMBERS
     failed: int
     runs: int
     df: int
@@ -27,49 +23,36 @@ class SurfaceRunsFailed(Note):
     planned: float
 
 
-@dataclass(frozen=True)
-class TermsDropped(Note):
+class TermsDropped(Note, weight=Weight.NUMBERS):
     """The runs left cannot estimate these terms."""
 
-    weight = Weight.NUMBERS
     terms: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class TermsEntangled(Note):
     """The largest variance inflation is beyond what tells terms apart."""
 
     inflation: float
 
 
-@dataclass(frozen=True)
-class FlatResponse(Note):
+class FlatResponse(Note, weight=Weight.NUMBERS):
     """Every run gave the same response."""
 
-    weight = Weight.NUMBERS
 
-
-@dataclass(frozen=True)
-class SaturatedSurface(Note):
+class SaturatedSurface(Note, weight=Weight.NUMBERS):
     """There are as many coefficients as runs."""
 
-    weight = Weight.NUMBERS
 
-
-@dataclass(frozen=True)
 class ExactSurface(Note):
     """The quadratic passes through every run exactly."""
 
 
-@dataclass(frozen=True)
-class MostlyNoise(Note):
+class MostlyNoise(Note, weight=Weight.NUMBERS):
     """Adequate precision is below 4."""
 
-    weight = Weight.NUMBERS
     precision: float
 
 
-@dataclass(frozen=True)
 class ScatterOverMeshes(Note):
     """Pure error is the scatter within the runs over mesh phases.
 
@@ -83,26 +66,21 @@ class ScatterOverMeshes(Note):
     largest: bool
 
 
-@dataclass(frozen=True)
-class CopiesOnly(Note):
+class CopiesOnly(Note, weight=Weight.ASIDE):
     """So many runs repeat others exactly: the solver is deterministic, and every point counts once."""
 
-    weight = Weight.ASIDE
     repeated: int
     df: int
 
 
-@dataclass(frozen=True)
 class NothingRepeated(Note):
     """Lack of fit cannot be tested: no point is repeated."""
 
 
-@dataclass(frozen=True)
 class NoPointToSpare(Note):
     """Lack of fit cannot be tested: as many distinct points as terms."""
 
 
-@dataclass(frozen=True)
 class InfluentialRun(Note):
     """Cook's distance of a run is beyond 1."""
 
@@ -111,11 +89,9 @@ class InfluentialRun(Note):
     cooks_distance: float
 
 
-@dataclass(frozen=True)
-class VerdictOnOneRun(Note):
+class VerdictOnOneRun(Note, weight=Weight.USE):
     """Whether lack of fit is significant depends on one run."""
 
-    weight = Weight.USE
     run: int
     value: float
     p: float

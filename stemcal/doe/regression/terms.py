@@ -1,7 +1,5 @@
 """The terms of a full quadratic: their names, columns and derivatives."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import combinations
 

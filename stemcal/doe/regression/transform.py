@@ -7,8 +7,6 @@ Sources: G. E. P. Box and D. R. Cox, J. Roy. Stat. Soc. B 26 (1964), 211–252; 
 Montgomery, Design and Analysis of Experiments, section 15.1.1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

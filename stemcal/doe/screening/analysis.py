@@ -1,7 +1,5 @@
 """Two-level screening: which factors move the response, and how sure is that?"""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations

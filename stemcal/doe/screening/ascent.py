@@ -5,8 +5,6 @@ The first-order model of a two-level screening, F = F₀ + Σ bⱼxⱼ with bⱼ
 the force has passed the target.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

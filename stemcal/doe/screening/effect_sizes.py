@@ -1,7 +1,5 @@
 """What a screening finds: effects, and the charts that judge them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """What effects are tested against when a screening has next to no replication."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ often it stays within the margin of the design as it is, the unused columns of a
 design with its mirrored half, in which main effects are clear of interactions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -26,7 +24,6 @@ _DRAWS, _SEED, _PARENT, _SMALL = 2000, 12, 0.5, 0.25
 _WORTH = 0.05  # share of the cases that it must find more
 
 
-@dataclass(frozen=True)
 class FoldOverPays(Note):
     """Runs that it costs, and the share of cases in which an effect of this size is missed without and with it."""
 

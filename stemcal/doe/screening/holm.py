@@ -1,7 +1,5 @@
 """p-values adjusted for testing many effects at once: Holm's correction, and that of Benjamini and Hochberg."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 

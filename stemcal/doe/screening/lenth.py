@@ -9,8 +9,6 @@ Sources: R. V. Lenth, Technometrics 31 (1989), 469–473; K. Q. Ye and M. Hamada
 for Unreplicated Factorial Designs, J. Quality Technology 32 (2000), 57–66.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

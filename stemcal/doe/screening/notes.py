@@ -1,9 +1,6 @@
 """What to beware of in a screening: what the error is worth, where methods disagree, what hides what."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,17 +18,14 @@ from stemcal.notes import Note, Weight
 _WEAK_DF = 3
 
 
-@dataclass(frozen=True)
-class ScreeningRunsFailed(Note):
+class ScreeningRunsFailed(Note, weight=Weight.NUMBERS):
     """Runs failed, so the design is no longer orthogonal."""
 
-    weight = Weight.NUMBERS
     failed: int
     runs: int
     df: int
 
 
-@dataclass(frozen=True)
 class PooledError(Note):
     """The error pools the unused columns with these small effects."""
 
@@ -39,45 +33,37 @@ class PooledError(Note):
     df: int
 
 
-@dataclass(frozen=True)
 class LenthError(Note):
     """p-values are those of Lenth's method."""
 
 
-@dataclass(frozen=True)
 class ReplicateError(Note):
     """The error is the scatter of repeated runs; None: there is none."""
 
     df: int | None
 
 
-@dataclass(frozen=True)
 class NoResidual(Note):
     """Every column carries a factor."""
 
 
-@dataclass(frozen=True)
 class ExactResidual(Note):
     """The residual is exactly zero."""
 
 
-@dataclass(frozen=True)
 class WeakError(Note):
     """The error has few degrees of freedom, of unused columns only."""
 
     df: int
 
 
-@dataclass(frozen=True)
 class TooFewEffects(Note):
     """Lenth's method needs three."""
 
 
-@dataclass(frozen=True)
-class MethodsDisagree(Note):
+class MethodsDisagree(Note, weight=Weight.USE):
     """p and Lenth's margin of error disagree on a factor."""
 
-    weight = Weight.USE
     factor: str
     p: float
     alpha: float
@@ -85,18 +71,15 @@ class MethodsDisagree(Note):
     margin: float
 
 
-@dataclass(frozen=True)
-class NotAfterHolm(Note):
+class NotAfterHolm(Note, weight=Weight.USE):
     """Factors below the level by themselves that stand out by no method among all that were tested."""
 
-    weight = Weight.USE
     factors: tuple[str, ...]
     alpha: float
     tested: int
     by_chance_percent: float
 
 
-@dataclass(frozen=True)
 class InteractionOfStrongest(Note):
     """An interaction of the two strongest factors would show as effects of others."""
 
@@ -105,7 +88,6 @@ class InteractionOfStrongest(Note):
     shown_by: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class UnusedContrasts(Note):
     """Lenth's margin is that of so many contrasts of the design, these of the unused columns among them.
 

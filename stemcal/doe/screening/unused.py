@@ -6,8 +6,6 @@ effects, which makes it surer the fewer factors there are. Of other designs, or 
 squares is known, not the contrasts.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stemcal.doe.designs.plackett_burman import cyclic_design

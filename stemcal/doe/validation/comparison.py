@@ -19,19 +19,15 @@ EQUAL_BELOW = 0.05
 """The level of both tests."""
 
 
-@dataclass(frozen=True)
-class ErrorTrend(Note):
+class ErrorTrend(Note, weight=Weight.USE):
     """The error changes with the stem's diameter along a line that explains most of its variation, percent per mm."""
 
-    weight = Weight.USE
     slope: float
 
 
-@dataclass(frozen=True)
-class BetterCurve(Note):
+class BetterCurve(Note, weight=Weight.ASIDE):
     """Which curve describes the measured forces over the diameters better, and by how much lower an AICc."""
 
-    weight = Weight.ASIDE
     curve: Literal["power_law", "straight_line"]
     gain: float
 

@@ -13,8 +13,6 @@ The forces were fitted before, and each direction of the parameters that they se
 left: with q of them σ² has m − q, and one more force lies as far off as the fit of level and (q ≥ 2) growth lets it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import exp, log, sqrt

@@ -8,8 +8,6 @@
 A large p of Welch's test is no proof of agreement; the equivalence test is what can show it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ A model that does no better than these has shown nothing of what it is made of. 
 relative errors, Σ((F_d − a·dᵇ)/F_d)², for which a is known where b is: with r = dᵇ/F it is Σr/Σr².
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

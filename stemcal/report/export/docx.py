@@ -1,7 +1,5 @@
 """Tables to publish as a Word file: three rules, headings repeated on every page, numbers to the right."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables to publish as CSV, Markdown, LaTeX or Word."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Tables to publish in LaTeX, with the rules of booktabs."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Iterable, Sequence

@@ -3,8 +3,6 @@
 python -m stemcal.report.figures.offscreen FACES.npz PICTURE.png
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

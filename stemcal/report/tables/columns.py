@@ -1,7 +1,5 @@
 """Columns that several tables share, and how their values are written."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Terms of a response surface, and how they are written."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from stemcal.doe.regression.fit_statistics import Coefficient

@@ -1,7 +1,5 @@
 """Tables of what the laboratory brought."""
 
-from __future__ import annotations
-
 from stemcal.files.rows import Column, Table
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests

@@ -1,7 +1,5 @@
 """Tables of designs: the effects of a screening, the analysis of a response surface and its shape, the runs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Tables of the parameters: as calibrated and how well they are known, the way to them, other meshes there."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Tables of responses, measured beside predicted or simulated: of a joint fit, of the validation, of its tests."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

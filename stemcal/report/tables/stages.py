@@ -1,7 +1,5 @@
 """The tables of each stage."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 

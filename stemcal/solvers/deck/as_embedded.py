@@ -1,7 +1,5 @@
 """What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
 
-from __future__ import annotations
-
 from stemcal.solvers.deck.model import Deck
 from stemcal.study.model import PARAMETERS, EmbeddedSolver, HourglassSection, Study
 from stemcal.study.types.lengths import Length

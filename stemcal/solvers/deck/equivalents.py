@@ -4,8 +4,6 @@ Contact stiffness, mass scaling and rate law are each defined in another way the
 with what it rests on; the hourglass coefficient means the same (`fem.material.Hourglass`).
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

@@ -5,8 +5,6 @@ one of its numbers needs more, that keyword is in long format, fields of twenty 
 name: LS-DYNA then reads all digits, OpenRadioss does not know the keyword.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from itertools import chain
 

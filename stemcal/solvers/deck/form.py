@@ -1,7 +1,5 @@
 """How a deck is written, where there is a choice."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The calibrated material for one's own model: its card, and failure strain over element size as a curve."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 

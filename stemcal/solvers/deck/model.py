@@ -34,15 +34,26 @@ class Parts:
 
 @dataclass(frozen=True)
 class Deck:
-    """The deck of a shear test at given levels (units of the spec) and stem diameter (mm)."""
+    """The deck of a shear test at given levels (units of the spec) and stem diameter (mm).
+
+    `force_to_give` (N) stands in its comments where it is known, for who checks a program by it.
+    """
 
     study: Study
     levels: Mapping[str, float]
     diameter: float
     form: DeckForm
+    force_to_give: float | None = None
 
     @classmethod
-    def of(cls, study: Study, levels: Mapping[str, float], diameter: float, form: DeckForm | None = None) -> Deck:
+    def of(
+        cls,
+        study: Study,
+        levels: Mapping[str, float],
+        diameter: float,
+        form: DeckForm | None = None,
+        force_to_give: float | None = None,
+    ) -> Deck:
         """Return a deck in the form that the study's solver reads, unless another is given.
 
         Raises
@@ -56,7 +67,7 @@ class Deck:
             raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
         if study.failure.kind == "toughness":
             raise UsageError("a deck has no card for failure: {kind: toughness}; write kind: strain under failure")
-        return cls(study.at(levels), levels, diameter, form or form_of(study))
+        return cls(study.at(levels), levels, diameter, form or form_of(study), force_to_give)
 
     @property
     def solver(self) -> EmbeddedSolver | DeckSolver:
@@ -164,6 +175,9 @@ class Deck:
             **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window", "break_drop")},
         }
         kept["internal_length"] = self.internal_length
+        kept |= {"speed": study.loading.speed, "gap": study.loading.gap}
+        if self.force_to_give is not None:
+            kept["force_to_give"] = self.force_to_give
         if not isinstance(solver, EmbeddedSolver):
             return kept
         names = ("symmetry", "element", "time_step", "stop_after_peak", "failure_length")

@@ -1,7 +1,5 @@
 """Blade and supports as meshes of hexahedra: rigid, so only their surface matters."""
 
-from __future__ import annotations
-
 from math import ceil, cos, pi, radians, sin, tan
 
 import numpy as np

@@ -4,8 +4,6 @@ No keyword but those that OpenRadioss's reader of LS-DYNA decks lists, too: hm_c
 data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from textwrap import wrap

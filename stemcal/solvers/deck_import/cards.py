@@ -1,7 +1,5 @@
 """Fields of the cards that an import reads, which of them it uses, and which it may pass over."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.solvers.deck_import.keyword_blocks import Block

@@ -1,7 +1,5 @@
 """A keyword deck of a stem's shear test, read as a study with the embedded solver; what does not fit is remarked on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A keyword deck as blocks of cards: standard, long and free format, titles, comments passed over."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

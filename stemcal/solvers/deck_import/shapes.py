@@ -1,7 +1,5 @@
 """From the nodes of a deck to the shapes of a shear test: stem, blade and supports, and how the stem is meshed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from math import atan, ceil, degrees, floor, log10, pi, sin, tan

@@ -1,7 +1,5 @@
 """What a keyword deck of a stem's shear test says: stem, blade and supports found, turned and put where ours are."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,9 +8,9 @@ from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.solvers.deck.fixed_width import LONG, STANDARD
+from stemcal.solvers.deck.settings import settings_of
 from stemcal.solvers.deck_import.cards import CARDS, known_name
 from stemcal.solvers.deck_import.keyword_blocks import Block, blocks
-from stemcal.solvers.deck_import.settings import settings_of
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,5 @@
 """The text of a spec from what a deck says."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import pi, sqrt
 from pathlib import Path

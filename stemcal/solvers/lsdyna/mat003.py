@@ -1,7 +1,5 @@
 """The nine fields of *MAT_PLASTIC_KINEMATIC in a user's own deck; every other byte stays as it is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A run of LS-DYNA from beginning to end: deck, process, normal termination, peak force."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,7 +23,7 @@ from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import LsDynaSolver
+from stemcal.study.model import LoadingSection, LsDynaSolver
 from stemcal.study.types.placeholders import template_bytes
 
 DECK = "run.k"
@@ -93,29 +91,42 @@ class LsDyna(OneCommand):
         raise SimulationFailed("no_deck", f"solver.decks has none for a diameter of {diameter:g} mm")
 
     def _read(self, folder: Path, ended: Ended) -> Answer:
-        _require_normal_termination(folder, ended)
-        options = self.options
-        asked = folder, options.interface, options.component
-        left = max(options.time_limit - ended.seconds, LEAST_READING_S)
-        contact = _contact(*asked) if is_small(folder / FILE) else run_in_helper(left, _contact, *asked)
-        return peak_answer(contact, options, self.study.loading, _failed_elements(folder, ended))
+        return force_of_finished_run(folder, self.options, self.study.loading, ended)
+
+
+def force_of_finished_run(
+    folder: Path, options: LsDynaSolver, loading: LoadingSection, ended: Ended | None = None
+) -> Answer:
+    """Return the peak force of a finished run by what LS-DYNA has left in its folder, and printed where that is known.
+
+    Raises
+    ------
+    NoResult
+        If LS-DYNA does not say that it came to its normal end, or its forces cannot be read.
+    """
+    printed = "" if ended is None else ended.output
+    _require_normal_termination(folder, printed)
+    asked = folder, options.interface, options.component
+    left = max(options.time_limit - (0.0 if ended is None else ended.seconds), LEAST_READING_S)
+    contact = _contact(*asked) if is_small(folder / FILE) else run_in_helper(left, _contact, *asked)
+    return peak_answer(contact, options, loading, _failed_elements(folder, printed))
 
 
 def _contact(folder: Path, interface: int, component: str) -> ContactForce:
     return contact_force(read_text(folder, FILE), interface, component)
 
 
-def _failed_elements(folder: Path, ended: Ended) -> list[float]:
+def _failed_elements(folder: Path, printed: str) -> list[float]:
     """Return when each element was taken away, s, as far as LS-DYNA has told; an element is told of in many files."""
     times: dict[int, float] = {}
-    for text in (ended.output, *(_tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
+    for text in (printed, *(_tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
         times.update((int(number), number_of(time) or 0.0) for number, time in _FAILED.findall(text))
     return list(times.values())
 
 
-def _require_normal_termination(folder: Path, ended: Ended) -> None:
+def _require_normal_termination(folder: Path, printed: str) -> None:
     """Raise `NoResult` unless LS-DYNA says, in spaced letters, that it came to its normal end."""
-    said = ended.output + "".join(_tail(folder / name) for name in _MESSAGES)
+    said = printed + "".join(_tail(folder / name) for name in _MESSAGES)
     letters = "".join(said.lower().split())
     if "errortermination" in letters:
         raise NoResult("error_termination", f"LS-DYNA stopped with an error{_first_error(said)}")

@@ -1,7 +1,5 @@
 """OpenRadioss as a solver: a deck in, starter and engine, the force of a contact out."""
 
-from __future__ import annotations
-
 from stemcal.solvers.openradioss.solver import OpenRadioss
 
 __all__ = ["OpenRadioss"]

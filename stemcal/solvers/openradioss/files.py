@@ -1,7 +1,5 @@
 """OpenRadioss's own starter and engine files around a deck: for what its reader of LS-DYNA decks does not convert."""
 
-from __future__ import annotations
-
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.deck.writer import STEM
 

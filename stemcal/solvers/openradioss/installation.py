@@ -1,7 +1,5 @@
 """Where OpenRadioss lies, and the environment its programs need."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from pathlib import Path

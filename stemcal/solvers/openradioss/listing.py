@@ -1,7 +1,5 @@
 """What OpenRadioss says: errors, echoed values, how it ended, elements taken away, time histories."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Mapping
@@ -51,10 +49,8 @@ def problems(text: str) -> list[Problem]:
     return found
 
 
-def differences(
-    text: str, material: int, written: Mapping[str, float], nonlocal_length: float = 0.0
-) -> tuple[list[str], bool]:
-    """Return where the echo of a material is not what was written, and whether elements fail by a criterion.
+def differences(text: str, material: int, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
+    """Return where the echo of a material is not what was written.
 
     A keyword or a field that the reader does not know leaves no error, only other values.
 
@@ -79,7 +75,12 @@ def differences(
             wrong.append(f"{name} {value:.6g} was not read")
         elif not isclose(echo[name], value, rel_tol=_CLOSE):
             wrong.append(f"{name} was read as {echo[name]:.6g}, not {value:.6g}")
-    return wrong, criterion is not None
+    return wrong
+
+
+def deletes_elements(listing: str) -> bool:
+    """Tell whether elements fail by a criterion, by the starter's listing."""
+    return _FAILURE.search(listing) is not None
 
 
 def _echo(text: str, material: int) -> dict[str, float]:

@@ -1,9 +1,7 @@
 """A run of OpenRadioss from beginning to end: deck, starter, engine, time histories, peak force."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +15,14 @@ from stemcal.solvers.deck.writer import STEM
 from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.openradioss.files import engine_text, starter_text
 from stemcal.solvers.openradioss.installation import Installation, installation
-from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, is_normal_end, problems
+from stemcal.solvers.openradioss.listing import (
+    contact_force,
+    deleted_elements,
+    deletes_elements,
+    differences,
+    is_normal_end,
+    problems,
+)
 from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
@@ -27,7 +32,7 @@ from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.run_folders import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import OpenRadiossSolver
+from stemcal.study.model import LoadingSection, OpenRadiossSolver
 
 # Files of a run: all are named after the deck.
 DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
@@ -89,72 +94,93 @@ class OpenRadioss(Program):
         return Deck.of(self.study, request.levels, request.condition, replace(form_of(self.study), pictures=False))
 
     def _run(self, folder: Path, request: Request) -> Answer:
-        """Run starter, engine and ``th_to_csv`` one after the other, in one time limit; then read the force."""
-        there = self._installation()
-        options = self.options.model_copy(update={"environment": there.environment})
         deck = self._deck(request)
-        *first, last = self._steps(folder, there, deck)
-        seconds: dict[str, float] = {}
-
-        def run(step: _Step, read: Callable[[Ended], Answer]) -> Answer:
-            left = max(options.time_limit - sum(seconds.values()), LEAST_READING_S)
-            answer = run_in(folder, step.command, options, read, left, step.check)
-            seconds[step.name] = answer.details.get("program_seconds", 0.0)
-            return replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
-
-        try:
-            for step in first:
-                answer = run(step, lambda _: Answer("ok"))
-                if not answer.ok:
-                    return answer
-            return run(last, partial(self._read, folder, deck.material))
-        finally:
-            _remove_restart_files(folder)
-
-    def _steps(self, folder: Path, there: Installation, deck: Deck) -> list[_Step]:
         given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
-        several = ["-nt", str(self.options.threads)] if self.options.threads > 1 else []
-        return [
-            _Step(
-                "starter",
-                [there.starter, "-i", given, "-np", "1", *several],
-                partial(_starter_ran, folder, deck),
-            ),
-            _Step("engine", [there.engine, "-i", ENGINE_INPUT, *several], partial(_engine_ran, folder)),
-            _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(_table_made, folder)),
-        ]
-
-    def _read(self, folder: Path, written: Mapping[str, float], ended: Ended) -> Answer:
-        asked = folder, self.options.interface
-        left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
-        contact = _contact(*asked) if is_small(folder / TABLE) else run_in_helper(left, _contact, *asked)
-        _, fails = differences(read_text(folder, STARTER_LISTING), STEM, written)
-        gone = deleted_elements(read_text(folder, ENGINE_LISTING), _said(folder, OUTPUT))
-        return peak_answer(contact, self.options, self.study.loading, gone, [] if fails else [NothingDeleted()])
+        read = partial(force_of_run, folder, self.options, self.study.loading)
+        return run_programs(
+            folder, self._installation(), self.options, given, partial(_starter_ran, folder, deck), read
+        )
 
 
-def _contact(folder: Path, interface: int) -> ContactForce:
-    return contact_force(read_text(folder, TABLE), interface)
+def run_programs(
+    folder: Path,
+    there: Installation,
+    options: OpenRadiossSolver,
+    given: str,
+    starter_ran: Callable[[Ended], None],
+    read: Callable[[Ended], Answer],
+) -> Answer:
+    """Run starter, engine and ``th_to_csv`` one after the other, in one time limit; then read the force.
+
+    The starter begins with the file `given`; `starter_ran` raises `NoResult` if it went wrong, and leaves the engine
+    its input.
+    """
+    options = options.model_copy(update={"environment": there.environment})
+    several = ["-nt", str(options.threads)] if options.threads > 1 else []
+    *first, last = (
+        _Step("starter", [there.starter, "-i", given, "-np", "1", *several], starter_ran),
+        _Step("engine", [there.engine, "-i", ENGINE_INPUT, *several], partial(_engine_ran, folder)),
+        _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(_table_made, folder)),
+    )
+    seconds: dict[str, float] = {}
+
+    def run(step: _Step, read: Callable[[Ended], Answer]) -> Answer:
+        left = max(options.time_limit - sum(seconds.values()), LEAST_READING_S)
+        answer = run_in(folder, step.command, options, read, left, step.check)
+        seconds[step.name] = answer.details.get("program_seconds", 0.0)
+        return replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
+
+    try:
+        for step in first:
+            answer = run(step, lambda _: Answer("ok"))
+            if not answer.ok:
+                return answer
+        return run(last, read)
+    finally:
+        _remove_restart_files(folder)
+
+
+def force_of_run(
+    folder: Path, options: OpenRadiossSolver, loading: LoadingSection, ended: Ended | None = None, run: str = "run"
+) -> Answer:
+    """Return the peak force of a finished run of this name, by what its programs have left in `folder`."""
+    table, listing = f"{run}T01.csv", _said(folder, f"{run}_0000.out")
+    left = max(options.time_limit - (0.0 if ended is None else ended.seconds), LEAST_READING_S)
+    asked = folder, table, options.interface
+    contact = _contact(*asked) if is_small(folder / table) else run_in_helper(left, _contact, *asked)
+    gone = deleted_elements(read_text(folder, f"{run}_0001.out"), _said(folder, OUTPUT))
+    return peak_answer(contact, options, loading, gone, [] if deletes_elements(listing) else [NothingDeleted()])
+
+
+def _contact(folder: Path, table: str, interface: int) -> ContactForce:
+    return contact_force(read_text(folder, table), interface)
 
 
 def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
     """Raise `NoResult` unless the starter has read the deck as it was written; then leave the engine its input."""
+    listing = starter_accepted(folder, ended)
+    if wrong := differences(listing, STEM, deck.material, deck.nonlocal_length):
+        raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
+    leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
+
+
+def starter_accepted(folder: Path, ended: Ended) -> str:
+    """Return the starter's listing; raise `NoResult` if it tells of errors."""
     listing = _said(folder, STARTER_LISTING)
     found = problems(listing) or problems(ended.output)
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         raise NoResult("starter_error", f"the starter refused the deck: {found[0]}{more}")
     code_is_zero(ended)
-    wrong, _ = differences(listing, STEM, deck.material, deck.nonlocal_length)
-    if wrong:
-        raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
+    return listing
+
+
+def leave_engine_input(folder: Path, text: str | None) -> None:
+    """Write the engine's input, by default what the starter has left for it, with the name of our runs."""
     if (folder / ENGINE_INPUT).is_symlink():
         raise NoResult("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
-    if deck.nonlocal_length > 0.0:
-        write_output(folder / ENGINE_INPUT, engine_text(deck, "run"))
-        return
     try:
-        engine = read_text(folder, ENGINE_INPUT)
+        engine = read_text(folder, ENGINE_INPUT) if text is None else text
     except NoResult as missing:
         raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}") from None
     # the starter calls the run after the whole name of the deck, runk; its restart file is run's

@@ -4,8 +4,6 @@ A block is a heading such as `` forces (fx,fy,fz) for set TIP and time  0.100000
 each node: its number, then its components. Totals have rows without a number.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

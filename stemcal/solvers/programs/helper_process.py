@@ -3,8 +3,6 @@
 The process starts with the first reading that needs it and serves all others of its worker; it ends with it.
 """
 
-from __future__ import annotations
-
 import pickle
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """From the force of a contact over time to an answer, by the rule of the embedded solver."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

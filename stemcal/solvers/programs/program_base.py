@@ -1,7 +1,5 @@
 """A run of a program from beginning to end: its folder, its inputs, the process or processes, what it leaves."""
 
-from __future__ import annotations
-
 import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence

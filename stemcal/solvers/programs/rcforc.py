@@ -1,7 +1,5 @@
 """``rcforc`` in ASCII: the resultant force of every contact over time."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """From a file a program has left to a series of numbers: the readers by kind."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

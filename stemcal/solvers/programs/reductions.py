@@ -1,7 +1,5 @@
 """From a series of numbers to one: the reductions by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

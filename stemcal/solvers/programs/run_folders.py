@@ -1,7 +1,5 @@
 """The folder a run works in: its own, gone after a success, kept after a failure."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from collections.abc import Mapping

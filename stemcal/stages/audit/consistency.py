@@ -1,9 +1,7 @@
 """What a paper's own runs, equation, names and forces say of each other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -41,7 +39,6 @@ Ends = tuple[float, float]
 # ---- levels
 
 
-@dataclass(frozen=True)
 class MisprintedLevel(Contradiction):
     """A level that should read another, and how many cells of the surface's tables each of the two brings out."""
 
@@ -53,7 +50,6 @@ class MisprintedLevel(Contradiction):
     of: int
 
 
-@dataclass(frozen=True)
 class LevelsSwapped(Contradiction):
     """A printed effect has the other sign, while all else of its row agrees."""
 
@@ -129,7 +125,6 @@ def levels_are_swapped(study: Study, stages: Calibrated) -> Iterator[Found]:
 # ---- surface and runs
 
 
-@dataclass(frozen=True)
 class SurfaceContradictsScreening(Contradiction):
     """The surface at levels where the screening had runs, whose responses were from `low` to `high`."""
 
@@ -139,7 +134,6 @@ class SurfaceContradictsScreening(Contradiction):
     high: float
 
 
-@dataclass(frozen=True)
 class NaturalBounds(Contradiction):
     """A coded equation bounded in natural values: what it gives for these, at the solution or else at a corner."""
 
@@ -147,7 +141,6 @@ class NaturalBounds(Contradiction):
     at_solution: bool
 
 
-@dataclass(frozen=True)
 class SolverMissesTarget(Contradiction):
     """The solver's own response where the target was solved for, and the surface's 95 % prediction interval."""
 
@@ -158,7 +151,6 @@ class SolverMissesTarget(Contradiction):
     outside: bool
 
 
-@dataclass(frozen=True)
 class GrowthDiffers(Contradiction):
     """The exponents of the response over the condition with their 95 % intervals, which do not meet."""
 
@@ -258,7 +250,6 @@ def growth_differs(study: Study, stages: Calibrated) -> Iterator[Found]:
 # ---- names and laws
 
 
-@dataclass(frozen=True)
 class ImpossibleShearModulus(Contradiction):
     """A range called shear modulus, and the one of E/(2(1 + ν)) that the ranges of E and ν allow; moduli in `unit`."""
 
@@ -270,7 +261,6 @@ class ImpossibleShearModulus(Contradiction):
     possible: Ends
 
 
-@dataclass(frozen=True)
 class InvertedExponent(Contradiction):
     """The rate law printed with P for 1/P: by how much each raises the yield stress at 1 1/s, of C and P at centre."""
 
@@ -311,7 +301,6 @@ def exponent_is_inverted(study: Study, _stages: Calibrated) -> Iterator[Found]:
 # ---- tests
 
 
-@dataclass(frozen=True)
 class StarsDiffer(Contradiction):
     """The stars of a term in a table, as printed and as its p-value asks for."""
 
@@ -322,7 +311,6 @@ class StarsDiffer(Contradiction):
     p: float
 
 
-@dataclass(frozen=True)
 class LackOfFitRestsOnRun(Contradiction):
     """The p-value of the lack of fit, and the one without a run, from 1, with its response."""
 

@@ -4,10 +4,7 @@ First the cells of the printed tables and the printed claims, then what the numb
 against runs, box against design, equation against solution, signs against the law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.stages.audit.found import Calibrated, Consequence, Found
@@ -28,7 +25,6 @@ _FAR, _SEEN = 0.1, 0.02  # coded units
 _NONE = Agreement(0, 0)
 
 
-@dataclass(frozen=True)
 class LevelDiffers(Contradiction):
     """A level of the coding table against that of the runs; `rounded` if it is the latter at the printed digits.
 
@@ -44,7 +40,6 @@ class LevelDiffers(Contradiction):
     far: bool
 
 
-@dataclass(frozen=True)
 class DesignDiffers(Contradiction):
     """A level that so many runs are printed with, and how many cells of the analysis each of the two brings out."""
 

@@ -1,9 +1,6 @@
 """What the numbers of a paper say about each other: checks of an audit that need no printed counterpart."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -23,7 +20,6 @@ from stemcal.study.model import Study
 _STRAIN_RATE = "strain_rate_c"
 
 
-@dataclass(frozen=True)
 class RepeatsDiffer(Contradiction):
     """Runs of a stage at the same levels gave different responses, though a solver computed them."""
 
@@ -33,7 +29,6 @@ class RepeatsDiffer(Contradiction):
     high: float
 
 
-@dataclass(frozen=True)
 class BoxLeavesDesign(Contradiction):
     """A factor may be searched from `low` to `high`, beyond what the runs reach, in coded units too."""
 
@@ -45,7 +40,6 @@ class BoxLeavesDesign(Contradiction):
     reach: float
 
 
-@dataclass(frozen=True)
 class SignDefiesLaw(Contradiction):
     """A significant effect in a stage has the sign that the law excludes.
 
@@ -59,7 +53,6 @@ class SignDefiesLaw(Contradiction):
     falls_over: tuple[float, float] | None = absent()
 
 
-@dataclass(frozen=True)
 class InteractionsDisagree(Contradiction):
     """Surface and screening see an interaction with opposite signs."""
 
@@ -73,7 +66,6 @@ class InteractionsDisagree(Contradiction):
         return True
 
 
-@dataclass(frozen=True)
 class EquationMissesTarget(Contradiction):
     """What the printed coefficients, and those of the data, give at the printed solution."""
 
@@ -82,7 +74,6 @@ class EquationMissesTarget(Contradiction):
     target: float
 
 
-@dataclass(frozen=True)
 class BladeStopsShort(Contradiction):
     """The blade (speed in mm/s, duration in s) travels less than the stem is thick, mm."""
 
@@ -92,7 +83,6 @@ class BladeStopsShort(Contradiction):
     condition: float
 
 
-@dataclass(frozen=True)
 class OneOfMany(Note):
     """The printed solution is one point of a set with the same response, which inside the design has these ranges."""
 

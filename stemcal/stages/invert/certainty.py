@@ -1,7 +1,5 @@
 """How well the measured means fix the parameters: profiles, intervals, posterior."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite

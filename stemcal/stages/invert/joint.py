@@ -3,10 +3,7 @@
 At a condition (a diameter) each response (force, travel and work to the maximum force) has a surface of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from stemcal.doe.calibration.contradiction import allowed_by_others, contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
@@ -45,14 +42,12 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 
-@dataclass(frozen=True)
 class UnequalScatter(Note):
     """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
 
     p: float
 
 
-@dataclass(frozen=True)
 class ProcessesTaken(Note):
     """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
 
@@ -60,14 +55,12 @@ class ProcessesTaken(Note):
     of: int
 
 
-@dataclass(frozen=True)
-class FlatDirection(Note):
+class FlatDirection(Note, weight=Weight.USE):
     """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
 
     `changes` is by factor, in its unit, the largest by one half step of the design.
     """
 
-    weight = Weight.USE
     changes: dict[str, float]
     units: dict[str, str]
 

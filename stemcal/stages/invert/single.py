@@ -1,9 +1,6 @@
 """One measured mean: the point of the surface that gives it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,21 +27,18 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 
-@dataclass(frozen=True)
 class PublishedIncomplete(Note):
     """The published solution lacks factors of the surface: their centres are taken."""
 
     factors: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class SolvedByProcess(Note):
+class SolvedByProcess(Note, weight=Weight.USE):
     """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
 
     `low` and `high` are what the quadratic reaches; both predicted R² are given.
     """
 
-    weight = Weight.USE
     low: float
     high: float
     quadratic_predicted_r2: float | None

@@ -1,7 +1,5 @@
 """What other meshes make of the force at the solution, and the intervals with their scatter in them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The closed loop on a Gaussian process: batches of points simulated together, where a quadratic bends too little."""
 
-from __future__ import annotations
-
 from stemcal.doe.calibration.infill import next_batch, possible
 from stemcal.doe.regression.gaussian_process import GaussianProcess, clearly_better, fit_process
 from stemcal.stages.refine.loop import Loop

@@ -1,7 +1,5 @@
 """What the closed loop comes to: every iteration, the best of them, and the surfaces that learnt."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal

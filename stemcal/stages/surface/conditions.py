@@ -1,14 +1,12 @@
 """The design of the surface run at the other diameters of a joint fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
+from stemcal.runs.policy import reasons_given
 from stemcal.stages.design import Design
-from stemcal.stages.result import reasons_given
 from stemcal.stages.surface.result import AtCondition, FitSummary, SurfaceResult
 from stemcal.stages.surface.runs import ConditionRun, weighed
 from stemcal.stages.work import Work

@@ -1,7 +1,5 @@
 """The runs of a surface as its fit takes them: weights, blocks, scatter, what repeated ones tell."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -67,19 +65,16 @@ def _within(outcomes: Sequence[Outcome], further: int) -> Within:
     )
 
 
-@dataclass(frozen=True)
 class ScatterOfPlaces(Note):
     """Every run is a mean over so many places of the mesh, whose scatter is the pure error."""
 
     places: int
 
 
-@dataclass(frozen=True)
 class EqualRepeats(Note):
     """Repeated runs agree exactly: the solver is deterministic."""
 
 
-@dataclass(frozen=True)
 class ScatterOfSeeds(Note):
     """Runs with seeds of their own scatter by this standard deviation."""
 
@@ -87,12 +82,10 @@ class ScatterOfSeeds(Note):
     df: int
 
 
-@dataclass(frozen=True)
 class EqualSeeds(Note):
     """Runs with different seeds agree exactly."""
 
 
-@dataclass(frozen=True)
 class UnequalRepeats(Note):
     """So many runs at the same levels of a deterministic solver gave different responses."""
 

@@ -1,7 +1,5 @@
 """What stands beside a surface: its shape, the scale its response asks for, a second opinion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a transfer comes to: the parameters for another program, what they give there, and what was run for it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal
@@ -18,22 +16,18 @@ AimsAt = Literal["measured", "study"]
 Role = Literal["search", "after", "before"]
 
 
-@dataclass(frozen=True)
-class NotReached(Note):
+class NotReached(Note, weight=Weight.USE):
     """The response there is not within the tolerance: runs spent, the range at its end, or no step left to take."""
 
-    weight = Weight.USE
     stopped: Stopped
     missed_percent: float
     aim: float
     factors: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class BeyondRange(Note):
+class BeyondRange(Note, weight=Weight.USE):
     """A value lies outside the study's range of the factor: the spec allows it, or it belongs to mesh and lengths."""
 
-    weight = Weight.USE
     factor: str
     value: float
     low: float
@@ -41,27 +35,21 @@ class BeyondRange(Note):
     allowed: bool
 
 
-@dataclass(frozen=True)
-class StillRose(Note):
+class StillRose(Note, weight=Weight.NUMBERS):
     """In so many runs there the response still rose when the stroke ended: what they gave is a lower bound."""
 
-    weight = Weight.NUMBERS
     runs: int
 
 
-@dataclass(frozen=True)
-class NotRunThere(Note):
+class NotRunThere(Note, weight=Weight.USE):
     """The result was not run at these conditions: the budget was spent."""
 
-    weight = Weight.USE
     conditions: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class FailedThere(Note):
+class FailedThere(Note, weight=Weight.NUMBERS):
     """Runs with the result failed at these conditions, the first for this reason."""
 
-    weight = Weight.NUMBERS
     conditions: tuple[float, ...]
     reason: str
 

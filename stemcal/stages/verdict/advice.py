@@ -3,10 +3,7 @@
 Every kind of remedy is declared here; `stemcal.text.verdict` words them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import floor, log10
 from typing import Literal
 
@@ -38,7 +35,6 @@ class EnterResults(Remedy):
     """Do the runs that are awaited and enter what came of them."""
 
 
-@dataclass(frozen=True)
 class WidenRange(Remedy):
     """Move an end of a factor's range to a value, in its unit."""
 
@@ -48,21 +44,18 @@ class WidenRange(Remedy):
     unit: str
 
 
-@dataclass(frozen=True)
 class NoRangeReaches(Remedy):
     """No factor alone reaches the target: what is held fixed is to be checked."""
 
     factors: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class VaryAnother(Remedy):
     """Vary a further factor: this one is at the end of what it can be."""
 
     factor: str
 
 
-@dataclass(frozen=True)
 class FitFewer(Remedy):
     """Vary a further factor, or fit fewer responses, or conditions, together."""
 
@@ -73,14 +66,12 @@ class AddRefinement(Remedy):
     """Simulate at the solution and correct it."""
 
 
-@dataclass(frozen=True)
 class RaiseBudget(Remedy):
     """Give the refinement so many simulations."""
 
     budget: int
 
 
-@dataclass(frozen=True)
 class MendTransfer(Remedy):
     """Give the transfer what it lacks: more runs (so many), a wider range or a further factor, or a smoother model."""
 
@@ -97,7 +88,6 @@ class RetryValidation(Remedy):
     """Compute the failed runs again."""
 
 
-@dataclass(frozen=True)
 class FitAll(Remedy):
     """Fit all responses, or all conditions, together."""
 
@@ -108,14 +98,12 @@ class MeasureMore(Remedy):
     """Measure what can check the result."""
 
 
-@dataclass(frozen=True)
 class MendInput(Remedy):
     """Mend this doubt in the input of a program that is not the embedded solver."""
 
     doubt: DoubtKind
 
 
-@dataclass(frozen=True)
 class ScaleMassLess(Remedy):
     """Take this mass scaling, and where the step is set this time step (µs), to bring inertia below a limit."""
 
@@ -124,7 +112,6 @@ class ScaleMassLess(Remedy):
     limit_percent: float
 
 
-@dataclass(frozen=True)
 class IntegrateFully(Remedy):
     """Full integration has no hourglass energy; so small elements may bring it below a limit."""
 
@@ -132,7 +119,6 @@ class IntegrateFully(Remedy):
     limit_percent: float
 
 
-@dataclass(frozen=True)
 class HalveTimeStep(Remedy):
     """Take this safety of the time step, and where the step is set this time step (µs): half of both."""
 
@@ -140,14 +126,12 @@ class HalveTimeStep(Remedy):
     time_step: float | None
 
 
-@dataclass(frozen=True)
 class LengthenStroke(Remedy):
     """Take this duration (s), twice today's."""
 
     duration: float
 
 
-@dataclass(frozen=True)
 class Identify(Remedy):
     """Fit what else was measured, or measure what moves along the free direction, or hold this factor at a value.
 
@@ -158,14 +142,12 @@ class Identify(Remedy):
     unfitted: Literal["responses", "conditions"] | None
 
 
-@dataclass(frozen=True)
 class CheckModel(Remedy):
     """Check the law, the units and the expected sign of these factors."""
 
     factors: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class CheckPrior(Remedy):
     """Check a prior against its source, or leave it out."""
 
@@ -173,7 +155,6 @@ class CheckPrior(Remedy):
     source: str
 
 
-@dataclass(frozen=True)
 class SmoothResponse(Remedy):
     """Average over so many places of the mesh or replicates, where the solver knows these, or add runs."""
 

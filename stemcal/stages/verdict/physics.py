@@ -1,7 +1,5 @@
 """How many of a study's runs have doubtful physics, as their records tell."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf

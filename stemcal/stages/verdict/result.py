@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Literal
 
 from stemcal.files.typed import Tagged, absent
@@ -11,15 +11,14 @@ Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 Severity = Literal["with_reservations", "not_calibrated"]
 
 
-@dataclass(frozen=True)
 class Remedy(Tagged):
     """What would mend a reason: a kind for each, with its numbers, declared in `advice`."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class Reason(Tagged):
     """Why a study is not simply calibrated: a kind for each, declared beside its rule; weight and remedy."""
 
+    _: KW_ONLY
     weight: Severity
     remedy: Remedy
 

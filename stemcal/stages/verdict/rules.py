@@ -3,8 +3,6 @@
 The given percentage is `targets.equivalent_within_percent`; what a reason weighs, its rule decides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -29,14 +27,12 @@ _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
 
 
-@dataclass(frozen=True, kw_only=True)
 class Unfinished(Reason):
     """Stages that the study asks for are not there: not calibrated; a reservation where it is the transfer alone."""
 
     stages: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
 class OutOfReach(Reason):
     """The surface takes the target nowhere, only values from low to high: not calibrated."""
 
@@ -45,7 +41,6 @@ class OutOfReach(Reason):
     high: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class Conflict(Reason):
     """In a joint fit no parameters bring the largest error within the given percentage: not calibrated.
 
@@ -57,14 +52,12 @@ class Conflict(Reason):
     contradiction: Contradicted | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class PriorConflict(Reason):
     """What was measured contradicts the prior of a factor: not calibrated beyond p = 0.001, else a reservation."""
 
     prior: PriorRow
 
 
-@dataclass(frozen=True, kw_only=True)
 class TargetMissed(Reason):
     """The simulated response at the solution misses what it was fitted to.
 
@@ -83,7 +76,6 @@ class OnTheEdge(Reason):
     """
 
 
-@dataclass(frozen=True, kw_only=True)
 class Misfit(Reason):
     """The misfit is so many times what the scatter of the measured means explains, p < 0.05: a reservation."""
 
@@ -95,14 +87,12 @@ class ValidationFromTable(Reason):
     """The validation is read from a table, not simulated with these parameters: a reservation."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class ValidationFailed(Reason):
     """Runs of the validation that would check the result have failed: a reservation."""
 
     conditions: tuple[float, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
 class CheckMissed(Reason, kind="validation"):
     """What was not fitted misses by more than the given percentage: a reservation."""
 
@@ -113,7 +103,6 @@ class Unchecked(Reason):
     """Nothing checks the result independently: a reservation."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class DoubtfulPhysics(Reason, kind="physics"):
     """So many of the runs have doubtful physics, for one of the reasons.
 
@@ -124,7 +113,6 @@ class DoubtfulPhysics(Reason, kind="physics"):
     checked: int
 
 
-@dataclass(frozen=True, kw_only=True)
 class SolutionDoubtful(Reason, kind="physics_of_solution"):
     """The run with the calibrated parameters at a condition has doubtful physics.
 
@@ -135,7 +123,6 @@ class SolutionDoubtful(Reason, kind="physics_of_solution"):
     at: DoubtAt
 
 
-@dataclass(frozen=True, kw_only=True)
 class NotIdentified(Reason):
     """What was fitted does not fix these factors each by itself: a reservation.
 
@@ -148,21 +135,18 @@ class NotIdentified(Reason):
     units: dict[str, str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class SignAgainstExpectation(Reason):
     """Significant effects have the other sign than the study expects of its mechanics: a reservation."""
 
     factors: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
 class RoughResponse(Reason):
     """Equal inputs give equal answers, yet the surface misses its runs by so much, percent of the mean: reservation."""
 
     cv_percent: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class TransferMissed(Reason):
     """In the program that the parameters are for the response is so far from its aim, percent: a reservation.
 

@@ -1,7 +1,5 @@
 """The designs of the screening and of the response surface, and what is fitted to their runs."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Any, Literal, get_args
 

@@ -1,7 +1,5 @@
 """What is varied and what comes out: factors, responses and conditions."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints

@@ -1,7 +1,5 @@
 """Material parameters that follow the stem: a power of its diameter, or a table by grade."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise

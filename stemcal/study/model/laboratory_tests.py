@@ -1,7 +1,5 @@
 """Laboratory tests of pieces of stem beside cutting, as a spec describes them, and what was measured in them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Annotated, Literal
 

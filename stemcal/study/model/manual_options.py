@@ -1,7 +1,5 @@
 """Runs that people do: in a program that no script can start, or in the laboratory."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints

@@ -1,7 +1,5 @@
 """What results are compared with: the laboratory's means, and what a paper prints."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo

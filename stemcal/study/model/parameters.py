@@ -2,8 +2,6 @@
 the embedded solver can vary.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,7 +1,5 @@
 """Programs outside stemcal as a spec describes them: any command, LS-DYNA and OpenRadioss."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints

@@ -1,7 +1,5 @@
 """How a program's output becomes one number."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Literal
 

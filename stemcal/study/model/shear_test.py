@@ -1,7 +1,5 @@
 """The virtual shear test: stem, blade, supports, and what they are made of."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

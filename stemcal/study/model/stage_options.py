@@ -1,7 +1,5 @@
 """Calibration and what follows it: options of the stages behind the surface, and of every run."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema

@@ -1,7 +1,5 @@
 """The calibrated parameters taken to another program or another mesh: what answers there, what may move."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import AliasChoices, BeforeValidator, Field

@@ -1,7 +1,5 @@
 """Change one key of a spec and nothing else in its text: comments, order and layout stay as their author left them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Single values from Python and from the command line, checked as those of a spec are."""
 
-from __future__ import annotations
-
 import re
 from numbers import Real
 from typing import Annotated, Any

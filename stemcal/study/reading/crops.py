@@ -5,8 +5,6 @@ tension) and √3 times the strength in shear, which is what von Mises' law make
 and moisture more than these ranges tell: they are where a search begins, not what it must find.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,7 +1,5 @@
 """Values as YAML that the strict reader reads back as the same: what comes from outside is data, whatever it holds."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import yaml

@@ -1,7 +1,5 @@
 """The form of a spec as JSON schema: for editors, and for knowing which keys stand where."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Iterator
 from typing import Any

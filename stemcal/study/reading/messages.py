@@ -1,7 +1,5 @@
 """From what pydantic says to what a person can act on: plain words and a remedy."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """What is good of a section that has something wrong in it, so that rules find every mistake at once."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args, get_origin, get_type_hints
 

@@ -4,8 +4,6 @@ The way of a spec: bytes → strict tree with places → each section by itself 
 A section that is wrong does not hide what is wrong in another.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The commented spec that `stemcal init` writes: a whole study to start from."""
 
-from __future__ import annotations
-
 import json
 import re
 import textwrap

@@ -3,8 +3,6 @@
 What is possible but looks like a slip is in `plausible`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 from stemcal.study.rules import (

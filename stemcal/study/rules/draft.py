@@ -1,7 +1,5 @@
 """A spec half read: the sections that are valid by themselves, for rules that look across them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import NamedTuple
 

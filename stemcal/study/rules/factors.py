@@ -1,7 +1,5 @@
 """Rules on factors and fixed material values; each function yields what it finds wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from stemcal.study.model import (

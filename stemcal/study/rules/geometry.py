@@ -1,7 +1,5 @@
 """Rules on what the virtual test is made of: stem, blade, supports, contact and the mesh."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.study.rules.draft import Draft, Finding

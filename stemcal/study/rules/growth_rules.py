@@ -1,7 +1,5 @@
 """Rules on material parameters that follow the diameter; each function yields what it finds wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from stemcal.study.model import EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Grades, Growth

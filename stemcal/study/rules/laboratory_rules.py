@@ -1,7 +1,5 @@
 """Rules on laboratory tests beside cutting."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import isclose
 

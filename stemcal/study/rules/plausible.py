@@ -1,7 +1,5 @@
 """Values that are possible but look like a slip of the unit: far from what plant stems and blades are."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from statistics import median

@@ -1,7 +1,5 @@
 """Rules on what answers in place of the embedded solver: templates, results, the user's own deck, tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

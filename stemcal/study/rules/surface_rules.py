@@ -1,7 +1,5 @@
 """Rules on the response surface and the climb to it: factors, design, weights, blocks, coding, steps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, strongest_asked

@@ -1,7 +1,5 @@
 """Rules on what was measured and what was published: diameters, forces, other responses, claims."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

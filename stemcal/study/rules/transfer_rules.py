@@ -1,7 +1,5 @@
 """Rules on the transfer: the study as the other program sees it keeps the rules too; what moves there is a factor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any

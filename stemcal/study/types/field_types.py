@@ -4,8 +4,6 @@ The same models serve two readers. From YAML (validation context ``{"spec": fold
 with its unit and a file is resolved against the folder of the spec; from Python both are taken as they are.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

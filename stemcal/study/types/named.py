@@ -4,8 +4,6 @@ Here these names end: the study has neutral ones (`Target.response`, `Target.con
 the spec declares. Where there is no condition, every run is `NOWHERE`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 

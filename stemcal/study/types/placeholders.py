@@ -1,7 +1,5 @@
 """``{{factor}}`` in text files: the one thing that templates can do."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path

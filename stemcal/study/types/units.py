@@ -9,8 +9,6 @@ a unit that is not in it is an error with a suggestion, never an expression to b
 1.1e-09
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 import re

@@ -1,6 +1,4 @@
-"""What belongs to the model and has no card: a deck of stemcal's keeps it in comments, an import reads it back."""
-
-from __future__ import annotations
+"""What a deck of stemcal's keeps in comments: what belongs to the model and has no card, the force it is to give."""
 
 from typing import Annotated, Literal
 
@@ -13,7 +11,7 @@ from stemcal.study.types.field_types import Number
 
 
 class Settings(BaseModel):
-    """Values in mm, t and s; None is not given."""
+    """Values in mm, t, s and N; None is not given."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -34,6 +32,9 @@ class Settings(BaseModel):
     time_step: Time | None = None
     stop_after_peak: Annotated[bool, Field(strict=True)] | None = None
     failure_length: Size | None = None
+    speed: Size | None = None
+    gap: SizeOrZero = 0.0
+    force_to_give: Size | None = None
 
 
 def settings_of(text: str) -> Settings:
