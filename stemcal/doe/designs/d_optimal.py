@@ -17,6 +17,7 @@ from stemcal.errors import UsageError
 _SAME_POINT = 1e-6
 _RIDGE = 1e-8  # lets a design that cannot estimate every term yet be augmented until it can
 _MOST_CANDIDATES = 20_000
+_MOST_STEPS, _SETTLED = 20_000, 1e-7  # of the shares
 
 
 def rows_missing(have: Array, want: Array) -> Array:
@@ -29,6 +30,36 @@ def rows_missing(have: Array, want: Array) -> Array:
         else:
             missing.append(row)
     return np.array(missing).reshape(-1, want.shape[1])
+
+
+def d_optimal_shares(each: Array, known: Array) -> Array:
+    """Return the shares w, Σw = 1, that make |Σ wᵢMᵢ + M₀| greatest: how to divide an effort over experiments.
+
+    wᵢ ← wᵢ·tr(M⁻¹Mᵢ), scaled to Σw = 1, never lowers it: Silvey, Titterington and Torsney, Comm. Statist. A 7 (1978)
+    1379–1389.
+
+    Parameters
+    ----------
+    each : array (m, k, k)
+        Information Mᵢ if all effort went into experiment i.
+    known : array (k, k)
+        Information M₀ that is there anyway; with the sum of all Mᵢ it is not singular.
+
+    Examples
+    --------
+    Two factors, each told by an experiment of its own: half of the effort for either, however sharp they are.
+
+    >>> d_optimal_shares(np.array([np.diag([1.0, 0.0]), np.diag([0.0, 9.0])]), np.zeros((2, 2)))
+    array([0.5, 0.5])
+    """
+    shares = np.full(len(each), 1.0 / len(each))
+    for _ in range(_MOST_STEPS):
+        inverse = np.linalg.inv(np.tensordot(shares, each, 1) + known)
+        gains = shares * np.einsum("ij,mji->m", inverse, each)
+        before, shares = shares, gains / gains.sum()
+        if np.abs(shares - before).max() < _SETTLED:
+            break
+    return shares
 
 
 def _keys(coded: Array) -> list[list[int]]:
