@@ -82,7 +82,7 @@ def run(folder: Path, *line: object) -> str:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=900,
+        timeout=3600,  # of a machine with much else to do
     )
     assert done.returncode == 0, done.stdout[-3000:]
     return done.stdout
