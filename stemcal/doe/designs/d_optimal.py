@@ -1,7 +1,7 @@
 """Adding runs to a design already run: what is there is kept.
 
-Sources: fold-over, G. E. P. Box and K. B. Wilson (1951); D-optimal augmentation, T. J. Mitchell, An
-Algorithm for the Construction of D-Optimal Experimental Designs, Technometrics 16 (1974), 203–210.
+Source: T. J. Mitchell, An Algorithm for the Construction of D-Optimal Experimental Designs, Technometrics 16 (1974),
+203–210.
 """
 
 from collections import Counter
@@ -18,18 +18,6 @@ _SAME_POINT = 1e-6
 _RIDGE = 1e-8  # lets a design that cannot estimate every term yet be augmented until it can
 _MOST_CANDIDATES = 20_000
 _MOST_STEPS, _SETTLED = 20_000, 1e-7  # of the shares
-
-
-def fold_over(coded: Array, columns: Sequence[int] | None = None) -> Array:
-    """Append every run with its signs turned, in all columns or in some.
-
-    All columns: main effects become clear of two-factor interactions (resolution III turns into IV). One
-    column: that factor and its interactions become clear.
-    """
-    mirrored = np.array(coded, dtype=float)
-    turned = list(range(coded.shape[1])) if columns is None else list(columns)
-    mirrored[:, turned] *= -1.0
-    return np.vstack([coded, mirrored + 0.0])
 
 
 def rows_missing(have: Array, want: Array) -> Array:
