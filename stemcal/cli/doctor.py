@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from stemcal.cli.console import note, say, say_json
 from stemcal.cli.options import AsJson
+from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -31,8 +33,6 @@ def doctor(as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal doctor[/bold]
     """
-    from stemcal.cli.console import note, say, say_json
-
     if not as_json:
         note("looking; the first time the solver is compiled, which takes about half a minute")
     findings = [found for look in CHECKS for found in look()]
@@ -116,7 +116,6 @@ def _openradioss() -> Iterator[Finding]:
     import os
     from pathlib import Path
 
-    from stemcal.errors import UsageError
     from stemcal.solvers.openradioss.installation import HOME, installation
     from stemcal.study.model import OpenRadiossSolver
 

@@ -1,14 +1,12 @@
 """`stemcal plan`: what would be run, and how long it would take."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
+from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Out, Quiet, Spec, Workers
-
-if TYPE_CHECKING:
-    from stemcal.files.rows import Table
-    from stemcal.overview.plan import Plan
+from stemcal.cli.session import folder_of, read_study
+from stemcal.files.rows import Column, Table
+from stemcal.files.typed import to_json
+from stemcal.text.names import Names
+from stemcal.text.numbers import duration
 
 
 def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
@@ -17,16 +15,11 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     Example: [bold]stemcal plan configs/wild-chrysanthemum.yaml --workers 8[/bold]
     """
     from stemcal.cli.check import not_ready
-    from stemcal.cli.console import note, say, say_json, warn
-    from stemcal.cli.session import folder_of, read_study
     from stemcal.executors.machine import machine_memory
-    from stemcal.files.typed import to_json
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.foresight import Demand, excess
     from stemcal.overview.plan import plan as make_plan
-    from stemcal.report.tables.terminal import drawn
-    from stemcal.text.names import Names
-    from stemcal.text.plan import sentences
+    from stemcal.text.plan import sentences, total
 
     study = read_study(spec)
     path = folder_of(study, out)
@@ -34,25 +27,17 @@ def plan(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson =
     if as_json:
         say_json(to_json(found))
     else:
-        say(*drawn(_table(found)))
+        columns = (
+            Column("stage", "Stage"),
+            Column("rows", "Runs", form=format),
+            Column("recorded", "Recorded", form=format),
+            Column("to_run", "To compute", form=format),
+            Column("seconds", "On one core", form=duration),
+        )
+        say_tables(Table.of(columns, found.stages, f"Plan of {found.study}", [" ".join(total(found))]))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
     for sentence in [*sentences(excess(demand, found.workers, machine_memory())), *not_ready(study)]:
         warn(sentence)
     if not quiet:
         for said in sentences(found.notes, Names(study.naming)):
             note(f"note: {said}")
-
-
-def _table(found: Plan) -> Table:
-    from stemcal.files.rows import Column, Table
-    from stemcal.text.numbers import duration
-    from stemcal.text.plan import total
-
-    columns = (
-        Column("stage", "Stage"),
-        Column("rows", "Runs", form=format),
-        Column("recorded", "Recorded", form=format),
-        Column("to_run", "To compute", form=format),
-        Column("seconds", "On one core", form=duration),
-    )
-    return Table.of(columns, found.stages, f"Plan of {found.study}", [" ".join(total(found))])
