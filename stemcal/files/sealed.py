@@ -9,8 +9,6 @@ from typing import Any
 from stemcal.files.durable import as_json, digest
 from stemcal.files.plain import MIB, read_plain
 
-__all__ = ["SEAL", "Broken", "opened", "sealed"]
-
 SEAL = "sha256"
 MAX_BYTES = 64 * MIB
 # SHA-256 of the bytes that agreed with their seal: a file is read many times in a command, but worked out anew once.
