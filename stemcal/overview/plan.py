@@ -283,7 +283,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 
 
 def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    known = _surface_names(study, solver, folder)
+    known = surface_names(study, solver, folder)
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
     design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
@@ -296,8 +296,8 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     return Asked("rsm", requests, known is not None, None if known else FactorsAssumed(len(names)), design)
 
 
-def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
-    """Return the factors of the surface as far as they are known now."""
+def surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
+    """Return the factors of the surface as far as they are known now; None if a screening has still to choose."""
     before = stage_called("rsm").needs(study)
     given = solver.given_design("rsm")
     if before is None:

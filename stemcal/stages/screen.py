@@ -14,8 +14,9 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
+from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.policy import lower_bounds, reasons_given
+from stemcal.runs.policy import lower_bounds
 from stemcal.stages.design import Design, runs_of, screening_design
 from stemcal.stages.printed_tables import Audited, audit_screening
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult

@@ -14,7 +14,7 @@ from commanding import REPLAY, SMOKE, command
 from fakes import SPEC, SpecSolver, force, lines
 
 from stemcal.executors.code import code_version
-from stemcal.files.sealed import sealed
+from stemcal.files.durable import sealed
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 

@@ -13,7 +13,8 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
-from stemcal.runs.policy import lower_bounds, reasons_given
+from stemcal.runs.answer import reasons_given
+from stemcal.runs.policy import lower_bounds
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
