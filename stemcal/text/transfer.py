@@ -12,7 +12,7 @@ from stemcal.stages.transfer.result import (
 )
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, remark, sentence, states
+from stemcal.text.notes import Remark, remark, sentence
 from stemcal.text.numbers import significant
 
 
@@ -84,10 +84,11 @@ def _learnt(stage: TransferResult, names: Names) -> str:
     return names.say(template, response=names.response.long, **vars(stage.learnt))
 
 
-states(
-    NotRunThere,
-    "transfer.budget left no run with the result at {conditions:conditions}.",
-)
+@sentence.register
+def _(note: NotRunThere, names: Names) -> str:
+    spent = "transfer.budget left no run with the result at {conditions:conditions}."
+    unready = "Nothing was run there at {conditions:conditions}: first the response at the calibration must be right."
+    return names.say(spent if note.converged else unready, conditions=note.conditions)
 
 
 @sentence.register
