@@ -37,6 +37,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -332,21 +333,22 @@ def saturating(k: int, random: np.random.Generator) -> Smooth:
     return lambda x: np.asarray(150.0 + np.tanh(x @ slope.T + middle) @ size)
 
 
-def rough(k: int, random: np.random.Generator) -> Smooth:
-    """Powers, and answers that are rough by 3 N: the same at a point whenever it is asked for."""
+def rough(k: int, random: np.random.Generator, by: float = 3.0) -> Smooth:
+    """Powers, and answers that are rough by so many N: the same at a point whenever it is asked for."""
     smooth, own = powers(k, random), int(random.integers(2**31))
 
     def at(x: Array) -> float:
         return float(np.random.default_rng([own, *np.round(1e6 * (x + 5.0)).astype(int)]).standard_normal())
 
-    return lambda x: np.asarray(smooth(x) + 3.0 * np.array([at(point) for point in x]))
+    return lambda x: np.asarray(smooth(x) + by * np.array([at(point) for point in x]))
 
 
 FAMILIES: dict[str, Callable[[int, np.random.Generator], Smooth]] = {
     "waves": waves,
     "powers": powers,
     "saturating": saturating,
-    "rough": rough,
+    "rough by 3": rough,
+    "rough by 5": partial(rough, by=5.0),
 }
 DESIGNS = {
     "two factors, rotatable": (central_composite(2, 6, "rotatable"), np.inf),

@@ -33,8 +33,7 @@ from stemcal.by_hand.refusals import (
 from stemcal.folder.study_folder import StudyFolder, now, provenance
 from stemcal.measured.outliers import grubbs
 from stemcal.naming import Named
-from stemcal.runs.answer import keep
-from stemcal.runs.key import answer_of, record_key
+from stemcal.runs.answer import answer_of, keep, record_key
 from stemcal.runs.policy import NOT_RUN, stands
 from stemcal.runs.policy import WITHDRAWN as TAKEN_BACK
 from stemcal.runs.retries import Computed

@@ -16,7 +16,7 @@ def recorded_run(study: Study, out: Path | None, short: str) -> tuple[dict[str, 
     """Return levels and diameter of the run whose key begins with `short`; warn if the spec has changed since."""
     from stemcal.errors import UsageError
     from stemcal.overview.status import complete_key
-    from stemcal.runs.key import record_key
+    from stemcal.runs.answer import record_key
     from stemcal.solvers import make_solver
     from stemcal.solvers.protocol import Request
 

@@ -24,10 +24,9 @@ from typing import Any, Self
 from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
-from stemcal.files.durable import as_json, plain, remove_leftovers, write_durably
+from stemcal.files.durable import Broken, as_json, opened, plain, remove_leftovers, sealed, write_durably
 from stemcal.files.plain import read_plain
 from stemcal.files.rows import Table
-from stemcal.files.sealed import Broken, opened, sealed
 from stemcal.files.typed import absent, from_json, to_json
 from stemcal.folder.record import RECORD_VERSION, is_key, problem_of, up_to_date
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
@@ -185,7 +184,8 @@ class StudyFolder:
 
     def save(self, record: Mapping[str, Any]) -> None:
         """Write a record whole or not at all; `record["key"]` names it."""
-        write_durably(self.record_path(record["key"]), sealed({"record_version": RECORD_VERSION, **record}))
+        path = self.record_path(record["key"])
+        write_durably(path, sealed({"record_version": RECORD_VERSION, **record}))
 
     def load(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal; one that is damaged is set aside. None if there is none."""

@@ -13,17 +13,17 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.notes import Note
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
-from stemcal.runs.key import record_key
+from stemcal.runs.answer import record_key
 from stemcal.runs.policy import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
-from stemcal.stages.repeating import second_time
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate import calibrated_parameters, requests_at
+from stemcal.stages.work import second_time
 from stemcal.study.model import EmbeddedSolver, Study
 
 USUAL_FACTORS = 3
@@ -283,7 +283,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 
 
 def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    known = _surface_names(study, solver, folder)
+    known = surface_names(study, solver, folder)
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
     design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
@@ -296,8 +296,8 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     return Asked("rsm", requests, known is not None, None if known else FactorsAssumed(len(names)), design)
 
 
-def _surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
-    """Return the factors of the surface as far as they are known now."""
+def surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
+    """Return the factors of the surface as far as they are known now; None if a screening has still to choose."""
     before = stage_called("rsm").needs(study)
     given = solver.given_design("rsm")
     if before is None:

@@ -11,8 +11,7 @@ from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
 from stemcal.folder.study_folder import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
-from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.key import answer_of, record_key
+from stemcal.runs.answer import Watch, answer_all, answer_of, ignore, record_key
 from stemcal.runs.policy import is_censored, judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import ByHand, Request, Solver
@@ -237,6 +236,7 @@ def retry(
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
             own = solver or make_solver(study.seen_by(stage))
+            folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
 

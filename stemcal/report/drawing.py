@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stemcal.executors.code import code_version
-from stemcal.files.durable import digest
+from stemcal.files.durable import MAX_BYTES, digest
 from stemcal.files.plain import read_plain
-from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.records import spec_hash

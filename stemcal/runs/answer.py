@@ -6,17 +6,21 @@ says, and once more by the next command.
 """
 
 import logging
+import math
 from collections import Counter
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-from contextlib import closing
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
-from stemcal.errors import Waiting
+from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
+from stemcal.files.showing import in_a_line, visible
+from stemcal.folder.record import key_of
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.runs.key import answer_of, readable, record_key
-from stemcal.runs.policy import judged, require_quorum, stands, stopped_by
+from stemcal.naming import FIRST
+from stemcal.runs.policy import judged, stands
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
 from stemcal.study.model import RunsOptions
@@ -24,6 +28,7 @@ from stemcal.study.model import RunsOptions
 logger = logging.getLogger(__name__)
 
 MOST_WARNINGS = 10
+_MOST_REASONS = 10
 WORK = "work"  # where solvers that need files have their run folders
 
 
@@ -84,7 +89,6 @@ def answer_all(
     stage = requests[0].stage if requests else ""
     if isinstance(solver, Immediate):
         executor = InlineExecutor()
-    folder.sign(stage=stage, workers=executor.workers)
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
     if missing and isinstance(solver, ByHand):
@@ -195,3 +199,63 @@ def keep(key: str, request: Request, computed: Computed, solver: Solver, folder:
     if not answer.ok:
         folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)
     return answer
+
+
+# ---- records
+
+
+def record_key(solver: Solver, request: Request) -> str:
+    """Return the name of the record that answers a request: a hash of what determines the answer."""
+    return key_of(solver.identity(request))
+
+
+def answer_of(record: Mapping[str, Any]) -> Answer:
+    """Return the answer that a record holds."""
+    return readable(Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}))
+
+
+def readable(answer: Answer) -> Answer:
+    """Return an answer whose words have no control characters: they may be a program's."""
+    return replace(answer, reason=in_a_line(answer.reason), message=visible(answer.message))
+
+
+# ---- when a stage must not go on, and why
+
+
+def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], policy: RunsOptions) -> None:
+    """Raise `RunsFailed` if too small a share of a stage's rows succeeded."""
+    needed = math.ceil(policy.quorum * len(answers) - 1e-9)
+    failed = sum(not answer.ok for answer in answers)
+    if len(answers) - failed >= needed:
+        return
+    counts = f"{failed} of {len(answers)} runs failed, runs.quorum {policy.quorum:g} asks for {needed} that succeed"
+    head = f"{requests[0].stage}: {counts}; mend the cause, then `stemcal retry SPEC`"
+    raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
+
+
+def stopped_by(request: Request, answer: Answer) -> RunsFailed:
+    """Return the error of a stage that may not go on after a failed run."""
+    return RunsFailed(
+        f"{request.stage}: run {request.row + 1} failed, and runs.keep_going is false\n"
+        + "\n".join(reason_lines([request], [answer]))
+    )
+
+
+def reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list[str]:
+    """Return a line per failed run with its reason, the first ten in full."""
+    lines = [
+        f"  run {request.row + 1}: {answer.reason}: {answer.message}".rstrip(": ")
+        for request, answer in zip(requests, answers, strict=True)
+        if not answer.ok
+    ]
+    more = len(lines) - _MOST_REASONS
+    return [*lines[:_MOST_REASONS], f"  and {more} more"] if more > 0 else lines
+
+
+@contextmanager
+def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Iterator[None]:
+    """Add to a `RunsFailed` which runs failed and why."""
+    try:
+        yield
+    except RunsFailed as error:
+        raise RunsFailed("\n".join([str(error), *reason_lines(requests, answers)])) from None

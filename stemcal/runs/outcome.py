@@ -6,7 +6,7 @@ from typing import Any
 
 from stemcal.files.typed import absent
 from stemcal.naming import FIRST
-from stemcal.runs.key import record_key
+from stemcal.runs.answer import record_key
 from stemcal.runs.policy import is_censored
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 

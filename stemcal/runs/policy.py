@@ -1,14 +1,12 @@
 """What the spec says about runs that fail: which are tried again, which count, when a stage must not go on."""
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from stemcal.errors import RunsFailed
 from stemcal.notes import Note, Weight
 from stemcal.solvers.measures import measures
-from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.solvers.protocol import RESPONSES, Answer
 from stemcal.study.model import RunsOptions
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
@@ -16,7 +14,6 @@ TIMEOUT = "timeout"
 CENSORED = "censored"
 NOT_RUN = "not_run"  # said by whoever does the runs by hand
 WITHDRAWN = "withdrawn"  # a result entered by hand that was none
-_MOST_REASONS = 10
 
 
 class LowerBound(Note, weight=Weight.NUMBERS):
@@ -72,33 +69,3 @@ def lower_bounds(answers: Sequence[Answer]) -> list[Note]:
         if is_censored(answer):
             rows.setdefault(str(answer.details.get("stroke_end", "unknown")), []).append(row)
     return [LowerBound(tuple(numbers), end) for end, numbers in rows.items()]
-
-
-def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], policy: RunsOptions) -> None:
-    """Raise `RunsFailed` if too small a share of a stage's rows succeeded."""
-    needed = math.ceil(policy.quorum * len(answers) - 1e-9)
-    failed = sum(not answer.ok for answer in answers)
-    if len(answers) - failed >= needed:
-        return
-    counts = f"{failed} of {len(answers)} runs failed, runs.quorum {policy.quorum:g} asks for {needed} that succeed"
-    head = f"{requests[0].stage}: {counts}; mend the cause, then `stemcal retry SPEC`"
-    raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
-
-
-def stopped_by(request: Request, answer: Answer) -> RunsFailed:
-    """Return the error of a stage that may not go on after a failed run."""
-    return RunsFailed(
-        f"{request.stage}: run {request.row + 1} failed, and runs.keep_going is false\n"
-        + "\n".join(reason_lines([request], [answer]))
-    )
-
-
-def reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list[str]:
-    """Return a line per failed run with its reason, the first ten in full."""
-    lines = [
-        f"  run {request.row + 1}: {answer.reason}: {answer.message}".rstrip(": ")
-        for request, answer in zip(requests, answers, strict=True)
-        if not answer.ok
-    ]
-    more = len(lines) - _MOST_REASONS
-    return [*lines[:_MOST_REASONS], f"  and {more} more"] if more > 0 else lines

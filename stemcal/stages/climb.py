@@ -14,11 +14,10 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import inline
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.design import surface_factors, surface_options
 from stemcal.stages.result import CodedScale, DesignRuns, Head, StageResult
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.work import Work, a_stage
+from stemcal.stages.work import SimulateAt, Work, a_stage, needs_simulation
 from stemcal.study.model import ClimbOptions, Study
 
 
@@ -74,13 +73,12 @@ class ClimbResult(StageResult):
             yield f"climb {number}", row.outcome
 
 
-@a_stage
-def climb(work: Work) -> ClimbResult:
+@a_stage(ClimbResult, needs_simulation)
+def climb(work: Work, head: Head) -> ClimbResult:
     """Step the active factors together towards the target, and centre the surface's design on the best step."""
-    simulate = work.simulating("climb")
-    screening, head = work.fresh(ScreenResult), work.head("climb")
+    screening = work.result(ScreenResult)
     names, chosen = surface_factors(work.study, work.solver, screening)
-    return _climbed(work.study, head, names, chosen, screening, simulate)
+    return _climbed(work.study, head, names, chosen, screening, work.simulating("climb"))
 
 
 def _climbed(

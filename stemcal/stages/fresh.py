@@ -18,8 +18,7 @@ from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
-from stemcal.runs.answer import Progress, Watch
-from stemcal.runs.key import answer_of
+from stemcal.runs.answer import Progress, Watch, answer_of
 from stemcal.runs.policy import judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from stemcal.errors import RunsFailed, UsageError
+from stemcal.errors import UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, from_json, inline, to_json
@@ -18,8 +17,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.policy import reason_lines
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -158,6 +156,10 @@ class StageResult:
         """Return the tables that the stage leaves as CSV, by file name, headed as the study calls things."""
         return {name: table.headed(self.naming.headings) for name, table in self._tables().items()}
 
+    def against_published(self, study: Study) -> Self:
+        """Return it with what a paper printed of it compared; itself where nothing can be."""
+        return self
+
     def _tables(self) -> dict[str, Table]:
         """Return the tables with columns called as the fields are; the one of the stage itself comes first."""
         raise NotImplementedError
@@ -203,12 +205,3 @@ def leave(folder: StudyFolder, result: R) -> R:
 def read_result(folder: StudyFolder, kind: type[R]) -> R:
     """Return a stage's result from its file; raise `UsageError` if it is not there or cannot be read."""
     return kind.from_json(folder.read_stage(kind.name))
-
-
-@contextmanager
-def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Iterator[None]:
-    """Add to a `RunsFailed` which runs failed and why."""
-    try:
-        yield
-    except RunsFailed as error:
-        raise RunsFailed("\n".join([str(error), *reason_lines(requests, answers)])) from None

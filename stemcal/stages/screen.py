@@ -14,11 +14,12 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
+from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import Outcome
 from stemcal.runs.policy import lower_bounds
 from stemcal.stages.design import Design, runs_of, screening_design
 from stemcal.stages.printed_tables import Audited, audit_screening
-from stemcal.stages.result import DesignRuns, Entries, Head, StageResult, reasons_given
+from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
@@ -193,6 +194,10 @@ class ScreenResult(StageResult):
             limits += [Limit(self.pareto.t_limit * max(errors), "t")] if errors else []
         return limits
 
+    def against_published(self, study: Study) -> ScreenResult:
+        """Return it with the effects that a paper printed compared."""
+        return replace(self, published=audit_screening(study, self.effects))
+
     def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""
         return {"screen": Table.of(_COLUMNS, self.effects), "screen_runs": self.design.table()}
@@ -208,21 +213,19 @@ class ScreenResult(StageResult):
         yield "effects", [effect.factor for effect in self.effects], self.significant
 
 
-@a_stage
-def screen(work: Work) -> ScreenResult:
+@a_stage(ScreenResult)
+def screen(work: Work, head: Head) -> ScreenResult:
     """Run the screening design and find the factors that move the response."""
-    study = work.study
-    head, design = work.head("screen"), screening_design(study, work.solver)
+    study, design = work.study, screening_design(work.study, work.solver)
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
     runs = runs_of(design, requests, answers, work.solver)
     with reasons_given(requests, answers):
         found = _analysed(study, design, runs, FIRST)
         further = {name: FurtherScreening.of(_analysed(study, design, runs, name)) for name in study.own_further}
-    published = audit_screening(study, found.effects)
-    notes = (*lower_bounds(answers), *unexpected_signs(found))
-    result = _result(head, runs, found, published, (*found.notes, *notes))
-    return replace(result, responses=further) if further else result
+    notes = (*found.notes, *lower_bounds(answers), *unexpected_signs(found))
+    fields = FurtherScreening.of(found).as_record() | {"notes": notes, "responses": further or None}
+    return ScreenResult(head=head, design=runs, aliases=found.aliases(), alpha=found.alpha, **fields)
 
 
 def _analysed(study: Study, design: Design, runs: DesignRuns, response: str) -> Screening:
@@ -241,15 +244,6 @@ def error_asked(study: Study) -> str:
     """Return what effects are tested against: as the spec says, else the scatter of repeated runs where all are."""
     said = "error" in study.screen.model_fields_set
     return study.screen.error if said or study.replicates < 2 else "replicates"
-
-
-def _result(
-    head: Head, runs: DesignRuns, found: Screening, published: Audited | None, notes: tuple[Note, ...]
-) -> ScreenResult:
-    fields = FurtherScreening.of(found).as_record() | {"notes": notes}
-    return ScreenResult(
-        head=head, design=runs, aliases=found.aliases(), alpha=found.alpha, published=published, **fields
-    )
 
 
 def unexpected_signs(found: Screening) -> list[Note]:

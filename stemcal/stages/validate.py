@@ -167,6 +167,10 @@ class ValidateResult(StageResult):
         pairs = [(row.compared.measured, row.corrected.interval) for row in self.rows if row.corrected is not None]
         return [low <= measured <= high for measured, (low, high) in pairs]
 
+    def against_published(self, study: Study) -> ValidateResult:
+        """Return it with the errors that a paper printed compared."""
+        return replace(self, published=audit_validation(study))
+
     def _tables(self) -> dict[str, Table]:
         """Return the comparison."""
         return {"validate": Table.of(_COLUMNS, self.rows)}
@@ -193,22 +197,20 @@ class ValidateResult(StageResult):
         return self.naming.place(condition) or f"{self.name} {number}"
 
 
-@a_stage
-def validate(work: Work) -> ValidateResult:
+@a_stage(ValidateResult)
+def validate(work: Work, head: Head) -> ValidateResult:
     """Simulate at every measured condition with the calibrated parameters."""
     study, solver = work.study, work.solver
     parameters = calibrated_parameters(study, solver, work.folder)
-    head = work.head("validate")
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
-    meshes = work.fresh(MeshResult) if study.mesh is not None else None
+    meshes = work.result(MeshResult) if study.mesh is not None else None
     found = _compared(study, outcomes, _scatter_of(outcomes, meshes, solver))
     missed = _missed(work, found.rows)
     rows = _rows(study, found.rows, outcomes, meshes, missed)
-    published = audit_validation(study)
     notes = [*found.notes, *_stage_notes(study, solver, missed), *lower_bounds(answers)]
-    return _result(study, head, parameters, found, missed, rows, published, notes)
+    return _result(study, head, parameters, found, missed, rows, notes)
 
 
 def _scatter_of(outcomes: Sequence[Outcome], meshes: MeshResult | None, solver: Solver) -> tuple[float, float] | None:
@@ -277,7 +279,6 @@ def _result(
     found: Validation,
     missed: _Missed,
     rows: list[ValidateRow],
-    published: Audited | None,
     notes: Sequence[Note],
 ) -> ValidateResult:
     errors = [abs(error) for row in rows for error in row.errors_percent]
@@ -296,7 +297,6 @@ def _result(
         simulated_exponent=found.simulated_exponent,
         formula_max_abs_error_percent=formula,
         discrepancy=missed.scale,
-        published=published,
         notes=tuple(notes),
     )
 
@@ -320,7 +320,7 @@ def _directions_seen(work: Work) -> int:
     study = work.study
     if not study.joint_targets:
         return 1
-    surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
+    surface, solution = work.result(SurfaceResult), work.result(InvertResult)
     surfaces = joint_surfaces(study, surface)
     misfit = misfit_over(measured_means(study), surfaces, surface.region(study), jointly=True)
     responses = [i for i, mean in enumerate(measured_means(study)) if mean.leads]

@@ -1,25 +1,29 @@
 """What a stage works with, and how a function on it becomes a stage."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Protocol, TypeVar
 
+from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import Outcome, outcome_of
-from stemcal.runs.stepwise import SimulateAt, simulating
+from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.stages.fresh import head_of, read_fresh
-from stemcal.stages.repeating import POLICY, require_same, second_time
-from stemcal.stages.result import Head, R, StageResult, leave
-from stemcal.study.model import Study
+from stemcal.stages.base import stage_called
+from stemcal.stages.fresh import head_of, require_fresh
+from stemcal.stages.result import Head, R, StageResult, leave, read_result
+from stemcal.study.model import RunsOptions, Study
 
 R_co = TypeVar("R_co", bound=StageResult, covariant=True)
 HERE = InlineExecutor()
+
+SimulateAt = Callable[[int, Sequence[Mapping[str, float]], Sequence[float]], list[Outcome]]
+"""Row of the first point (from 0), levels of each, diameters → what came of each point at each diameter in turn."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +36,9 @@ class Work:
     watch: Watch
     solver: Solver
 
-    def head(self, stage: str) -> Head:
-        """Return how a stage's file begins; tells what has changed since it was written before."""
-        return head_of(self.study, self.solver, self.folder, stage)
-
-    def fresh(self, kind: type[R]) -> R:
-        """Return the result of a stage before; raise `UsageError` if it is missing or stale."""
-        return read_fresh(self.study, self.solver, self.folder, kind)
+    def result(self, kind: type[R]) -> R:
+        """Return the result of a stage before, which is fresh while a stage works."""
+        return read_result(self.folder, kind)
 
     def answers(self, requests: Sequence[Request]) -> list[Answer]:
         """Answer every request, from the records or by computing.
@@ -49,11 +49,9 @@ class Work:
             If the program answers the first of them differently the second time, and no chance was declared.
         """
         if again := second_time(self.study, requests):
-            policy = POLICY.model_copy(
-                update={"tries": self.study.runs.tries, "time_limit": self.study.runs.time_limit}
-            )
-            both = answer_all(again, self.solver, self.folder, self.executor, ignore, policy)
-            require_same(self.study.solver.kind, again, both)
+            runs = self.study.runs  # what fails here is judged among the runs of its stage
+            policy = RunsOptions(quorum=0.0).model_copy(update={"tries": runs.tries, "time_limit": runs.time_limit})
+            _require_same(self.study, again, answer_all(again, self.solver, self.folder, self.executor, ignore, policy))
         return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
 
     def outcomes(self, requests: Sequence[Request], answers: Sequence[Answer] | None = None) -> list[Outcome]:
@@ -62,8 +60,17 @@ class Work:
         return [outcome_of(request, answer, self.solver) for request, answer in zip(requests, found, strict=True)]
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
-        """Return what simulates points at some diameters."""
-        return simulating(stage, self.study, self.solver, self.folder, self.executor, self.watch, pictured)
+        """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""
+        policy = self.study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
+
+        def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
+            rows = enumerate(points, first)
+            asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in conditions]
+            requests = repeated(asked, self.study.replicates)
+            answers = answer_all(requests, self.solver, self.folder, self.executor, self.watch, policy)
+            return merged(self.outcomes(requests, answers), self.study.replicates)
+
+        return simulate
 
 
 class StageFunction(Protocol[R_co]):
@@ -80,18 +87,84 @@ class StageFunction(Protocol[R_co]):
         """Return the result."""
 
 
-def a_stage(found: Callable[[Work], R]) -> StageFunction[R]:
-    """Make a stage of a function: the folder is locked while it works, and its result left there."""
+Refuse = Callable[[str, Study, Solver], None]
+"""Raises `UsageError` where a stage, by its name, is not for a study or its solver; before anything is looked up."""
 
-    @wraps(found)
-    def stage(
-        study: Study,
-        folder: StudyFolder,
-        executor: RunExecutor = HERE,
-        watch: Watch = ignore,
-        solver: Solver | None = None,
-    ) -> R:
-        with folder:
-            return leave(folder, found(Work(study, folder, executor, watch, solver or make_solver(study))))
 
-    return stage
+def a_stage(
+    kind: type[R], refuse: Refuse = lambda *_of: None
+) -> Callable[[Callable[[Work, Head], R]], StageFunction[R]]:
+    """Make a stage of a function that returns a result of that kind, which begins with the head that it is given.
+
+    While it works the folder is locked, and the stage before is fresh; its result is left in the folder.
+    """
+
+    def made(found: Callable[[Work, Head], R]) -> StageFunction[R]:
+        @wraps(found)
+        def stage(
+            study: Study,
+            folder: StudyFolder,
+            executor: RunExecutor = HERE,
+            watch: Watch = ignore,
+            solver: Solver | None = None,
+        ) -> R:
+            with folder:
+                folder.sign(stage=kind.name, workers=executor.workers)
+                work = Work(study, folder, executor, watch, solver or make_solver(study))
+                refuse(kind.name, study, work.solver)
+                if (before := stage_called(kind.name).needs(study)) is not None:
+                    require_fresh(study, work.solver, folder, before)
+                head = head_of(study, work.solver, folder, kind.name)
+                return leave(folder, found(work, head).against_published(study))
+
+        return stage
+
+    return made
+
+
+def needs_simulation(stage: str, study: Study, _solver: Solver) -> None:
+    """Refuse a table, which answers only what it holds."""
+    if study.solver.kind == "table":
+        raise UsageError(f"{stage}: a table answers only what it holds; this needs a solver that can simulate")
+
+
+# ---- Does a program give equal answers to equal inputs? Its first run is repeated at the start to see it.
+
+_SAME = 1e-6  # of the answer: what summing in another order may change
+# No chance in these: our own, a table, and runs by hand, where who does them says so by `replicates`.
+_ITSELF = ("embedded", "table", "manual")
+
+
+def repeats_itself(study: Study) -> bool:
+    """Tell whether equal inputs give equal answers: of our own solver, and of programs whose first run was repeated."""
+    return study.solver.kind not in ("table", "manual") and not study.replicates
+
+
+def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
+    """Return the first run of the study and the same once more, unless chance is expected or impossible."""
+    known = study.solver.kind in _ITSELF or study.replicates
+    if known or not requests or stage_called(requests[0].stage).needs(study) is not None:
+        return []
+    if requests[0].condition != study.targets.calibrate_at:
+        return []
+    return [requests[0], replace(requests[0], replicate=1)]
+
+
+def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[Answer]) -> None:
+    """Raise `UsageError` if two answers to the same levels differ; runs that failed tell nothing."""
+    first, second = (answer.response for answer in answers)
+    if first is None or second is None or abs(first - second) <= _SAME * max(abs(first), abs(second)):
+        return
+    remedy = _REMEDIES.get(study.solver.kind, _REMEDIES["command"])
+    raise UsageError(
+        f"solver: the program gave {first:.9g} and {second:.9g} to the levels of {requests[0].stage} run "
+        f"{requests[0].row + 1}: there is chance in it. {remedy}"
+    )
+
+
+_REMEDIES = {
+    "command": "Write deterministic: false, so that every run is simulated anew and its scatter counts, and {{seed}} "
+    "where the program takes one",
+    "lsdyna": "Let it sum in the same order always: a negative number of processors (ncpu=-4) in its command",
+    "openradioss": "Let it sum in the same order always: /PARITH/ON in the starter's deck",
+}

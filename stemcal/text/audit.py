@@ -68,22 +68,15 @@ def _(fact: paper.LevelDiffers, names: Names) -> str:
     return f"{names.say(what, **vars(fact))} {say(why)}"
 
 
-@sentence.register
-def _(fact: paper.DesignDiffers, names: Names) -> str:
-    return names.say_number(
-        "Design: {factor:factor} is printed {printed:g} in {runs} run; with that {agree} of {of} cells of the printed "
-        "analysis of variance come out, with {used:g} {agree_used} of {of_used}.",
-        "Design: {factor:factor} is printed {printed:g} in {runs} runs; with that {agree} of {of} cells of the printed "
-        "analysis of variance come out, with {used:g} {agree_used} of {of_used}.",
-        fact.runs,
-        **vars(fact),
-        agree=fact.with_printed.agree,
-        of=fact.with_printed.of,
-        agree_used=fact.with_used.agree,
-        of_used=fact.with_used.of,
-    )
-
-
+states(
+    paper.DesignDiffers,
+    "Design: {factor:factor} is printed {printed:g} in {runs} run; with that {with_printed.agree} of {with_printed.of} "
+    "cells of the printed analysis of variance come out, with {used:g} {with_used.agree} of {with_used.of}.",
+    "Design: {factor:factor} is printed {printed:g} in {runs} runs; with that {with_printed.agree} of "
+    "{with_printed.of} cells of the printed analysis of variance come out, with {used:g} {with_used.agree} of "
+    "{with_used.of}.",
+    by="runs",
+)
 states(
     consistency.LevelsSwapped,
     "Screening: the paper prints {printed} for {factor:factor}, its data give {value:+.4g}, and all else of its row "
@@ -124,18 +117,12 @@ states(
     consistency.LackOfFitRestsOnRun,
     "Lack of fit: its p of {p:.3f} rests on run {run} ({response:response g}); without that run it is {p_without:.3f}.",
 )
-
-
-@sentence.register
-def _(fact: consistency.StarsDiffer, names: Names) -> str:
-    return names.say(
-        "{table}: {term:factor} is printed with {printed}, its p of {p:.2g} asks for {due}.",
-        table=fact.table,
-        term=fact.term,
-        printed=_stars(fact.printed),
-        p=fact.p,
-        due=_stars(fact.due),
-    )
+states(
+    consistency.StarsDiffer,
+    "{table}: {term:factor} is printed with {as_printed}, its p of {p:.2g} asks for {asked}.",
+    as_printed=lambda fact, _names: _stars(fact.printed),
+    asked=lambda fact, _names: _stars(fact.due),
+)
 
 
 def _stars(stars: str) -> str:
@@ -171,21 +158,12 @@ def _(fact: consistency.SolverMissesTarget, names: Names) -> str:
     return " ".join(names.say(part, **vars(fact)) for part in parts)
 
 
-@sentence.register
-def _(fact: consistency.GrowthDiffers, names: Names) -> str:
-    return names.say(
-        "Validation: the measured {response} grows with the power {measured:.2f} ({low:.2f} to {high:.2f}) of the "
-        "{condition}, the simulated with {simulated:.2f} ({simulated_low:.2f} to {simulated_high:.2f}): no parameters "
-        "fit everywhere.",
-        response=names.response.long,
-        condition=names.condition.long,
-        measured=fact.measured,
-        low=fact.measured_interval[0],
-        high=fact.measured_interval[1],
-        simulated=fact.simulated,
-        simulated_low=fact.simulated_interval[0],
-        simulated_high=fact.simulated_interval[1],
-    )
+states(
+    consistency.GrowthDiffers,
+    "Validation: the measured {names.response.long} grows with the power {measured:.2f} ({measured_interval[0]:.2f} to "
+    "{measured_interval[1]:.2f}) of the {names.condition.long}, the simulated with {simulated:.2f} "
+    "({simulated_interval[0]:.2f} to {simulated_interval[1]:.2f}): no parameters fit everywhere.",
+)
 
 
 # ---- names and laws
@@ -203,34 +181,21 @@ def _(fact: suspicions.SignDefiesLaw, names: Names) -> str:
     return said if fact.falls_over is None else f"{said} {say(falls, low=fact.falls_over[0], high=fact.falls_over[1])}"
 
 
-@sentence.register
-def _(fact: consistency.ImpossibleShearModulus, names: Names) -> str:
-    pairs = {"": fact.range, "e_": fact.elastic, "nu_": fact.poisson, "g_": fact.possible}
-    return names.say(
-        "Factors: {called} of {low:g} to {high:g} {unit} is impossible with E of {e_low:g} to {e_high:g} {unit} and "
-        "Poisson's ratio of {nu_low:g} to {nu_high:g}: E/(2(1 + ν)) is {g_low:.0f} to {g_high:.0f} {unit}. It is the "
-        "tangent modulus of the hardening law.",
-        called=fact.called,
-        unit=fact.unit,
-        **{name + end: value for name, ends in pairs.items() for end, value in zip(("low", "high"), ends, strict=True)},
-    )
-
-
+states(
+    consistency.ImpossibleShearModulus,
+    "Factors: {called} of {range[0]:g} to {range[1]:g} {unit} is impossible with E of {elastic[0]:g} to {elastic[1]:g} "
+    "{unit} and Poisson's ratio of {poisson[0]:g} to {poisson[1]:g}: E/(2(1 + ν)) is {possible[0]:.0f} to "
+    "{possible[1]:.0f} {unit}. It is the tangent modulus of the hardening law.",
+)
 states(
     consistency.InvertedExponent,
     "Law: 1 + (rate/C)^P is printed, the law of Cowper and Symonds has 1/P. At 1 1/s, C {c:g} and P {p:g}, the first "
     "raises the yield stress by {printed_percent:.2g} %, the second by {usual_percent:.0f} %.",
 )
-
-
-@sentence.register
-def _(fact: suspicions.BladeStopsShort, names: Names) -> str:
-    return names.say(
-        "Loading: {speed:g} mm/min for {duration:g} s is {travel:.2f} mm of travel, {share:.0f} % of a stem of "
-        "{condition:condition}: no cut is completed, and a maximum that comes later is not seen.",
-        speed=60.0 * fact.speed,
-        duration=fact.duration,
-        travel=fact.travel,
-        share=100.0 * fact.travel / fact.condition,
-        condition=fact.condition,
-    )
+states(
+    suspicions.BladeStopsShort,
+    "Loading: {per_minute:g} mm/min for {duration:g} s is {travel:.2f} mm of travel, {share:.0f} % of a stem of "
+    "{condition:condition}: no cut is completed, and a maximum that comes later is not seen.",
+    per_minute=lambda fact, _names: 60.0 * fact.speed,
+    share=lambda fact, _names: 100.0 * fact.travel / fact.condition,
+)

@@ -13,7 +13,7 @@ from stemcal.stages.invert.stage import PriorUnused
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, remark, sentence, states
+from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import fixed, interval, short, significant, unit_written
 
 KNOWN = "known"
@@ -371,13 +371,9 @@ states(
     "The surface does not vary {factors:factors}: held in the middle of the range, whatever is known beforehand.",
 )
 states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
-
-
-@sentence.register
-def _(note: FlatDirection, names: Names) -> str:
-    changes = [change(name, size, note.units[name], names) for name, size in note.changes.items()]
-    return names.say(
-        "The measured values do not separate the parameters: {changes:all} together change the fit too little to tell. "
-        "Of all points that fit about as well the one nearest to the centre of the ranges is taken.",
-        changes=changes,
-    )
+states(
+    FlatDirection,
+    "The measured values do not separate the parameters: {together:all} together change the fit too little to tell. Of "
+    "all points that fit about as well the one nearest to the centre of the ranges is taken.",
+    together=lambda note, names: [change(name, size, note.units[name], names) for name, size in note.changes.items()],
+)

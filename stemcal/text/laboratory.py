@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from stemcal.measured import remarks as lab
 from stemcal.study.model.measured_targets import Mean
-from stemcal.text.language import all_of, say, say_number
+from stemcal.text.language import all_of, say
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 from stemcal.text.numbers import significant
@@ -35,13 +35,13 @@ states(
     lab.RowsLeftOut,
     "{rows} row without numbers for force or displacement is left out",
     "{rows} rows without numbers for force or displacement are left out",
-    count="rows",
+    by="rows",
 )
 states(
     lab.RowsApart,
     "{rows} more row of numbers lies apart from the curve in the file and is not read",
     "{rows} more rows of numbers lie apart from the curve in the file and are not read",
-    count="rows",
+    by="rows",
 )
 states(lab.SheetSkipped, "sheet {sheet} holds no curve and is not read")
 states(lab.SideBySide, "{specimens} specimens side by side")
@@ -62,31 +62,33 @@ states(
 )
 states(lab.Excluded, "{specimen} is left out, as --exclude asks")
 states(lab.EqualNames, "{names:all} have one name: one specimen twice? narrow with --pattern")
-
-
-@sentence.register
-def _(remark: lab.ColumnChosen, names: Names) -> str:
-    force = "force from {column}, not {others}; --force-column takes another"
-    displacement = "displacement from {column}, not {others}; --displacement-column takes another"
-    template = force if remark.quantity == "force" else displacement
-    return names.say(template, column=remark.column, others=", ".join(remark.others))
-
-
-@sentence.register
-def _(remark: lab.OfFiles, names: Names) -> str:
-    return names.say("{files}: {remark}", files=_some_of(remark.names), remark=sentence(remark.remark, names))
-
-
-@sentence.register
-def _(remark: lab.NotThere, _names: Names) -> str:
-    one, many = "the index names {missing}, which is not there", "the index names {missing}, which are not there"
-    return say_number(one, many, len(remark.names), missing=_some_of(remark.names))
-
-
-@sentence.register
-def _(remark: lab.EqualCurves, _names: Names) -> str:
-    template = "{specimens} hold the same curve; leave one out with --exclude or --pattern"
-    return say(template, specimens=all_of(remark.names[:_MOST]))
+states(
+    lab.ColumnChosen,
+    {
+        "force": "force from {column}, not {rest}; --force-column takes another",
+        "displacement": "displacement from {column}, not {rest}; --displacement-column takes another",
+    },
+    by="quantity",
+    rest=lambda remark, _names: ", ".join(remark.others),
+)
+states(
+    lab.OfFiles,
+    "{files}: {said}",
+    files=lambda remark, _names: _some_of(remark.names),
+    said=lambda remark, names: sentence(remark.remark, names),
+)
+states(
+    lab.NotThere,
+    "the index names {missing}, which is not there",
+    "the index names {missing}, which are not there",
+    by=lambda remark: remark.names,
+    missing=lambda remark, _names: _some_of(remark.names),
+)
+states(
+    lab.EqualCurves,
+    "{specimens} hold the same curve; leave one out with --exclude or --pattern",
+    specimens=lambda remark, _names: all_of(remark.names[:_MOST]),
+)
 
 
 def _some_of(names: Sequence[str]) -> str:

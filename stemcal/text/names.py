@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from stemcal.naming import CUTTING, DIAMETER, Named, Naming
-from stemcal.text.language import Writer, all_of
-from stemcal.text.numbers import fixed, interval, short, signed_probability, significant
+from stemcal.stages.base import stage_called
+from stemcal.text.language import Writer, all_of, say
+from stemcal.text.numbers import duration, fixed, in_bytes, interval, short, signed_probability, significant
 
-__all__ = ["Names"]
+__all__ = ["Names", "program"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,8 @@ class Names:
     In templates ``{x:factor}`` is a factor or a term, ``{x:factors}`` a list of them, ``{x:response}`` a value of the
     response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:responses}`` an interval of it,
     ``{x:condition}`` a value of the condition, ``{x:conditions}`` several of them, ``p {x:p}`` a p-value with its sign,
-    ``{x:fixed 1}`` a number with so many decimals, ``{x:significant 3}`` one with so many digits.
+    ``{x:fixed 1}`` a number with so many decimals, ``{x:significant 3}`` one with so many digits, ``{x:duration}``
+    seconds, ``{x:memory}`` bytes, ``{x:program}`` a kind of solver, ``{x:stage}`` a stage by its title.
     """
 
     naming: Naming = CUTTING
@@ -106,7 +108,17 @@ class Names:
                 "conditions": self.conditions,
                 "p": signed_probability,
                 "all": all_of,
+                "duration": duration,
+                "memory": in_bytes,
+                "program": program,
+                "stage": lambda name: stage_called(name).title,
                 "fixed": lambda value, decimals="2": fixed(value, int(decimals)),
                 "significant": lambda value, digits="4": significant(value, int(digits)),
             }
         )
+
+
+def program(kind: str) -> str:
+    """Return what is called by the name of a kind of solver."""
+    known = {"embedded": say("the other model"), "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
+    return known.get(kind, say("the other program"))

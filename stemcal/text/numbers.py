@@ -132,3 +132,14 @@ def duration(seconds: float | None) -> str:
 def minus(text: str) -> str:
     """Write the minus sign as one, not as a hyphen; exponents too are numbers."""
     return text.replace("-", "−")
+
+
+def in_bytes(count: float) -> str:
+    """Return an amount of memory as people say it.
+
+    >>> in_bytes(2.5e8), in_bytes(7.1e9), in_bytes(3e15), in_bytes(float('inf'))
+    ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB')
+    """
+    if count < 1e12:
+        return say("{amount:.1f} GB", amount=max(count / 1e9, 0.1))
+    return say("{amount:.1f} TB", amount=count / 1e12) if count < 1e15 else say("more than 1000 TB")

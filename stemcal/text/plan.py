@@ -19,8 +19,7 @@ from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
-from stemcal.text.numbers import duration
-from stemcal.text.transfer import program
+from stemcal.text.numbers import duration, in_bytes
 
 
 def total(found: Plan) -> list[str]:
@@ -45,17 +44,6 @@ def total(found: Plan) -> list[str]:
     if found.memory:
         said.append(say("A run takes about {memory} of memory.", memory=in_bytes(found.memory)))
     return said
-
-
-def in_bytes(count: float) -> str:
-    """Return an amount of memory as people say it.
-
-    >>> in_bytes(2.5e8), in_bytes(7.1e9), in_bytes(3e15), in_bytes(float('inf'))
-    ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB')
-    """
-    if count < 1e12:
-        return say("{amount:.1f} GB", amount=max(count / 1e9, 0.1))
-    return say("{amount:.1f} TB", amount=count / 1e12) if count < 1e15 else say("more than 1000 TB")
 
 
 def in_hours(hours: float) -> str:
@@ -91,24 +79,20 @@ states(FactorsAssumed, "The screening decides which factors the surface has; {fa
 states(DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
 states(AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
 states(CannotCarry, "{stage}, {design}: {reason}")
-
-
-@sentence.register
-def _(note: InAnotherProgram, names: Names) -> str:
-    plain = "{here} runs here, at most {count} in {program} (transfer)."
-    timed = "{here} runs here, at most {count} in {program} (transfer). Those take at most {time} on one core."
-    template, time = (plain, "") if note.seconds is None else (timed, duration(note.seconds))
-    return names.say(template, here=note.here, count=note.there, program=program(note.solver), time=time)
-
-
-@sentence.register
-def _(note: OtherMeshes, names: Names) -> str:
-    plain = "mesh simulates the solution at {places} places of the mesh (conditions: {conditions})."
-    sized = (
-        "mesh simulates the solution at {places} places of the mesh and with other elements (sizes: {sizes}; "
-        "conditions: {conditions})."
-    )
-    return names.say(sized if note.sizes else plain, **vars(note))
+states(
+    InAnotherProgram,
+    "{here} runs here, at most {there} in {solver:program} (transfer). Those take at most {seconds:duration} on one "
+    "core.",
+    otherwise="{here} runs here, at most {there} in {solver:program} (transfer).",
+    by=lambda note: note.seconds is not None,
+)
+states(
+    OtherMeshes,
+    "mesh simulates the solution at {places} places of the mesh and with other elements (sizes: {sizes}; conditions: "
+    "{conditions}).",
+    otherwise="mesh simulates the solution at {places} places of the mesh (conditions: {conditions}).",
+    by="sizes",
+)
 
 
 @sentence.register
@@ -127,45 +111,27 @@ def _(note: DesignPower, names: Names) -> str:
     return names.say(tested if note.df else saturated, chances=chances, **vars(note))
 
 
-@sentence.register
-def _(note: TooMuchMemory, names: Names) -> str:
-    one = (
-        "A run needs about {each} of memory; this machine has {machine}: take coarser elements (solver.element_size) "
-        "or a shorter specimen."
-    )
-    several = (
-        "A run needs about {each} of memory, {count} at a time {all}; this machine has {machine}: take fewer workers "
-        "(--workers {workers})."
-    )
-    fields = {
-        "each": in_bytes(note.each),
-        "all": in_bytes(note.at_a_time * note.each),
-        "machine": in_bytes(note.machine),
-        "workers": note.workers,
-        "count": note.at_a_time,
-    }
-    return names.say(several if note.workers else one, **fields)
-
-
-@sentence.register
-def _(note: ScarceMemory, names: Names) -> str:
-    one = (
-        "About {needed} of memory are needed for a run, and {free} are free now: close other programs; a run that "
-        "finds none fails and is tried again by the next command."
-    )
-    several = (
-        "About {needed} of memory are needed for {count} runs at a time, and {free} are free now: close other programs "
-        "or take fewer workers (--workers); a run that finds none fails and is tried again by the next command."
-    )
-    fields = {"needed": in_bytes(note.needed), "free": in_bytes(note.free)}
-    return names.say_number(one, several, note.at_a_time, **fields)
-
-
-@sentence.register
-def _(note: TooLong, names: Names) -> str:
-    return names.say(
-        "The runs would take {time}, more than {most:g} h: take coarser elements (solver.element_size), a larger "
-        "time_step or mass_scaling, or fewer runs.",
-        time=in_hours(note.hours),
-        most=note.most,
-    )
+states(
+    TooMuchMemory,
+    "A run needs about {each:memory} of memory, {at_a_time} at a time {all:memory}; this machine has {machine:memory}: "
+    "take fewer workers (--workers {workers}).",
+    otherwise="A run needs about {each:memory} of memory; this machine has {machine:memory}: take coarser elements "
+    "(solver.element_size) or a shorter specimen.",
+    by="workers",
+    all=lambda note, _names: note.at_a_time * note.each,
+)
+states(
+    ScarceMemory,
+    "About {needed:memory} of memory are needed for a run, and {free:memory} are free now: close other programs; a run "
+    "that finds none fails and is tried again by the next command.",
+    "About {needed:memory} of memory are needed for {count} runs at a time, and {free:memory} are free now: close "
+    "other programs or take fewer workers (--workers); a run that finds none fails and is tried again by the next "
+    "command.",
+    by="at_a_time",
+)
+states(
+    TooLong,
+    "The runs would take {time}, more than {most:g} h: take coarser elements (solver.element_size), a larger time_step "
+    "or mass_scaling, or fewer runs.",
+    time=lambda note, _names: in_hours(note.hours),
+)

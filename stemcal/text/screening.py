@@ -259,7 +259,7 @@ states(
     "least one would with a probability of up to {by_chance_percent:.0f} %.",
     "{factors:factors} have p below {alpha:g} alone, not after Holm's correction: of {tested} factors without effect "
     "at least one would with a probability of up to {by_chance_percent:.0f} %.",
-    count="factors",
+    by="factors",
 )
 states(
     InteractionOfStrongest,
@@ -290,56 +290,41 @@ states(
     PartlyAliased,
     "In these {runs} runs main effects are partly aliased with two-factor interactions (weights up to {largest:.2g}).",
 )
-
-
-@sentence.register
-def _(note: PooledError, names: Names) -> str:
-    none = "As chosen, the error pools the unused columns ({df} df)."
-    some = (
-        "As chosen, the error pools the unused columns and {pooled:factors} ({df} df): effects that are small by "
-        "chance make it small, so p-values look better than they are."
-    )
-    return names.say(some if note.pooled else none, **vars(note))
-
-
-@sentence.register
-def _(note: ReplicateError, names: Names) -> str:
-    none = "The error was to come from repeated runs, but no run is repeated, or all repeats agree exactly."
-    return names.say("The error is the scatter of repeated runs ({df} df)." if note.df else none, df=note.df)
-
-
-@sentence.register
-def _(note: MethodsDisagree, names: Names) -> str:
-    inside = (
-        "The two methods disagree on {factor:factor}: p {p:p} is below {alpha:g}, but its effect "
-        "{effect:response +.4g} stays within Lenth's margin of error {margin:response}."
-    )
-    beyond = (
-        "The two methods disagree on {factor:factor}: p {p:p} is not below {alpha:g}, but its effect "
-        "{effect:response +.4g} exceeds Lenth's margin of error {margin:response}."
-    )
-    return names.say(inside if note.p < note.alpha else beyond, **vars(note))
-
-
-@sentence.register
-def _(note: UnusedContrasts, names: Names) -> str:
-    beside = "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them."
-    decides = (
-        "Lenth's margin is that of {count} contrasts, the unused columns' ({listed}) among them. It decides which "
-        "factors count, since F rests on these columns alone."
-    )
-    listed = all_of(names.quantity(value, "+.3g") for value in note.contrasts)
-    return names.say(decides if note.decides else beside, listed=listed, count=note.count)
-
-
-@sentence.register
-def _(note: UniformlyAliased, names: Names) -> str:
-    return names.say(
-        "In these {runs} runs every main effect is aliased ±{share} with each two-factor interaction that does not "
-        "contain it.",
-        runs=note.runs,
-        share=Fraction(note.share).limit_denominator(100),
-    )
+states(
+    PooledError,
+    "As chosen, the error pools the unused columns and {pooled:factors} ({df} df): effects that are small by chance "
+    "make it small, so p-values look better than they are.",
+    otherwise="As chosen, the error pools the unused columns ({df} df).",
+    by="pooled",
+)
+states(
+    ReplicateError,
+    "The error is the scatter of repeated runs ({df} df).",
+    otherwise="The error was to come from repeated runs, but no run is repeated, or all repeats agree exactly.",
+    by="df",
+)
+states(
+    MethodsDisagree,
+    "The two methods disagree on {factor:factor}: p {p:p} is below {alpha:g}, but its effect {effect:response +.4g} "
+    "stays within Lenth's margin of error {margin:response}.",
+    otherwise="The two methods disagree on {factor:factor}: p {p:p} is not below {alpha:g}, but its effect "
+    "{effect:response +.4g} exceeds Lenth's margin of error {margin:response}.",
+    by=lambda note: note.p < note.alpha,
+)
+states(
+    UnusedContrasts,
+    "Lenth's margin is that of {count} contrasts, the unused columns' ({listed:all}) among them. It decides which "
+    "factors count, since F rests on these columns alone.",
+    otherwise="Lenth's margin is that of {count} contrasts, the unused columns' ({listed:all}) among them.",
+    by="decides",
+    listed=lambda note, names: [names.quantity(value, "+.3g") for value in note.contrasts],
+)
+states(
+    UniformlyAliased,
+    "In these {runs} runs every main effect is aliased ±{weight} with each two-factor interaction that does not "
+    "contain it.",
+    weight=lambda note, _names: Fraction(note.share).limit_denominator(100),
+)
 
 
 @sentence.register

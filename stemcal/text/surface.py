@@ -281,21 +281,15 @@ def _(note: StrongestAsked, names: Names) -> str:
     return " ".join(said)
 
 
-@sentence.register
-def _(note: FewSignificant, names: Names) -> str:
-    none = (
-        "The screening found no factor significant; the surface takes those of largest contribution, {chosen:factors}."
-    )
-    some = (
-        "The screening found only {significant:factors} significant; the surface takes the factors of largest "
-        "contribution, {chosen:factors}."
-    )
-    return names.say(some if note.significant else none, **vars(note))
-
-
-@sentence.register
-def _(note: ManySignificant, names: Names) -> str:
-    return names.say(
-        "The screening found {significant:factors} significant; {design} takes the {taken} strongest of them.",
-        **vars(note),
-    )
+states(
+    FewSignificant,
+    "The screening found only {significant:factors} significant; the surface takes the factors of largest "
+    "contribution, {chosen:factors}.",
+    otherwise="The screening found no factor significant; the surface takes those of largest contribution, "
+    "{chosen:factors}.",
+    by="significant",
+)
+states(
+    ManySignificant,
+    "The screening found {significant:factors} significant; {design} takes the {taken} strongest of them.",
+)

@@ -11,15 +11,9 @@ from stemcal.stages.transfer.result import (
     TransferResult,
 )
 from stemcal.text.language import say
-from stemcal.text.names import Names
-from stemcal.text.notes import Remark, remark, sentence
+from stemcal.text.names import Names, program
+from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import significant
-
-
-def program(kind: str) -> str:
-    """Return what is called by the name of a kind of solver."""
-    known = {"embedded": say("the other model"), "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
-    return known.get(kind, say("the other program"))
 
 
 def role(name: Role) -> str:
@@ -84,54 +78,44 @@ def _learnt(stage: TransferResult, names: Names) -> str:
     return names.say(template, response=names.response.long, **vars(stage.learnt))
 
 
-@sentence.register
-def _(note: NotRunThere, names: Names) -> str:
-    spent = "transfer.budget left no run with the result at {conditions:conditions}."
-    unready = "Nothing was run there at {conditions:conditions}: first the response at the calibration must be right."
-    return names.say(spent if note.converged else unready, conditions=note.conditions)
-
-
-@sentence.register
-def _(note: BeyondRange, names: Names) -> str:
-    belongs = (
-        "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the "
-        "study's mesh and lengths."
-    )
-    allowed = (
-        "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), as transfer.adjust allows."
-    )
-    return names.say(allowed if note.allowed else belongs, **vars(note))
-
-
-@sentence.register
-def _(note: StillRose, names: Names) -> str:
-    one = (
-        "In {count} run there the {response} still rose when the stroke ended: it is a lower bound. A longer stroke "
-        "(transfer.test.duration) tells more."
-    )
-    many = (
-        "In {count} runs there the {response} still rose when the stroke ended: they are lower bounds. A longer stroke "
-        "(transfer.test.duration) tells more."
-    )
-    return names.say_number(one, many, note.runs, response=names.response.long)
-
-
-@sentence.register
-def _(note: FailedThere, names: Names) -> str:
-    placed = "Runs there with the result failed at {conditions:conditions} ({reason})."
-    return names.say(placed if names.placed else "The run there with the result failed ({reason}).", **vars(note))
-
-
-@sentence.register
-def _(note: NotReached, names: Names) -> str:
-    ends = {
-        "budget": "The {response} there is still {missed:.1f} % from {aim:response .4g}: transfer.budget allows no "
-        "further run. Raise it, or give {factors:factors} a wider range under transfer.adjust. The best point is kept.",
-        "out_of_reach": "The {response} there is {missed:.1f} % from {aim:response .4g} at the end of the range of "
-        "{factors:factors}. Give it a wider one, or name a further factor, under transfer.adjust.",
-        "settled": "The {response} there is {missed:.1f} % from {aim:response .4g}, and no step is left between the "
-        "runs: it jumps there, or does not follow {factors:factors}. The mean over places of the mesh (phases under "
-        "transfer.solver, of the embedded solver) jumps less.",
-    }
-    fields = {"response": names.response.long, "missed": note.missed_percent, "aim": note.aim, "factors": note.factors}
-    return names.say(ends[note.stopped], **fields)
+states(
+    NotRunThere,
+    "transfer.budget left no run with the result at {conditions:conditions}.",
+    otherwise="Nothing was run there at {conditions:conditions}: first the response at the calibration must be right.",
+    by="converged",
+)
+states(
+    BeyondRange,
+    "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), as transfer.adjust allows.",
+    otherwise="{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the "
+    "study's mesh and lengths.",
+    by="allowed",
+)
+states(
+    StillRose,
+    "In {count} run there the {names.response.long} still rose when the stroke ended: it is a lower bound. A longer "
+    "stroke (transfer.test.duration) tells more.",
+    "In {count} runs there the {names.response.long} still rose when the stroke ended: they are lower bounds. A longer "
+    "stroke (transfer.test.duration) tells more.",
+    by="runs",
+)
+states(
+    FailedThere,
+    "Runs there with the result failed at {conditions:conditions} ({reason}).",
+    otherwise="The run there with the result failed ({reason}).",
+    by="names.placed",
+)
+states(
+    NotReached,
+    {
+        "budget": "The {names.response.long} there is still {missed_percent:.1f} % from {aim:response .4g}: "
+        "transfer.budget allows no further run. Raise it, or give {factors:factors} a wider range under "
+        "transfer.adjust. The best point is kept.",
+        "out_of_reach": "The {names.response.long} there is {missed_percent:.1f} % from {aim:response .4g} at the end "
+        "of the range of {factors:factors}. Give it a wider one, or name a further factor, under transfer.adjust.",
+        "settled": "The {names.response.long} there is {missed_percent:.1f} % from {aim:response .4g}, and no step is "
+        "left between the runs: it jumps there, or does not follow {factors:factors}. The mean over places of the mesh "
+        "(phases under transfer.solver, of the embedded solver) jumps less.",
+    },
+    by="stopped",
+)

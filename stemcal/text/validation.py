@@ -210,41 +210,30 @@ states(
     "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is not an "
     "independent check either.",
 )
-
-
-@sentence.register
-def _(note: BetterCurve, names: Names) -> str:
-    power = (
-        "Over the diameters a power law describes the measured force better than a straight line (AICc lower by "
-        "{gain:.1f})."
-    )
-    straight = (
-        "Over the diameters a straight line describes the measured force better than a power law (AICc lower by "
-        "{gain:.1f})."
-    )
-    return names.say(power if note.curve == "power_law" else straight, gain=note.gain)
-
-
-@sentence.register
-def _(note: TooFewForDiscrepancy, names: Names) -> str:
-    one = "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be estimated."
-    many = (
-        "What the model misses needs {needed} fitted conditions with a measured {response} (`{key}`) to be estimated, "
-        "since the parameters are seen in {count} directions."
-    )
-    fields = {"needed": note.needed, "response": names.response.long, "key": names.naming.fitted_at}
-    return names.say_number(one, many, note.directions, **fields)
-
-
-@sentence.register
-def _(note: FromTable, names: Names) -> str:
-    unknown = (
-        "The simulated {response} is read from a table: it belongs to the levels the table was made with, not to this "
-        "calibration."
-    )
-    published = (
-        "The simulated {response} is read from a table: it belongs to the published solution ({levels:all}), not to "
-        "this calibration."
-    )
-    levels = [names.say("{factor:factor} {level}", factor=factor, level=level) for factor, level in note.levels.items()]
-    return names.say(published if levels else unknown, response=names.response.long, levels=levels)
+states(
+    BetterCurve,
+    {
+        "power_law": "Over the diameters a power law describes the measured force better than a straight line (AICc "
+        "lower by {gain:.1f}).",
+        "straight_line": "Over the diameters a straight line describes the measured force better than a power law "
+        "(AICc lower by {gain:.1f}).",
+    },
+    by="curve",
+)
+states(
+    TooFewForDiscrepancy,
+    "What the model misses needs {needed} fitted conditions with a measured {names.response.long} "
+    "(`{names.naming.fitted_at}`) to be estimated.",
+    "What the model misses needs {needed} fitted conditions with a measured {names.response.long} "
+    "(`{names.naming.fitted_at}`) to be estimated, since the parameters are seen in {count} directions.",
+    by="directions",
+)
+states(
+    FromTable,
+    "The simulated {names.response.long} is read from a table: it belongs to the published solution ({at:all}), not to "
+    "this calibration.",
+    otherwise="The simulated {names.response.long} is read from a table: it belongs to the levels the table was made "
+    "with, not to this calibration.",
+    by="levels",
+    at=lambda note, names: [names.say("{name:factor} {level}", name=name, level=x) for name, x in note.levels.items()],
+)

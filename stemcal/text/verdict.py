@@ -28,10 +28,9 @@ from stemcal.stages.verdict.rules import (
 )
 from stemcal.text.calibration import change, known_beforehand, with_unit
 from stemcal.text.language import say, say_number
-from stemcal.text.names import Names
+from stemcal.text.names import Names, program
 from stemcal.text.notes import sentence, states
 from stemcal.text.numbers import fixed, interval
-from stemcal.text.transfer import program
 
 
 def word(verdict: Verdict) -> str:
@@ -156,26 +155,24 @@ def _size(percent: float) -> str:
 # ---- reasons
 
 
-@sentence.register
-def _(reason: TransferMissed, names: Names) -> str:
-    template = {
-        "measured": "In {there} the {response} is {missed:.1f} % from the measured one.",
-        "study": "In {there} the {response} is {missed:.1f} % from that of the study's own solver.",
-    }[reason.aims_at]
-    there, missed = program(reason.solver), reason.missed_percent
-    return names.say(template, there=there, response=names.response.long, missed=missed)
-
-
+states(
+    TransferMissed,
+    {
+        "measured": "In {solver:program} the {names.response.long} is {missed_percent:.1f} % from the measured one.",
+        "study": "In {solver:program} the {names.response.long} is {missed_percent:.1f} % from that of the study's own "
+        "solver.",
+    },
+    by="aims_at",
+)
 states(OnTheEdge, "The solution lies on the edge of the region searched.")
 states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p {p:p}).")
 states(ValidationFromTable, "The validation is read from a table, not simulated with these parameters.")
 states(Unchecked, "Nothing checks the result independently.")
-
-
-@sentence.register
-def _(reason: Unfinished, names: Names) -> str:
-    titles = ", ".join(stage_called(name).title for name in reason.stages)
-    return names.say("Not done yet: {stages}.", stages=titles)
+states(
+    Unfinished,
+    "Not done yet: {titles}.",
+    titles=lambda reason, _names: ", ".join(stage_called(name).title for name in reason.stages),
+)
 
 
 @sentence.register
@@ -209,44 +206,44 @@ def _(reason: PriorConflict, names: Names) -> str:
     return names.say(said, factor=prior.factor, known=known_beforehand(prior), allowed=allowed, p=prior.p)
 
 
-@sentence.register
-def _(reason: OutOfReach, names: Names) -> str:
-    above = "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}."
-    below = "The measured {target:response g} is below what the ranges reach, {low:.4g} to {high:response}."
-    return names.say(above if reason.target > reason.high else below, **vars(reason))
-
-
-@sentence.register
-def _(reason: TargetMissed, names: Names) -> str:
-    template = "The simulated {response} misses the value that it was fitted to: {miss}."
-    return names.say(template, response=_response(reason.worst, names), miss=miss(reason.worst, names))
-
-
-@sentence.register
-def _(reason: ValidationFailed, names: Names) -> str:
-    nowhere = "The validation has no {response}: the run failed."
-    somewhere = "The validation has no {response} at {conditions:conditions}: the run failed."
-    template = somewhere if names.placed else nowhere
-    return names.say(template, response=names.response.long, conditions=reason.conditions)
-
-
-@sentence.register
-def _(reason: CheckMissed, names: Names) -> str:
-    template = "The simulated {response} is {miss}."
-    return names.say(template, response=_response(reason.worst, names), miss=miss(reason.worst, names))
-
-
-@sentence.register
-def _(reason: DoubtfulPhysics, names: Names) -> str:
-    template = {
-        "hourglass": "In {runs} of {checked} runs the physics is doubtful: hourglass energy up to {worst} %.",
-        "inertia": "In {runs} of {checked} runs the physics is doubtful: inertia carries up to {worst} % of the force.",
-        "drift": "In {runs} of {checked} runs the physics is doubtful: the energy balance drifts by up to {worst} %.",
-        "stroke": "In {runs} of {checked} runs the physics is doubtful: the force was not clearly past its maximum "
-        "when the stroke ended.",
-    }[reason.doubt.kind]
-    worst = _size(reason.doubt.worst or 0.0)
-    return names.say(template, runs=reason.doubt.runs, checked=reason.checked, worst=worst)
+states(
+    OutOfReach,
+    "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}.",
+    otherwise="The measured {target:response g} is below what the ranges reach, {low:.4g} to {high:response}.",
+    by=lambda reason: reason.target > reason.high,
+)
+states(
+    TargetMissed,
+    "The simulated {response} misses the value that it was fitted to: {miss}.",
+    response=lambda reason, names: _response(reason.worst, names),
+    miss=lambda reason, names: miss(reason.worst, names),
+)
+states(
+    ValidationFailed,
+    "The validation has no {names.response.long} at {conditions:conditions}: the run failed.",
+    otherwise="The validation has no {names.response.long}: the run failed.",
+    by="names.placed",
+)
+states(
+    CheckMissed,
+    "The simulated {response} is {miss}.",
+    response=lambda reason, names: _response(reason.worst, names),
+    miss=lambda reason, names: miss(reason.worst, names),
+)
+states(
+    DoubtfulPhysics,
+    {
+        "hourglass": "In {doubt.runs} of {checked} runs the physics is doubtful: hourglass energy up to {worst} %.",
+        "inertia": "In {doubt.runs} of {checked} runs the physics is doubtful: inertia carries up to {worst} % of the "
+        "force.",
+        "drift": "In {doubt.runs} of {checked} runs the physics is doubtful: the energy balance drifts by up to "
+        "{worst} %.",
+        "stroke": "In {doubt.runs} of {checked} runs the physics is doubtful: the force was not clearly past its "
+        "maximum when the stroke ended.",
+    },
+    by="doubt.kind",
+    worst=lambda reason, _names: _size(reason.doubt.worst or 0.0),
+)
 
 
 @sentence.register
@@ -301,19 +298,16 @@ states(
     advice.RaiseBudget,
     "Raise `budget` under `refine` to {budget}, or look whether the response jumps between neighbouring points.",
 )
-
-
-@sentence.register
-def _(remedy: advice.MendTransfer, names: Names) -> str:
-    mends = {
+states(
+    advice.MendTransfer,
+    {
         "budget": "Raise `budget` under `transfer` to {budget}, or give {factors:factors} a wider range under `adjust` "
         "there.",
         "out_of_reach": "Give {factors:factors} a wider range, or name a further factor, under `adjust` of `transfer`.",
         "settled": "Take the mean over places of the mesh there (`phases` of the embedded solver), or another factor.",
-    }
-    return names.say(mends[remedy.stopped], **vars(remedy))
-
-
+    },
+    by="stopped",
+)
 states(advice.SimulateValidation, "Validate with a solver that simulates.")
 states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
 states(
@@ -322,8 +316,6 @@ states(
     "or smaller may bring it under {limit_percent:g} %.",
 )
 states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` doubles the stroke.")
-
-
 states(
     advice.CheckModel,
     "Check {factors:factors} in the model: the law, the units, and the `expected_sign` of the spec.",
@@ -344,34 +336,31 @@ def _(remedy: advice.SmoothResponse, names: Names) -> str:
     return names.say(phases if remedy.phases else replicates if remedy.replicates else runs, **vars(remedy))
 
 
-@sentence.register
-def _(remedy: advice.Identify, names: Names) -> str:
-    template = {
+states(
+    advice.Identify,
+    {
         "responses": "`invert: {{responses: all}}` fits what else was measured; if that is not enough, measure another "
         "response or another kind of test, or give {factor:factor} a prior from the literature.",
         "conditions": "`invert: {{{key}: all}}` fits all that was measured; if that is not enough, measure another "
         "response or another kind of test, or give {factor:factor} a prior from the literature.",
         None: "Measure another response or another kind of test, or give {factor:factor} a prior from the literature.",
-    }[remedy.unfitted]
-    _, _, key = names.naming.fitted_at.partition(".")
-    return names.say(template, factor=remedy.factor, key=key)
-
-
-@sentence.register
-def _(remedy: advice.WidenRange, names: Names) -> str:
-    raised = "Raise `high` of {factor:factor} to about {end}."
-    lowered = "Lower `low` of {factor:factor} to about {end}."
-    end = say("{value:g}" if remedy.unit == "1" else "{value:g} {unit}", value=remedy.value, unit=remedy.unit)
-    return names.say(raised if remedy.end == "high" else lowered, factor=remedy.factor, end=end)
-
-
-@sentence.register
-def _(remedy: advice.NoRangeReaches, names: Names) -> str:
-    stem = "The range of {factors:factors} alone does not reach it; check units, loading and specimen."
-    other = "The range of {factors:factors} alone does not reach it; check units and what the simulation holds fixed."
-    return names.say(stem if names.naming.is_cutting else other, factors=remedy.factors)
-
-
+    },
+    by="unfitted",
+    key=lambda _remedy, names: names.naming.fitted_at.partition(".")[2],
+)
+states(
+    advice.WidenRange,
+    {"high": "Raise `high` of {factor:factor} to about {to}.", "low": "Lower `low` of {factor:factor} to about {to}."},
+    by="end",
+    to=lambda remedy, _names: f"{remedy.value:g} {remedy.unit}".removesuffix(" 1"),
+)
+states(
+    advice.NoRangeReaches,
+    "The range of {factors:factors} alone does not reach it; check units, loading and specimen.",
+    otherwise="The range of {factors:factors} alone does not reach it; check units and what the simulation holds "
+    "fixed.",
+    by="names.naming.is_cutting",
+)
 states(
     advice.CheckPrior,
     "Check the prior of {factor:factor} against its source ({source}), its unit and the test it is from; then the "
@@ -393,47 +382,42 @@ def _(remedy: advice.FitFewer, names: Names) -> str:
     return names.say(template, condition=names.condition.long, key=names.naming.fitted_at)
 
 
-@sentence.register
-def _(remedy: advice.FitAll, names: Names) -> str:
-    responses = "`invert: {{responses: all}}` fits all responses together; until then use the result where it is good."
-    conditions = "`invert: {{{key}: all}}` fits all of them together; until then use the result where it is good."
-    _, _, key = names.naming.fitted_at.partition(".")
-    return names.say(responses if remedy.over == "responses" else conditions, key=key)
-
-
-@sentence.register
-def _(_remedy: advice.MeasureMore, names: Names) -> str:
-    somewhere = "Measure at another {condition}, or leave one out of `{key}`."
-    nowhere = "Measure under another condition too, or a further response that `invert.responses` leaves out."
-    key = names.naming.fitted_at
-    return names.say(somewhere if names.placed else nowhere, condition=names.condition.long, key=key)
-
-
-@sentence.register
-def _(remedy: advice.MendInput, names: Names) -> str:
-    template = {
+states(
+    advice.FitAll,
+    {
+        "responses": "`invert: {{responses: all}}` fits all responses together; until then use the result where it is "
+        "good.",
+        "conditions": "`invert: {{{key}: all}}` fits all of them together; until then use the result where it is good.",
+    },
+    by="over",
+    key=lambda _remedy, names: names.naming.fitted_at.partition(".")[2],
+)
+states(
+    advice.MeasureMore,
+    "Measure at another {names.condition.long}, or leave one out of `{names.naming.fitted_at}`.",
+    otherwise="Measure under another condition too, or a further response that `invert.responses` leaves out.",
+    by="names.placed",
+)
+states(
+    advice.MendInput,
+    {
         "inertia": "Mend it in the solver's own input: less mass scaling or a slower blade.",
         "hourglass": "Mend it in the solver's own input: a finer mesh or fully integrated elements.",
         "drift": "Mend it in the solver's own input: a smaller time step.",
         "stroke": "Mend it in the solver's own input: a longer stroke.",
-    }[remedy.doubt]
-    return names.say(template)
-
-
-@sentence.register
-def _(remedy: advice.ScaleMassLess, names: Names) -> str:
-    mass = "`mass_scaling: {mass_scaling:g}` under `solver` brings inertia under {limit_percent:g} % in most runs."
-    both = (
-        "`mass_scaling: {mass_scaling:g}` and `time_step: {time_step:g} us` under `solver` bring inertia "
-        "under {limit_percent:g} % in most runs."
-    )
-    return names.say(mass if remedy.time_step is None else both, **vars(remedy))
-
-
-@sentence.register
-def _(remedy: advice.HalveTimeStep, names: Names) -> str:
-    safety = "`time_step_safety: {time_step_safety:g}` under `solver` halves the time step."
-    both = (
-        "`time_step_safety: {time_step_safety:g}` and `time_step: {time_step:g} us` under `solver` halve the time step."
-    )
-    return names.say(safety if remedy.time_step is None else both, **vars(remedy))
+    },
+    by="doubt",
+)
+states(
+    advice.ScaleMassLess,
+    "`mass_scaling: {mass_scaling:g}` and `time_step: {time_step:g} us` under `solver` bring inertia under "
+    "{limit_percent:g} % in most runs.",
+    otherwise="`mass_scaling: {mass_scaling:g}` under `solver` brings inertia under {limit_percent:g} % in most runs.",
+    by="time_step",
+)
+states(
+    advice.HalveTimeStep,
+    "`time_step_safety: {time_step_safety:g}` and `time_step: {time_step:g} us` under `solver` halve the time step.",
+    otherwise="`time_step_safety: {time_step_safety:g}` under `solver` halves the time step.",
+    by="time_step",
+)

@@ -14,7 +14,7 @@ from commanding import REPLAY, SMOKE, command
 from fakes import SPEC, SpecSolver, force, lines
 
 from stemcal.executors.code import code_version
-from stemcal.files.sealed import sealed
+from stemcal.files.durable import sealed
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 
@@ -263,7 +263,7 @@ def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:
 def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from stemcal.cli.repeat import recorded_run
     from stemcal.errors import UsageError
-    from stemcal.runs.key import record_key
+    from stemcal.runs.answer import record_key
     from stemcal.solvers.embedded import Embedded
     from stemcal.solvers.protocol import Request
     from stemcal.study.reading import load_study

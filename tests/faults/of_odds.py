@@ -23,7 +23,7 @@ from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
-from stemcal.files.sealed import sealed
+from stemcal.files.durable import sealed
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.programs import helper_process
 from stemcal.solvers.protocol import Answer, Request

@@ -14,7 +14,7 @@ from of_disks import finished
 from tally import Fault, Tally
 
 from stemcal.errors import StemcalError
-from stemcal.files.sealed import SEAL, sealed
+from stemcal.files.durable import SEAL, sealed
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import status
 from stemcal.overview.verify import inspect

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import gettext
+import inspect
+import re
 from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from string import Formatter
 
@@ -16,6 +20,7 @@ from stemcal.notes import Note
 from stemcal.stages.base import STAGES
 from stemcal.text import language
 from stemcal.text.language import say, say_number
+from stemcal.text.names import Names
 from stemcal.text.results import remarks_of, sentence
 
 PACKAGE = Path(stemcal.__file__).parent
@@ -25,6 +30,9 @@ for module in [*(stage.module for stage in STAGES), *(f"stemcal.text.{path.stem}
     import_module(module)
 KINDS = sorted(kind for kind, found in Tagged.kinds.items() if issubclass(found, Note) and found is not Note)
 PACKAGE_KINDS = [kind for kind in KINDS if Tagged.kinds[kind].__module__.startswith("stemcal.")]
+
+
+NAMED = re.compile(r"[^\W\d]\w*(\.\w+|\[\d\])*")  # a field of the fact, or of what it holds
 
 
 class Marked(gettext.NullTranslations):
@@ -45,6 +53,28 @@ class Marked(gettext.NullTranslations):
 @pytest.mark.parametrize("kind", PACKAGE_KINDS)
 def test_every_kind_of_note_has_a_sentence(kind: str) -> None:
     assert sentence.dispatch(Tagged.kinds[kind]) is not sentence.dispatch(object)
+
+
+@pytest.mark.parametrize("kind", sorted(kind for kind, found in Tagged.kinds.items() if found in sentence.registry))
+def test_templates_speak_of_what_their_fact_has(kind: str) -> None:
+    given = inspect.getclosurevars(sentence.dispatch(Tagged.kinds[kind])).nonlocals
+    told = given.get("template", "")
+    templates = [
+        *([told] if isinstance(told, str) else told.values()),
+        given.get("many", ""),
+        given.get("otherwise", ""),
+    ]
+    known = {field.name for field in dataclasses.fields(Tagged.kinds[kind])} | {*given.get("derived", ()), "count"}
+    for path in (name for text in templates for _, name, _, _ in Formatter().parse(text) if name):
+        root, _, rest = path.partition(".")
+        if root == "names" and root not in known:
+            attrgetter(rest)(Names())
+        else:
+            assert root.partition("[")[0] in known, f"{kind}: {path}"
+    by = given.get("by", "")
+    if isinstance(by, str) and by:
+        root, _, rest = by.partition(".")
+        assert hasattr(attrgetter(rest)(Names()), "__bool__") if root == "names" else root in known, f"{kind}: {by}"
 
 
 def test_every_remark_of_a_study_is_translated(results) -> None:
@@ -95,4 +125,4 @@ def test_sentences_are_whole_templates_never_glued(path: Path) -> None:
         fields = (
             [name for _, name, _, _ in Formatter().parse(text.value) if name is not None] if " " in text.value else []
         )
-        assert all(name.isidentifier() for name in fields), f"{path.name}:{text.lineno}: fields without names"
+        assert all(NAMED.fullmatch(name) for name in fields), f"{path.name}:{text.lineno}: fields without names"

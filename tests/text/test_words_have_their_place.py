@@ -29,7 +29,7 @@ SPARED = {
     "solvers/csv_table.py": "problems of a table, with their remedies",
     "doe/regression/surface.py": "remedies of an error",
     "stages/refine/stage.py": "an error",
-    "stages/repeating.py": "remedies of an error",
+    "stages/work.py": "remedies of an error",
     "report/export/latex.py": "a comment in the document",
 }
 _OF_ERRORS = re.compile("Error|Failed|Problem|NoResult|Broken|Broke|^say")

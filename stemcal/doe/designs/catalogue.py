@@ -3,7 +3,7 @@
 A new design is one function and one line in `SCREENING` or `SURFACES`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import Core, axes, axial_distance, blocked_composite, central_composite
-from stemcal.doe.designs.d_optimal import d_optimal_runs, fold_over, rows_missing
+from stemcal.doe.designs.d_optimal import d_optimal_runs, rows_missing
 from stemcal.doe.designs.definitive_screening import definitive_screening
 from stemcal.doe.designs.factorial import fraction, full_factorial
 from stemcal.doe.designs.i_optimal import HalfSpace, i_optimal, inside
@@ -73,6 +73,18 @@ def plackett_burman(k: int, kind: str = "plackett-burman", runs: int | None = No
     if kind not in SCREENING_DESIGNS:
         raise UsageError(f"screen.design: no design {kind!r}; choose one of {', '.join(SCREENING_DESIGNS)}")
     return screening_runs(kind, k, runs)
+
+
+def fold_over(coded: Array, columns: Sequence[int] | None = None) -> Array:
+    """Append every run with its signs turned, in all columns or in some.
+
+    All columns: main effects become clear of two-factor interactions (resolution III turns into IV). One
+    column: that factor and its interactions become clear. Source: G. E. P. Box and K. B. Wilson (1951).
+    """
+    mirrored = np.array(coded, dtype=float)
+    turned = list(range(coded.shape[1])) if columns is None else list(columns)
+    mirrored[:, turned] *= -1.0
+    return np.vstack([coded, mirrored + 0.0])
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Adding runs to a design already run: what is there is kept.
 
-Sources: fold-over, G. E. P. Box and K. B. Wilson (1951); D-optimal augmentation, T. J. Mitchell, An
-Algorithm for the Construction of D-Optimal Experimental Designs, Technometrics 16 (1974), 203–210.
+Source: T. J. Mitchell, An Algorithm for the Construction of D-Optimal Experimental Designs, Technometrics 16 (1974),
+203–210.
 """
 
 from collections import Counter
@@ -17,18 +17,7 @@ from stemcal.errors import UsageError
 _SAME_POINT = 1e-6
 _RIDGE = 1e-8  # lets a design that cannot estimate every term yet be augmented until it can
 _MOST_CANDIDATES = 20_000
-
-
-def fold_over(coded: Array, columns: Sequence[int] | None = None) -> Array:
-    """Append every run with its signs turned, in all columns or in some.
-
-    All columns: main effects become clear of two-factor interactions (resolution III turns into IV). One
-    column: that factor and its interactions become clear.
-    """
-    mirrored = np.array(coded, dtype=float)
-    turned = list(range(coded.shape[1])) if columns is None else list(columns)
-    mirrored[:, turned] *= -1.0
-    return np.vstack([coded, mirrored + 0.0])
+_MOST_STEPS, _SETTLED = 20_000, 1e-7  # of the shares
 
 
 def rows_missing(have: Array, want: Array) -> Array:
@@ -41,6 +30,36 @@ def rows_missing(have: Array, want: Array) -> Array:
         else:
             missing.append(row)
     return np.array(missing).reshape(-1, want.shape[1])
+
+
+def d_optimal_shares(each: Array, known: Array) -> Array:
+    """Return the shares w, Σw = 1, that make |Σ wᵢMᵢ + M₀| greatest: how to divide an effort over experiments.
+
+    wᵢ ← wᵢ·tr(M⁻¹Mᵢ), scaled to Σw = 1, never lowers it: Silvey, Titterington and Torsney, Comm. Statist. A 7 (1978)
+    1379–1389.
+
+    Parameters
+    ----------
+    each : array (m, k, k)
+        Information Mᵢ if all effort went into experiment i.
+    known : array (k, k)
+        Information M₀ that is there anyway; with the sum of all Mᵢ it is not singular.
+
+    Examples
+    --------
+    Two factors, each told by an experiment of its own: half of the effort for either, however sharp they are.
+
+    >>> d_optimal_shares(np.array([np.diag([1.0, 0.0]), np.diag([0.0, 9.0])]), np.zeros((2, 2)))
+    array([0.5, 0.5])
+    """
+    shares = np.full(len(each), 1.0 / len(each))
+    for _ in range(_MOST_STEPS):
+        inverse = np.linalg.inv(np.tensordot(shares, each, 1) + known)
+        gains = shares * np.einsum("ij,mji->m", inverse, each)
+        before, shares = shares, gains / gains.sum()
+        if np.abs(shares - before).max() < _SETTLED:
+            break
+    return shares
 
 
 def _keys(coded: Array) -> list[list[int]]:

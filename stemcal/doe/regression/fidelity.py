@@ -97,7 +97,7 @@ def corrected(coarse: Surface, found: Correction) -> Surface:
         mean_square=whole,
         df=df,
         mean_error=MeanError(whole, found.factor**2 * coarse.mean_error.missed + found.sd**2, df),
-        own_scatter=1.0,
+        deterministic=False,
         unfitted=0.0 if found.tilted or whole == 0.0 else found.sd**2 / whole,
         coefficients=_coefficients(coarse, beta, covariance, df),
     )

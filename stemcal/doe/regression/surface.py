@@ -31,6 +31,8 @@ from stemcal.notes import Note
 ErrorSource = Literal["residual", "within"]
 PREDICTS = 0.5
 """A surface that predicts less than this share of the variation between runs left out says nothing of its shares."""
+ROUGH_PERCENT = 3.0
+"""Of the mean response: most answers rough by 5 % are above, those rough by 1 % never (docs/theory/statistics.md)."""
 _REMEDY = {
     False: "repair those runs, or leave such terms out (rsm.inestimable: drop),",
     True: "repair those runs",
@@ -45,10 +47,9 @@ class Surface:
     such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
     `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
     is larger. `sequential_ss` has the type I sum of squares of every term. `copies` is how many runs only repeat
-    others of a deterministic solver: they count once, and are not among `design` and `response`. `own_scatter` is the
-    variance of a run about the mean response in units of s²: 0 of a deterministic solver, whose runs are the response
-    itself. `mean_error` is what the mean response may be off by; None of a saturated fit. Of coarse runs `unfitted` is
-    the part of `mean_square` that the mean shares, since too few fine runs tell of it.
+    others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic` tells
+    that such a solver gave the runs. `mean_error` is what the mean response may be off by; None of a saturated fit. Of
+    coarse runs `unfitted` is the part of `mean_square` that the mean shares, since too few fine runs tell of it.
     """
 
     names: tuple[str, ...]
@@ -75,7 +76,7 @@ class Surface:
     terms_dropped: tuple[str, ...] = ()
     error_source: ErrorSource = "residual"
     copies: int = 0
-    own_scatter: float = 1.0
+    deterministic: bool = False
     mean_error: MeanError | None = None
     unfitted: float = 0.0
     sequential_ss: Mapping[str, float] = field(default_factory=dict)
@@ -94,6 +95,16 @@ class Surface:
     def leading(self) -> int:
         """Index of the factor with the largest linear coefficient."""
         return int(np.argmax(np.abs(self.beta[1 : len(self.names) + 1])))
+
+    @property
+    def rough(self) -> bool:
+        """Whether the residual is above 3 % of the mean: the response is rough, or no quadratic follows it."""
+        return self.cv_percent is not None and abs(self.cv_percent) > ROUGH_PERCENT
+
+    @property
+    def own_scatter(self) -> float:
+        """Variance of a run about the mean response in units of s²: none where smooth runs are the response itself."""
+        return 0.0 if self.deterministic and not self.rough else 1.0
 
     def predict(self, coded: ArrayLike) -> Array:
         """Evaluate ŷ."""
@@ -123,7 +134,7 @@ class Surface:
         return self._interval(coded, level, self.unfitted)
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = 0 of a deterministic solver, else 1."""
+        """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = `own_scatter`, 0 or 1."""
         return self._interval(coded, level, max(self.own_scatter, self.unfitted))
 
     def _s2(self) -> float:
@@ -276,7 +287,7 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
         terms_dropped=runs.losses.dropped,
         error_source=source,
         copies=runs.losses.copies,
-        own_scatter=0.0 if runs.losses.copies and not split.within_df else 1.0,
+        deterministic=runs.losses.copies > 0 and not split.within_df,
         mean_error=None if mean_square is None else mean_error_of(runs.design, fit, split, mean_square, df),
         sequential_ss=dict(zip(terms[1:], fit.sequential_ss.tolist(), strict=True)),
     )

@@ -142,6 +142,7 @@ def analyse_screening(
     effects = _effects(fit, error_term, changes, names, symbols or names, size)
     weak = margin_decides(error_term, fit, unused)
     signs = expected or {}
+    active = _significant(effects, size, alpha, weak) if stages is None else stages.first.active
     judged = tuple(replace(e, conclusion=conclusion(e, size, alpha, signs.get(e.factor))) for e in effects)
     return Screening(
         effects=judged,
@@ -150,7 +151,7 @@ def analyse_screening(
         total_sum_of_squares=fit.total_ss,
         lenth=size,
         alpha=alpha,
-        significant=_significant(effects, size, alpha, weak) if stages is None else stages.first.active,
+        significant=active,
         runs_used=int(present.sum()) + len(centre),
         runs_failed=int(np.sum(~np.isfinite(responses))),
         notes=screening_notes(fit, error_term, effects, size, unused, design[present], n_failed, alpha),

@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from stemcal.doe.designs.aliases import alias_matrix
-from stemcal.doe.designs.d_optimal import fold_over
+from stemcal.doe.designs.catalogue import fold_over
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.lenth import critical_t, pseudo_standard_error
 from stemcal.doe.screening.unused import unused_columns

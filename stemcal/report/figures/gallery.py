@@ -32,9 +32,8 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.text.captions import caption
-from stemcal.text.names import Names
+from stemcal.text.names import Names, program
 from stemcal.text.numbers import short
-from stemcal.text.transfer import program
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,10 +4,10 @@ from stemcal.files.rows import Column, Table
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.regularise import HIGHEST, LOWEST, Regularisation, Regularised
 from stemcal.stages.transfer.result import TransferResult
-from stemcal.text.names import Names
+from stemcal.text.names import Names, program
 from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
-from stemcal.text.transfer import program, role
+from stemcal.text.transfer import role
 
 
 def transfer_tables(stage: TransferResult, names: Names) -> list[Table]:

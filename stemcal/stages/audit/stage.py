@@ -4,22 +4,27 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.errors import UsageError
+from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import inline, key, to_json
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.notes import Note
+from stemcal.runs.answer import Watch, ignore
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Solver
 from stemcal.stages.audit.consistency import CONSISTENCY, explained
 from stemcal.stages.audit.found import Calibrated, Check, Found, ranked
 from stemcal.stages.audit.paper import cells_differ, claims_differ, design_differs, levels_differ
 from stemcal.stages.audit.suspicions import SUSPICIONS, solution_is_one_of_many
-from stemcal.stages.base import stage_called, stages_of
+from stemcal.stages.base import stages_of
 from stemcal.stages.fresh import make
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.printed_tables import Agreement, Contradiction
-from stemcal.stages.result import Head, StageResult, read_result
+from stemcal.stages.result import Head, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult
-from stemcal.stages.work import Work, a_stage
+from stemcal.stages.work import HERE, Work, a_stage
 from stemcal.study.model import Study
 
 CHECKS: tuple[Check, ...] = (cells_differ, claims_differ, levels_differ, design_differs, *SUSPICIONS, *CONSISTENCY)
@@ -61,8 +66,13 @@ def _values(fact: Contradiction) -> str:
     return "; ".join(f"{name} {value}" for name, value in to_json(fact).items() if name != "kind")
 
 
-@a_stage
-def audit(work: Work) -> AuditResult:
+def audit(
+    study: Study,
+    folder: StudyFolder,
+    executor: RunExecutor = HERE,
+    watch: Watch = ignore,
+    solver: Solver | None = None,
+) -> AuditResult:
     """Recompute a paper's printed tables and claims; list what does not agree.
 
     Raises
@@ -70,22 +80,27 @@ def audit(work: Work) -> AuditResult:
     UsageError
         If there is nothing to audit: the runs are not printed ones, or nothing is said to be published.
     """
-    study, folder = work.study, work.folder
     if study.solver.kind != "table":
         raise UsageError("audit: recomputes from printed runs; give the spec a solver of kind table with the paper's")
     if study.published is None:
         raise UsageError("audit: the spec has no section published; say there what the paper printed")
-    validated = stage_called("audit").needs(study) == "validate"
-    for stage in stages_of(study):
-        if validated or stage.name != "validate":
-            make(stage, study, folder, work.executor, work.watch, work.solver)
+    solver = solver or make_solver(study)
+    with folder:
+        for stage in stages_of(study):
+            if stage.name != "validate" or not study.unvalidated:
+                make(stage, study, folder, executor, watch, solver)
+        return _audited(study, folder, executor, watch, solver)
+
+
+@a_stage(AuditResult)
+def _audited(work: Work, head: Head) -> AuditResult:
     looked_at = Calibrated(
-        read_result(folder, ScreenResult),
-        read_result(folder, SurfaceResult),
-        read_result(folder, InvertResult),
-        read_result(folder, ValidateResult) if validated else None,
+        work.result(ScreenResult),
+        work.result(SurfaceResult),
+        work.result(InvertResult),
+        None if work.study.unvalidated else work.result(ValidateResult),
     )
-    return audit_all(study, work.head("audit"), looked_at)
+    return audit_all(work.study, head, looked_at)
 
 
 def audit_all(study: Study, head: Head, stages: Calibrated) -> AuditResult:

@@ -11,12 +11,13 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.notes import Note
-from stemcal.solvers.protocol import Answer, Meshed, Request
+from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.carried import Carried
 from stemcal.stages.mesh.result import MeshResult, MeshRun
 from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import MeshOptions, Study
@@ -48,15 +49,18 @@ class Simulated:
         return scatter_of(self.own, self.placed, self.sized)
 
 
-@a_stage
-def mesh(work: Work) -> MeshResult:
-    """Simulate the solution on other meshes and carry their scatter into every interval."""
-    study, solver, options = work.study, work.solver, work.study.mesh or MeshOptions()
+def _can_mesh(_stage: str, study: Study, solver: Solver) -> None:
     if not isinstance(solver, Meshed):
         raise UsageError(f"mesh: solver {study.solver.kind} does not say how it would mesh otherwise; use the embedded")
-    surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
-    parameters = (work.fresh(RefineResult) if study.refine is not None else solution).parameters
-    head = work.head("mesh")
+
+
+@a_stage(MeshResult, _can_mesh)
+def mesh(work: Work, head: Head) -> MeshResult:
+    """Simulate the solution on other meshes and carry their scatter into every interval."""
+    study, solver, options = work.study, work.solver, work.study.mesh or MeshOptions()
+    assert isinstance(solver, Meshed)
+    surface, solution = work.result(SurfaceResult), work.result(InvertResult)
+    parameters = (work.result(RefineResult) if study.refine is not None else solution).parameters
     at = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     rows = _simulate(work, parameters, at, options)
     _require_responses(rows, options.phases)

@@ -28,13 +28,13 @@ from stemcal.doe.validation.comparison import error_percent
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.stepwise import SimulateAt
 from stemcal.stages.invert.certainty import measured_of, misfit_over, priors_of
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import Iteration, Place, RefineRow, ResponseRow, Stopped
 from stemcal.stages.result import Interval
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.work import SimulateAt
 from stemcal.study.model import RefineOptions, Study
 
 _SETTLED = 1e-3  # steps shorter than this, in coded units, tell nothing new

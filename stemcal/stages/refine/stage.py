@@ -9,17 +9,16 @@ from stemcal.stages.refine.process import ProcessLoop, takes_process
 from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.work import Work, a_stage
+from stemcal.stages.work import Work, a_stage, needs_simulation
 
 __all__ = ["RefineResult", "refine"]
 
 
-@a_stage
-def refine(work: Work) -> RefineResult:
+@a_stage(RefineResult, needs_simulation)
+def refine(work: Work, head: Head) -> RefineResult:
     """Simulate at the solution and correct it until the response is right, at every condition of a joint fit."""
+    surface, solution = work.result(SurfaceResult), work.result(InvertResult)
     simulate = work.simulating("refine", pictured=True)
-    surface, solution = work.fresh(SurfaceResult), work.fresh(InvertResult)
-    head = work.head("refine")
     loop = (ProcessLoop if takes_process(work.study, surface) else Loop)(work.study, surface, solution, simulate)
     loop.run()
     return closed(head, loop)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
+from stemcal.runs.answer import reasons_given
 from stemcal.stages.design import Design
-from stemcal.stages.result import reasons_given
 from stemcal.stages.surface.result import AtCondition, FitSummary, SurfaceResult
 from stemcal.stages.surface.runs import ConditionRun, weighed
 from stemcal.stages.work import Work

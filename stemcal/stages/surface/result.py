@@ -243,7 +243,7 @@ class SurfaceResult(StageResult):
         known = circumstances(blocks, answered, response, new)
         terms = [row.term for row in self.coefficients]
         found = fit_surface(coded, values, self.names, terms, *known, drop=self.inestimable == "drop")
-        return replace(found, own_scatter=0.0) if self.deterministic and known[2] is None else found
+        return replace(found, deterministic=True) if self.deterministic and known[2] is None else found
 
     def response_at(self, coded: Mapping[str, Any]) -> Any:
         """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""

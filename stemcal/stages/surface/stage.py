@@ -13,6 +13,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
+from stemcal.runs.answer import reasons_given
 from stemcal.runs.policy import lower_bounds
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
@@ -20,27 +21,28 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.printed_tables import audit_surface
-from stemcal.stages.repeating import repeats_itself
-from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, reasons_given
+from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.conditions import fine_runs, run_conditions
 from stemcal.stages.surface.result import Corrected, FactorCoding, ReductionSteps, SurfaceResult, region_in, told_by
 from stemcal.stages.surface.runs import circumstances, pure_error_of, weighed
 from stemcal.stages.surface.shape import shape_of
-from stemcal.stages.work import Work, a_stage
+from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import CodingEntry, Study
 
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
 
-@a_stage
-def fit_response_surface(work: Work) -> SurfaceResult:
-    """Run the design of the surface over the factors that matter and fit it."""
-    study, solver = work.study, work.solver
+def _can_compare(_stage: str, study: Study, _solver: Solver) -> None:
     if study.rsm.compare:
         require_networks()
+
+
+@a_stage(SurfaceResult, _can_compare)
+def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
+    """Run the design of the surface over the factors that matter and fit it."""
+    study, solver = work.study, work.solver
     screening = read_before(study, solver, work.folder)
-    head = work.head("rsm")
     names, chosen = surface_factors(study, solver, screening)
     design = surface_design(recentred(study, screening), solver, names)
     region_in(study, design.coding, None)  # refuses constraints that leave nothing, before any run

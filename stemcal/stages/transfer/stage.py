@@ -1,7 +1,7 @@
 """The transfer as a stage: the calibrated point run by another program, corrected there, and run at every condition."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 
 from stemcal.doe.calibration.transfer import Mover, Step, Tried, Way, best_of, ends_of, learnt_of, next_step
@@ -12,10 +12,9 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.stepwise import SimulateAt, simulating
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Belonging, Solver
-from stemcal.stages.result import Interval
+from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.transfer.result import (
     AdjustedFactor,
@@ -32,7 +31,7 @@ from stemcal.stages.transfer.result import (
     TransferRun,
 )
 from stemcal.stages.validate import ValidateResult
-from stemcal.stages.work import Work, a_stage
+from stemcal.stages.work import SimulateAt, Work, a_stage, needs_simulation
 from stemcal.study.model import EmbeddedSolver, OwnRange, Study, Target, TransferOptions
 from stemcal.study.types.units import from_internal
 from stemcal.version import __version__
@@ -44,18 +43,22 @@ __all__ = ["TransferResult", "transfer"]
 _OF_MESH, _LOWEST_SHARE, _HIGHEST = "failure_strain", 0.1, 1.0
 
 
-@a_stage
-def transfer(work: Work) -> TransferResult:
-    """Run the calibrated point in the program or on the mesh that the parameters are for, and correct it there."""
-    study = work.study
+def _is_asked(_stage: str, study: Study, _solver: Solver) -> None:
     if study.transfer is None:
         raise UsageError("transfer: the spec has no section transfer; `stemcal explain transfer` tells what it is")
-    surface, calibrated = work.fresh(SurfaceResult), work.fresh(ValidateResult)
+
+
+@a_stage(TransferResult, _is_asked)
+def transfer(work: Work, head: Head) -> TransferResult:
+    """Run the calibrated point in the program or on the mesh that the parameters are for, and correct it there."""
+    study = work.study
+    assert study.transfer is not None
+    surface, calibrated = work.result(SurfaceResult), work.result(ValidateResult)
     there = study.seen_by("transfer")
     solver = make_solver(there)
-    head = work.head("transfer")
     way = way_of(study, study.transfer, surface, calibrated.parameters, _belong_alike(work.solver, solver, study))
-    simulate = simulating("transfer", there, solver, work.folder, work.executor, work.watch)
+    needs_simulation("transfer", there, solver)
+    simulate = replace(work, study=there, solver=solver).simulating("transfer")
     search = Search(study, study.transfer, way, calibrated, simulate, max(1, there.replicates))
     search.run()
     if search.stopped == "tolerance":

@@ -6,6 +6,7 @@ The given percentage is `targets.equivalent_within_percent`; what a reason weigh
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import Contradicted, JointFitted, PriorRow
@@ -19,8 +20,6 @@ from stemcal.study.model import Study
 
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
-ROUGH_PERCENT = 3.0
-"""Of the mean response: most answers rough by 5 % are above, those rough by 1 % never (docs/theory/statistics.md)."""
 FAR = 2.0
 """Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
@@ -466,12 +465,10 @@ def _transfer(evidence: Evidence) -> Iterator[Reason]:
 
 def _rough(evidence: Evidence) -> Iterator[Reason]:
     surface = evidence.results.surface
-    if surface is None or not isinstance(surface.pure_error, EqualRepeats) or surface.cv_percent is None:
+    if surface is None or not isinstance(surface.pure_error, EqualRepeats):
         return
-    if surface.cv_percent > ROUGH_PERCENT:
-        yield RoughResponse(
-            weight="with_reservations", remedy=advice.to_smooth(evidence.study), cv_percent=surface.cv_percent
-        )
+    if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
+        yield RoughResponse(weight="with_reservations", remedy=advice.to_smooth(evidence.study), cv_percent=abs(cv))
 
 
 RULES: tuple[Rule, ...] = (

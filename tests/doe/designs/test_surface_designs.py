@@ -10,13 +10,14 @@ from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import (
     SURFACES,
     SurfaceOptions,
+    fold_over,
     plackett_burman,
     surface_radius,
     surface_reach,
     surface_runs,
 )
 from stemcal.doe.designs.composite import axial_distance, blocked_composite, central_composite
-from stemcal.doe.designs.d_optimal import d_optimal_runs, fold_over, rows_missing
+from stemcal.doe.designs.d_optimal import d_optimal_runs, rows_missing
 from stemcal.doe.designs.factorial import fraction
 from stemcal.doe.designs.power import RATIOS, judge_design, power
 from stemcal.doe.designs.space_filling import latin_hypercube, sobol

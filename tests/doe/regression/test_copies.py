@@ -83,18 +83,20 @@ def test_a_lack_of_fit_stays_however_often_runs_are_repeated() -> None:
     assert error.missed == pytest.approx((lack - pure) / 10.0)
 
 
-def test_one_more_run_of_a_deterministic_solver_is_the_response_itself() -> None:
-    """Equal copies show that a run has no scatter of its own: t·s·√h, for the mean and for one more run."""
-    response = lambda x: 100.0 + x @ [10.0, 3.0] + 4.0 * x[:, 0] ** 2 * x[:, 1]  # noqa: E731
-    point, half = np.array([[0.5, 0.5]]), {}
-    for label, centre_points, scatter in (("copies", 6, 0.0), ("no copies", 1, 0.0), ("scatter", 6, 0.5)):
-        design = central_composite(2, centre_points, "face")
-        noise = scatter * np.sin(np.arange(len(design)))
-        surface = fit_surface(design, response(design) + noise, ["a", "b"])
-        s2, h = surface.mean_square or 0.0, float(surface.unscaled_variance(point)[0])
-        assert surface.mean_interval(point)[0, 1] == pytest.approx(
-            surface.predict(point)[0] + t_quantile(0.95, surface.df) * (s2 * h) ** 0.5
-        )
-        t = (surface.prediction_interval(point)[0, 1] - surface.predict(point)[0]) / s2**0.5
-        half[label] = (t / t_quantile(0.95, surface.df)) ** 2 - h
-    assert half == pytest.approx({"copies": 0.0, "no copies": 1.0, "scatter": 1.0}, abs=1e-9)
+@pytest.mark.parametrize(
+    ("centre_points", "bent", "scatter", "own"),
+    [(6, 4.0, 0.0, 0.0), (1, 4.0, 0.0, 1.0), (6, 4.0, 0.5, 1.0), (6, 12.0, 0.0, 1.0)],
+    ids=["copies", "no copies", "scatter", "copies, 8 % rough"],
+)
+def test_one_more_run_of_a_smooth_deterministic_solver_is_the_response_itself(
+    centre_points: int, bent: float, scatter: float, own: float
+) -> None:
+    """Equal copies show that a run has no scatter of its own: t·s·√(own + h); above 3 % of the mean it is rough."""
+    design, point = central_composite(2, centre_points, "face"), np.array([[0.5, 0.5]])
+    response = 100.0 + design @ [10.0, 3.0] + bent * design[:, 0] ** 2 * design[:, 1]
+    surface = fit_surface(design, response + scatter * np.sin(np.arange(len(design))), ["a", "b"])
+    s2, h = surface.mean_square or 0.0, float(surface.unscaled_variance(point)[0])
+    middle, t = surface.predict(point)[0], t_quantile(0.95, surface.df)
+    assert surface.rough == (bent > 4.0)
+    assert surface.mean_interval(point)[0, 1] == pytest.approx(middle + t * (s2 * h) ** 0.5)
+    assert surface.prediction_interval(point)[0, 1] == pytest.approx(middle + t * (s2 * (own + h)) ** 0.5)

@@ -48,7 +48,7 @@ def test_a_fold_over_finds_what_interactions_hide() -> None:
 
 
 def test_no_advice_where_main_effects_are_clear() -> None:
-    from stemcal.doe.designs.d_optimal import fold_over
+    from stemcal.doe.designs.catalogue import fold_over
 
     assert fold_over_gain(fold_over(plackett_burman(9)), [(3, 80.0), (8, 60.0)], 17.0, 0.05) is None
     assert fold_over_gain(plackett_burman(9), [(3, 80.0)], 17.0, 0.05) is None

@@ -1,0 +1,332 @@
+"""Which test to buy: how narrow each parameter's interval would become, foretold before anything is measured.
+
+The responses are simulated at mid-levels, and with one factor at a time a half step of the surface's design lower and
+higher: 2k + 1 runs at a condition, whose central differences give slopes and curvatures. As if a laboratory had
+measured just what mid-levels give, with the scatter of the targets, the parameters are fitted to every combination of
+tests as the calibration fits them, so the intervals are of its kind and end where the ranges end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from stemcal.doe.calibration.misfit import Observation, misfit_of
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.designs.d_optimal import d_optimal_shares
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.rows import Rows
+from stemcal.notes import Note
+from stemcal.overview.plan import surface_names
+from stemcal.run_warnings import MaximumNotPassed
+from stemcal.runs.outcome import Outcome
+from stemcal.solvers import make_solver
+from stemcal.stages.design import design_radius, surface_coding
+from stemcal.stages.invert.certainty import certainty_of, priors_of
+from stemcal.stages.surface.result import region_in
+from stemcal.stages.work import Work
+from stemcal.study.model import LaboratoryMeans, Study
+from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
+
+CUTTING = "cutting"
+SPECIMENS = (5, 10, 20)
+ASSUMED_CV = 0.1
+"""Coefficient of variation of a response, where the spec has no scatter at all."""
+USUAL = ("slope", "maximum_force", "work")
+"""What a test may measure that has no targets."""
+_EVERY_SUBSET = 4  # tests beside the first of which every combination is tried; of more, pairs and all together
+
+
+@dataclass(frozen=True)
+class Step:
+    """The levels at which a factor was tried, in its unit."""
+
+    factor: str
+    unit: str
+    low: float
+    middle: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Expected:
+    """The 95 % interval that a parameter would have, in its unit, and its share of the range: from a half on, free."""
+
+    factor: str
+    expected_low: float
+    expected_high: float
+    share: float
+    free: bool
+
+
+@dataclass(frozen=True)
+class Combination:
+    """What so many specimens of each test would tell; `loosest` is what changes together, told least, by factor.
+
+    It is empty where every parameter is told.
+    """
+
+    tests: tuple[str, ...]
+    conditions: tuple[float, ...]
+    specimens: int
+    parameters: Rows[Expected]
+    loosest: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Allotted:
+    """The share of all specimens that a test at a condition has in the D-optimal division."""
+
+    test: str
+    condition: float
+    share: float
+
+
+class ScatterAssumed(Note):
+    """Responses without a scatter in the spec count with this coefficient of variation, per cent."""
+
+    responses: tuple[str, ...]
+    percent: float
+
+
+class MaximumOutOfReach(Note):
+    """Responses that do not count: the stroke of their test ends before its maximum is passed."""
+
+    responses: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What combinations of tests would tell, by so many `runs`, 2k + 1 at each condition.
+
+    `division` makes the determinant of the information greatest;
+    an even one is worth `even_percent` of its specimens.
+    """
+
+    schema_version: int
+    stage: str
+    study: str
+    runs: int
+    steps: Rows[Step]
+    combinations: Rows[Combination]
+    division: Rows[Allotted]
+    even_percent: float
+    notes: tuple[Note, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Measurable:
+    """A response that a test at a condition may measure: its local surface, and its coefficient of variation."""
+
+    test: str
+    condition: float
+    response: str
+    surface: Surface
+    variation: float
+
+    def measured(self, specimens: int) -> Observation:
+        """Return it as measured over so many specimens whose mean is what mid-levels give."""
+        value = float(self.surface.beta[0])
+        return Observation(self.surface, value, self.variation * abs(value), specimens, self.response)
+
+    def information(self) -> Array:
+        """Return what one specimen tells of the factors, coded (k, k): outer product of slopes in standard errors."""
+        k = len(self.surface.names)
+        slope = self.surface.gradient(np.zeros(k)) / (self.variation * self.surface.beta[0])
+        return np.outer(slope, slope)
+
+
+def identify(work: Work, specimens: Sequence[int] = SPECIMENS) -> Identified:
+    """Simulate what the foretelling needs and return what each combination of tests would tell.
+
+    Parameters
+    ----------
+    specimens : sequence of int
+        Numbers of specimens of each test at each condition, one after the other.
+
+    Raises
+    ------
+    UsageError
+        If a screening has still to choose the factors, or the solver cannot simulate.
+    RunsFailed
+        If one of the runs fails.
+    """
+    study = work.study
+    names = surface_names(study, work.solver, work.folder)
+    if names is None:
+        raise UsageError("plan --identify: name the factors in rsm.factors, or run `stemcal screen SPEC` before it")
+    coding = surface_coding(study, names)
+    conditions = _conditions(study)
+    points = central_differences(len(names))
+    runs = _simulated(work, coding, points, conditions)
+    found, notes = _measurable(work, coding, points, runs)
+    region = region_in(study, coding, design_radius(study, len(names)))
+    told = [
+        _told(study, coding, region, chosen, n)
+        for chosen in _subsets(found, study.targets.calibrate_at)
+        for n in specimens
+    ]
+    return Identified(
+        1,
+        "identify",
+        study.name,
+        len(points) * len(conditions),
+        Rows(
+            Step(name, study.factor(name).unit, c - h, c, c + h)
+            for name, c, h in zip(names, coding.centre, coding.half_step, strict=True)
+        ),
+        Rows(told),
+        *divided(found, region, max(specimens)),
+        tuple(notes),
+    )
+
+
+def _conditions(study: Study) -> list[float]:
+    """Return where there may be measured: several tests where they are fitted, one wherever it has targets."""
+    fitted = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
+    return fitted if study.tests else [target.condition for target in study.targets.means]
+
+
+def central_differences(k: int) -> Array:
+    """Return the centre, and each factor a half step to either side, (2k + 1, k) coded."""
+    return np.vstack([np.zeros((1, k)), -np.eye(k), np.eye(k)])
+
+
+def _simulated(work: Work, coding: Coding, points: Array, conditions: Sequence[float]) -> dict[float, list[Outcome]]:
+    """Return the outcomes at the points, by condition."""
+    study = every_test_measured(work.study, conditions)
+    levels = [{**study.midlevels(), **coding.levels(row)} for row in points]
+    solver = work.solver if study is work.study else make_solver(study)
+    simulate = replace(work, study=study, solver=solver).simulating("identify")
+    found = simulate(0, levels, conditions)
+    if failed := next((outcome for outcome in found if not outcome.ok), None):
+        raise RunsFailed(f"plan --identify: a run failed: {failed.message or failed.reason}; narrow the ranges")
+    return {at: found[i :: len(conditions)] for i, at in enumerate(conditions)}
+
+
+def every_test_measured(study: Study, conditions: Sequence[float]) -> Study:
+    """Return the study as if what a test usually tells had been measured wherever a test has no targets."""
+    means = tuple(
+        LaboratoryMeans.model_construct(diameter=at, slope=1.0, maximum_force=1.0, work=1.0) for at in conditions
+    )
+    tests = tuple(test if test.targets else test.model_copy(update={"targets": means}) for test in study.tests)
+    return study.model_copy(update={"tests": tests})
+
+
+def _measurable(
+    work: Work, coding: Coding, points: Array, runs: Mapping[float, Sequence[Outcome]]
+) -> tuple[list[Measurable], list[Note]]:
+    """Return what may be measured, and what was assumed of it."""
+    beyond = {name for outcomes in runs.values() for name in _beyond_stroke(work, outcomes[0])}
+    places = [(at, *named) for at in runs for named in _responses(work.study, at) if named[1] not in beyond]
+    scatter = {response: _variation(work.study, response) for _, _, response in places}
+    typical = next((cv for cv in scatter.values() if cv), ASSUMED_CV)
+    found = [
+        Measurable(
+            test,
+            at,
+            response,
+            local_surface(points, [outcome.number(response) for outcome in runs[at]], coding.names),
+            scatter[response] or typical,
+        )
+        for at, test, response in places
+    ]
+    bare = tuple(response for response, cv in scatter.items() if not cv)
+    notes: list[Note] = [ScatterAssumed(bare, 100.0 * typical)] if bare else []
+    return found, [*notes, *([MaximumOutOfReach(tuple(sorted(beyond)))] if beyond else [])]
+
+
+def _beyond_stroke(work: Work, outcome: Outcome) -> set[str]:
+    """Return the responses of tests without targets that are bounds: the stroke ends before the maximum is passed."""
+    record = work.folder.peek(outcome.key) or {"details": {}}
+    told = record["details"].get("laboratory", {})
+    return {
+        test.called(response)
+        for test in work.study.tests
+        if not test.targets and any(one["kind"] == MaximumNotPassed.kind for one in told[test.name]["warnings"])
+        for response in USUAL
+        if response not in BEFORE_MAXIMUM
+    }
+
+
+def _responses(study: Study, condition: float) -> Iterator[tuple[str, str]]:
+    """Yield the test and the name of every response that may be measured at a condition."""
+    for response in study.invert.responses:
+        if not study.test_of(response):
+            stem = study.naming.is_cutting or bool(study.tests)
+            yield (CUTTING if stem else study.naming.named(response).name), response
+    for test in study.tests:
+        for response in test.means_at(condition) if test.targets else USUAL:
+            yield test.name, test.called(response)
+
+
+def _variation(study: Study, response: str) -> float | None:
+    """Return the coefficient of variation of a response, pooled over its targets; None where they have no scatter."""
+    means = [target.mean_of(response) for target in study.targets.means]
+    squares = [(sd / mean) ** 2 for mean, sd in means if mean and sd]
+    return float(np.sqrt(np.mean(squares))) if squares else None
+
+
+def local_surface(points: Array, values: Sequence[float], names: Sequence[str]) -> Surface:
+    """Return the quadratic through central differences; factors act by their products, as in a power law.
+
+    βᵢⱼ = βᵢβⱼ/β₀: if each by itself changes a response by a share of it, both together change it by both shares.
+    """
+    alone = fit_surface(points, values, names, [*names, *(f"{name}^2" for name in names)])
+    beta, k = alone.beta.copy(), len(names)
+    products = [beta[1 + i] * beta[1 + j] / beta[0] for i, j in combinations(range(k), 2)]
+    beta[1 + k : 1 + k + len(products)] = products
+    return replace(alone, beta=beta)
+
+
+def _subsets(found: Sequence[Measurable], calibrate_at: float) -> list[list[Measurable]]:
+    """Return the combinations: the first test alone and with others; of a single test, its conditions so."""
+    by_test = len({one.test for one in found}) > 1
+    labels = [one.test if by_test else one.condition for one in found]
+    first = found[0].test if by_test else calibrate_at
+    others = [label for label in dict.fromkeys(labels) if label != first]
+    sizes = range(len(others) + 1) if len(others) <= _EVERY_SUBSET else (0, 1, 2, len(others))
+    return [
+        [one for one, label in zip(found, labels, strict=True) if label in (first, *chosen)]
+        for size in sizes
+        for chosen in combinations(others, size)
+    ]
+
+
+def _told(study: Study, coding: Coding, region: Region, found: Sequence[Measurable], specimens: int) -> Combination:
+    """Return what a combination would tell, by the profiles of the fit to it."""
+    misfit = misfit_of([one.measured(specimens) for one in found], region)
+    misfit = misfit.with_priors(priors_of(study, coding), region)
+    without_posterior = study.model_copy(update={"invert": study.invert.model_copy(update={"posterior": False})})
+    known = certainty_of(without_posterior, coding, misfit, region, "joint", np.zeros(region.k))
+    return Combination(
+        tuple(dict.fromkeys(one.test for one in found)),
+        tuple(dict.fromkeys(one.condition for one in found)),
+        specimens,
+        Rows(Expected(name, *known.intervals[name], known.share[name], name in known.free) for name in coding.names),
+        known.loosest,
+    )
+
+
+def divided(found: Sequence[Measurable], region: Region, specimens: int) -> tuple[Rows[Allotted], float]:
+    """Return the D-optimal division of so many specimens a place, and what an even one is worth of it, per cent.
+
+    What the ranges tell counts beside: that of an even distribution, whose variance is width²/12.
+    """
+    places = list(dict.fromkeys((one.test, one.condition) for one in found))
+    each = np.array([sum(one.information() for one in found if (one.test, one.condition) == place) for place in places])
+    low, high = region.bounds()
+    known = np.diag(12.0 / (high - low) ** 2)
+    told = specimens * len(places) * each
+    shares = d_optimal_shares(told, known)
+    best, even = (
+        np.linalg.slogdet(np.tensordot(w, told, 1) + known)[1] for w in (shares, np.ones_like(shares) / len(shares))
+    )
+    rows = Rows(Allotted(*place, float(share)) for place, share in zip(places, shares, strict=True))
+    return rows, float(100.0 * np.exp((even - best) / region.k))

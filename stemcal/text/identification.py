@@ -1,0 +1,76 @@
+"""What is said of a foretelling of what combinations of tests would tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from stemcal.notes import Note
+from stemcal.overview.identify import Combination, Expected, Identified, MaximumOutOfReach, ScatterAssumed, Step
+from stemcal.text.calibration import change, with_unit
+from stemcal.text.language import say
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence, states
+from stemcal.text.numbers import interval, significant
+
+_WORTH_TELLING = 0.005  # of the specimens
+
+
+def place(tests: tuple[str, ...], conditions: tuple[float, ...], names: Names) -> str:
+    """Name a combination by its tests, or by its conditions where one test is done at several."""
+    if len(tests) == 1 and names.naming.condition is not None:
+        return names.say("{test} at {conditions:conditions}", test=tests[0], conditions=conditions)
+    return say("{tests:all}", tests=tests)
+
+
+def expected(one: Expected) -> str:
+    """Write the interval that a parameter would have."""
+    return say("free") if one.free else interval((one.expected_low, one.expected_high), 3)
+
+
+def foot(found: Identified, names: Names) -> list[str]:
+    """Say what was simulated, how specimens are best divided, and what each combination tells least of."""
+    units = {step.factor: step.unit for step in found.steps}
+    levels = [
+        names.say("{factor:factor} {low} and {high}", factor=step.factor, low=significant(step.low), high=_high(step))
+        for step in found.steps
+    ]
+    shares = [
+        say("{share:.0f} % {place}", share=100.0 * one.share, place=place((one.test,), (one.condition,), names))
+        for one in found.division
+        if one.share >= _WORTH_TELLING
+    ]
+    simulated = "{runs} runs: mid-levels, and one factor at a time at {levels:all}."
+    divided = "D-optimal division of the specimens: {shares:all}; an even one is worth {even:.0f} % of it."
+    most = max(one.specimens for one in found.combinations)
+    return [
+        say(simulated, runs=found.runs, levels=levels),
+        say(divided, shares=shares, even=found.even_percent),
+        *(loosest(one, units, names) for one in found.combinations if one.loosest and one.specimens == most),
+    ]
+
+
+def _high(step: Step) -> str:
+    return with_unit(significant(step.high), step.unit)
+
+
+def loosest(one: Combination, units: Mapping[str, str], names: Names) -> str:
+    """Say which change a combination tells least of."""
+    template = "{place} leaves free what changes so: {changes:all}."
+    changes = [change(name, size, units[name], names) for name, size in one.loosest.items()]
+    return say(template, place=place(one.tests, one.conditions, names), changes=changes)
+
+
+states(
+    ScatterAssumed, "No scatter is given for {responses:all}; a coefficient of variation of {percent:.3g} % is assumed."
+)
+states(
+    MaximumOutOfReach,
+    "{responses:all} does not count: the stroke ends before the maximum is passed. Lengthen the stroke to count it.",
+    "{responses:all} do not count: the stroke ends before the maximum is passed. Lengthen the stroke to count them.",
+    count="responses",
+)
+
+
+def sentences(notes: Iterable[Note], names: Names) -> list[str]:
+    """Return what notes say."""
+    return [sentence(note, names) for note in notes]
