@@ -6,7 +6,7 @@ import stat
 from io import BufferedReader
 from pathlib import Path
 
-__all__ = ["MIB", "open_plain", "read_plain"]
+__all__ = ["MIB", "holds", "open_plain", "read_plain"]
 
 MIB = 2**20
 # A pipe without a writer must not wait for one, a terminal must not become ours. Windows has neither flag.
@@ -44,6 +44,14 @@ def read_plain(path: Path, most: int) -> bytes:
     if len(content) > most:
         raise OSError(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
     return content
+
+
+def holds(path: Path, content: bytes) -> bool:
+    """Tell whether a plain file is there that holds just this."""
+    try:
+        return read_plain(path, len(content)) == content
+    except OSError:
+        return False
 
 
 def _refuse_others(found: os.stat_result, path: Path) -> None:
