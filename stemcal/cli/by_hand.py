@@ -126,11 +126,11 @@ def _gone_on(work: Session, as_json: bool) -> Callable[..., None]:
 
 
 def _content(file: Path) -> bytes:
-    """Return what is to be entered."""
-    if str(file) == "-":
-        return sys.stdin.buffer.read()
+    """Return what is to be entered; of an input without end so much that it is found too large."""
     from stemcal.by_hand.reading import MAX_BYTES
 
+    if str(file) == "-":
+        return sys.stdin.buffer.read(MAX_BYTES + 1)
     try:
         return read_plain(file, MAX_BYTES)
     except OSError as error:

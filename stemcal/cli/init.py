@@ -8,6 +8,7 @@ import typer
 
 from stemcal.cli.console import note, say_whole
 from stemcal.errors import UsageError
+from stemcal.files.plain import holds
 from stemcal.kits import KITS
 from stemcal.words import did_you_mean
 
@@ -32,7 +33,8 @@ def init(
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
     texts = {path: template(stem, crop)} if kit is None else _kit(kit, path, crop)
-    texts = {file: text for file, text in texts.items() if file == path or not _holds(file, text)}
+    # another kit of the folder may have the same files
+    texts = {file: text for file, text in texts.items() if file == path or not holds(file, text.encode("utf-8"))}
     require_new(texts)
     for file, text in texts.items():
         write_new(file, text)
@@ -55,11 +57,6 @@ def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:
     name = json.dumps(study_name(path.stem), ensure_ascii=False)
     spec = kit_text(kit).replace("runs/@NAME@", f"runs/{path.stem}").replace("@NAME@", name)
     return {path: spec} | {path.parent / file: kit_text(file) for file in KITS[kit]}
-
-
-def _holds(path: Path, text: str) -> bool:
-    """Whether a file is there with this text: another kit of the folder has it too."""
-    return path.is_file() and path.read_text(encoding="utf-8", errors="replace") == text
 
 
 def require_new(paths: Iterable[Path]) -> None:

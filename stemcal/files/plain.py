@@ -44,6 +44,14 @@ def read_plain(path: Path, most: int) -> bytes:
     return content
 
 
+def holds(path: Path, content: bytes) -> bool:
+    """Tell whether a plain file is there that holds just this."""
+    try:
+        return read_plain(path, len(content)) == content
+    except OSError:
+        return False
+
+
 def _refuse_others(found: os.stat_result, path: Path) -> None:
     if stat.S_ISDIR(found.st_mode):
         raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))

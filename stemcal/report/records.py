@@ -52,6 +52,7 @@ class Details:
     shape: Any = None
     film: Any = None
     warnings: tuple[RunWarning, ...] = ()
+    program_version: str | None = None
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,8 @@ def provenance_rows(records: Records) -> list[tuple[str, str]]:
         values = sorted({str(getattr(p, name)) for p in distinct if getattr(p, name)})
         if values:
             rows.append((name.capitalize() if name != "stemcal" else name, ", ".join(values)))
+    if versions := sorted({v for _, r in distinct_of(records).values() if (v := r.details.program_version)}):
+        rows.append(("Program", "; ".join(versions)))
     starts = sorted(p.started for p in distinct if p.started)
     if starts:
         ends = sorted(p.finished for p in distinct if p.finished)

@@ -355,8 +355,9 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> Discretisation:
 
 
 def _precision(study: Study) -> Precision:
-    """Return of which precision the kernels are that a study needs."""
-    return study.solver.precision if isinstance(study.solver, EmbeddedSolver) else "double"
+    """Return of which precision a study's kernels are; fully integrated elements have no other than double."""
+    solver = study.solver
+    return solver.precision if isinstance(solver, EmbeddedSolver) and solver.element == "one_point" else "double"
 
 
 def _determining(test: ShearTest) -> dict[str, Any]:

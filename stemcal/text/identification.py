@@ -1,7 +1,5 @@
 """What is said of a foretelling of what combinations of tests would tell."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 from stemcal.notes import Note
@@ -67,7 +65,7 @@ states(
     MaximumOutOfReach,
     "{responses:all} does not count: the stroke ends before the maximum is passed. Lengthen the stroke to count it.",
     "{responses:all} do not count: the stroke ends before the maximum is passed. Lengthen the stroke to count them.",
-    count="responses",
+    by="responses",
 )
 
 
