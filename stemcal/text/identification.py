@@ -67,7 +67,7 @@ states(
     MaximumOutOfReach,
     "{responses:all} does not count: the stroke ends before the maximum is passed. Lengthen the stroke to count it.",
     "{responses:all} do not count: the stroke ends before the maximum is passed. Lengthen the stroke to count them.",
-    count="responses",
+    by="responses",
 )
 
 
