@@ -25,8 +25,8 @@ from stemcal.version import __version__
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-EXTRAS = ("bayes", "dask", "docx")
-PYTHONS = ("3.11", "3.12", "3.13")
+EXTRAS = ("bayes", "compare", "dask", "docx")
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 SHIPPED = ("stemcal", "pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "MANIFEST.in")
 STUDIES = ("paper-replay", "smoke")
 
@@ -36,9 +36,10 @@ import stemcal
 from distributed import LocalCluster
 
 if __name__ == "__main__":
-    study = stemcal.load_study(sys.argv[1]).with_(invert={"posterior": True})
+    study = stemcal.load_study(sys.argv[1]).with_(invert={"posterior": True}, rsm={"compare": True})
     results = stemcal.calibrate(study, workers=1, out="posterior")
     assert results.posterior.posterior.sizes["draw"] > 100
+    assert "neural_network" in {rival.method for rival in results.surface.comparison.rivals}
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         address = cluster.scheduler_address.replace("tcp", "dask")
         subprocess.run([sys.executable, "-m", "stemcal", "screen", sys.argv[2], "--executor", address], check=True)
@@ -81,7 +82,7 @@ def run(folder: Path, *line: object) -> str:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=900,
+        timeout=3600,  # of a machine with much else to do
     )
     assert done.returncode == 0, done.stdout[-3000:]
     return done.stdout

@@ -6,7 +6,11 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import note, say_whole
+from stemcal.errors import UsageError
+from stemcal.files.plain import holds
 from stemcal.kits import KITS
+from stemcal.words import did_you_mean
 
 
 def init(
@@ -24,13 +28,13 @@ def init(
 
     Example: [bold]stemcal init maize-2026 --crop maize[/bold]
     """
-    from stemcal.cli.console import note, say_whole
     from stemcal.study.reading.template import template
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
     texts = {path: template(stem, crop)} if kit is None else _kit(kit, path, crop)
-    texts = {file: text for file, text in texts.items() if file == path or not _holds(file, text)}
+    # another kit of the folder may have the same files
+    texts = {file: text for file, text in texts.items() if file == path or not holds(file, text.encode("utf-8"))}
     require_new(texts)
     for file, text in texts.items():
         write_new(file, text)
@@ -43,10 +47,8 @@ def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:
     """Return the spec of a kit, for a study of that name, and the files of the kit beside it."""
     import json
 
-    from stemcal.errors import UsageError
     from stemcal.kits import kit_text
     from stemcal.study.reading.template import study_name
-    from stemcal.words import did_you_mean
 
     if kit not in KITS:
         raise UsageError(f"--kit {kit[:60]!r}: there is none; {did_you_mean(kit, KITS)}")
@@ -57,15 +59,8 @@ def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:
     return {path: spec} | {path.parent / file: kit_text(file) for file in KITS[kit]}
 
 
-def _holds(path: Path, text: str) -> bool:
-    """Whether a file is there with this text: another kit of the folder has it too."""
-    return path.is_file() and path.read_text(encoding="utf-8", errors="replace") == text
-
-
 def require_new(paths: Iterable[Path]) -> None:
     """Raise `UsageError` if one of these files is there already, before any is written."""
-    from stemcal.errors import UsageError
-
     for path in paths:
         if path.exists() or path.is_symlink():
             raise UsageError(f"{path} exists already; choose another name or remove it first")
@@ -79,8 +74,6 @@ def write_new(path: Path, text: str) -> None:
     UsageError
         If there is a file of that name, or none can be written.
     """
-    from stemcal.errors import UsageError
-
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8", newline="\n") as file:

@@ -6,8 +6,6 @@ import stat
 from io import BufferedReader
 from pathlib import Path
 
-__all__ = ["MIB", "open_plain", "read_plain"]
-
 MIB = 2**20
 # A pipe without a writer must not wait for one, a terminal must not become ours. Windows has neither flag.
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
@@ -44,6 +42,14 @@ def read_plain(path: Path, most: int) -> bytes:
     if len(content) > most:
         raise OSError(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
     return content
+
+
+def holds(path: Path, content: bytes) -> bool:
+    """Tell whether a plain file is there that holds just this."""
+    try:
+        return read_plain(path, len(content)) == content
+    except OSError:
+        return False
 
 
 def _refuse_others(found: os.stat_result, path: Path) -> None:

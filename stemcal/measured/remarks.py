@@ -74,6 +74,13 @@ class OfFiles(LabRemark):
     remark: LabRemark
 
 
+class NearGrades(LabRemark):
+    """Two grades (mm) so near each other that their forces cannot be told apart; they are counted apart."""
+
+    lower: float
+    upper: float
+
+
 class Outlier(LabRemark):
     """A specimen of a grade (mm) beyond the critical value of Grubbs' test; it is still included."""
 

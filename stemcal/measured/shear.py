@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from stemcal.errors import UsageError
@@ -15,7 +16,16 @@ from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.numerals import shown
 from stemcal.measured.outliers import Grubbs, grubbs
-from stemcal.measured.remarks import EqualCurves, EqualNames, Excluded, LabRemark, NotThere, OfFiles, Outlier
+from stemcal.measured.remarks import (
+    EqualCurves,
+    EqualNames,
+    Excluded,
+    LabRemark,
+    NearGrades,
+    NotThere,
+    OfFiles,
+    Outlier,
+)
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.text_tables import Form, read_table
@@ -24,6 +34,8 @@ from stemcal.power_law import PowerLaw, fit_power_law
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST_NAMES = 10  # of specimens in one message
+# Grades nearer than this share differ by 8 % in force, for F grows as d^2.6: less than specimens of one grade scatter.
+_APART = 0.03
 
 
 @dataclass(frozen=True)
@@ -145,7 +157,12 @@ def measure_shear(
     diameters = sorted({s.grade for s in counted})
     grades = tuple(_grade(d, [s for s in counted if s.grade == d], alpha) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
-    notes = (*_not_there(listed, files, specimens), *_equal_names(files), *_equal_curves(specimens))
+    notes = (
+        *_not_there(listed, files, specimens),
+        *_equal_names(files),
+        *_equal_curves(specimens),
+        *_near_grades(diameters),
+    )
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
 
@@ -183,6 +200,13 @@ def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[LabRemark]:
     for names in alike.values():
         if len(names) > 1:
             yield EqualCurves(tuple(names))
+
+
+def _near_grades(grades: Sequence[float]) -> Iterator[LabRemark]:
+    """Yield a remark on neighbours, in ascending order, that are perhaps one grade written in two ways."""
+    for lower, upper in pairwise(grades):
+        if upper - lower < _APART * upper:
+            yield NearGrades(lower, upper)
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:

@@ -1,9 +1,10 @@
 """What can be said of a study's designs before any run: what they want, lose, and take for granted."""
 
 from collections.abc import Iterator
+from math import isclose
 
 from stemcal.notes import Note
-from stemcal.study.model import EmbeddedSolver, Study, factors_taken
+from stemcal.study.model import EmbeddedSolver, Growth, Study, factors_taken
 
 _SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
@@ -40,6 +41,13 @@ class LengthsBelong(Note):
     edge_spread: str
 
 
+class NotVaried(Note):
+    """A factor that no run varies: it is not screened, or not where it shows, and `rsm.factors` does not name it."""
+
+    factor: str
+    level: float
+
+
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the designs and the solver; none is a mistake."""
     k, runs = len(study.factors), study.screen.runs
@@ -48,5 +56,19 @@ def beforehand(study: Study) -> Iterator[Note]:
     if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
         yield TooFewFactors(least, most, k) if k < least else FactorsWanted(least, most)
+    yield from _not_varied(study)
     if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
         yield LengthsBelong(str(study.material.internal_length), str(study.blade.edge_spread))
+
+
+def _not_varied(study: Study) -> Iterator[NotVaried]:
+    """Yield the factors that stay at mid-level; an exponent changes nothing where its growth is one."""
+    if isinstance(study.rsm.factors, str):
+        return
+    at = study.targets.calibrate_at
+    grown = [growth for growth in study.material.growing().values() if isinstance(growth, Growth)]
+    unseen = {growth.exponent for growth in grown if isclose(growth.at, at)}
+    for factor in study.factors:
+        screened = study.screen.design != "none" and factor.name not in unseen
+        if not screened and factor.name not in study.rsm.factors:
+            yield NotVaried(factor.name, factor.centre)

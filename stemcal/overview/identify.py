@@ -6,8 +6,6 @@ measured just what mid-levels give, with the scatter of the targets, the paramet
 tests as the calibration fits them, so the intervals are of its kind and end where the ranges end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -30,7 +28,7 @@ from stemcal.solvers import make_solver
 from stemcal.stages.design import design_radius, surface_coding
 from stemcal.stages.invert.certainty import certainty_of, priors_of
 from stemcal.stages.surface.result import region_in
-from stemcal.stages.work import Work
+from stemcal.stages.work import Work, needs_simulation
 from stemcal.study.model import LaboratoryMeans, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
 
@@ -158,6 +156,7 @@ def identify(work: Work, specimens: Sequence[int] = SPECIMENS) -> Identified:
         If one of the runs fails.
     """
     study = work.study
+    needs_simulation("plan --identify", study, work.solver)
     names = surface_names(study, work.solver, work.folder)
     if names is None:
         raise UsageError("plan --identify: name the factors in rsm.factors, or run `stemcal screen SPEC` before it")

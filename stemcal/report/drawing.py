@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.executors.code import code_version
 from stemcal.files.durable import MAX_BYTES, digest
-from stemcal.files.plain import read_plain
+from stemcal.files.plain import open_plain, read_plain
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.records import spec_hash
@@ -50,7 +50,7 @@ def draw(
 
 def _last_line(page: Path) -> str:
     try:
-        with page.open("rb") as file:
+        with open_plain(page) as file:
             file.seek(-min(page.stat().st_size, _MOST), os.SEEK_END)
             return file.read().decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
     except OSError:

@@ -16,6 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
+from stemcal.files.plain import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch, answer_of
@@ -243,13 +244,8 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
 
 
 def _tables_are_there(result: StageResult, folder: StudyFolder) -> bool:
-    try:
-        return all(
-            (folder.path / f"{name}.csv").read_bytes() == table.csv().encode("utf-8")
-            for name, table in result.tables().items()
-        )
-    except OSError:
-        return False
+    tables = result.tables().items()
+    return all(holds(folder.path / f"{name}.csv", table.csv().encode("utf-8")) for name, table in tables)
 
 
 def _told(result: StageResult, watch: Watch) -> StageResult:

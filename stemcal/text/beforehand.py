@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from stemcal.notes import Note
-from stemcal.overview.beforehand import FactorsWanted, LengthsBelong, SmallScreening, TooFewFactors
+from stemcal.overview.beforehand import FactorsWanted, LengthsBelong, NotVaried, SmallScreening, TooFewFactors
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
 
@@ -23,6 +23,11 @@ states(
     TooFewFactors,
     "rsm.design box-behnken wants {least} to {most} factors, this study has {factors}: it will end after the "
     "screening. Write central-composite.",
+)
+states(
+    NotVaried,
+    "No run varies {factor:factor}: it is neither screened nor named under rsm.factors, and stays at {level:g}. Name "
+    "it there, or give it this value in place of a range.",
 )
 states(
     LengthsBelong,

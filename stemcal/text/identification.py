@@ -1,7 +1,5 @@
 """What is said of a foretelling of what combinations of tests would tell."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 from stemcal.notes import Note

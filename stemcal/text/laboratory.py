@@ -61,6 +61,11 @@ states(
     "book gives a reason",
 )
 states(lab.Excluded, "{specimen} is left out, as --exclude asks")
+states(
+    lab.NearGrades,
+    "grades {lower:g} and {upper:g} mm differ by less than 3 % and are counted apart; if they are one, write one of "
+    "them into the names of both, or into the column grade of an index",
+)
 states(lab.EqualNames, "{names:all} have one name: one specimen twice? narrow with --pattern")
 states(
     lab.ColumnChosen,

@@ -73,6 +73,8 @@ def _learnt(stage: facts.TransferResult, names: Names) -> str:
 states(
     facts.NotRunThere,
     "transfer.budget left no run with the result at {conditions:conditions}.",
+    otherwise="Nothing was run there at {conditions:conditions}: first the response at the calibration must be right.",
+    by="converged",
 )
 states(
     facts.BeyondRange,

@@ -516,3 +516,11 @@ def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:
     found = shear(tmp_path)
     assert [s["specimen"] for s in found["specimens"]] == ["8mm-1.csv", "8mm-1.txt"]
     assert "8mm-1.csv and 8mm-1.txt hold the same curve" in found["notes"]
+
+
+def test_grades_that_are_perhaps_one_are_questioned(tmp_path: Path) -> None:
+    """9.9 and 10 mm differ by 1 %, 9.5 and 9.9 by 4 %, 7 and 7.5 by 7 %: only the first pair."""
+    for number, name in enumerate(("7mm-1", "7.5mm-1", "9.5mm-1", "9.9mm-1", "10mm-1"), 1):
+        write(tmp_path / f"{name}.csv", "Weg,Kraft\n" + lines("{d},{f}\n").replace("1", str(number), 1))
+    said = [note for note in shear(tmp_path)["notes"].split("\n") if "counted apart" in note]
+    assert len(said) == 1 and "grades 9.9 and 10 mm" in said[0]

@@ -129,7 +129,7 @@ def test_plan_counts_and_writes_nothing(tmp_path: Path) -> None:
 def test_what_tests_would_tell_needs_simulations(tmp_path: Path) -> None:
     done = command("plan", REPLAY, "--identify", "--out", tmp_path / "study")
     assert done.exit_code == 2
-    assert "identify: a table answers only what it holds" in done.stderr
+    assert "plan --identify: a table answers only what it holds" in done.stderr
 
 
 def test_check() -> None:

@@ -13,7 +13,14 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
 from stemcal.notes import Note
-from stemcal.overview.beforehand import FactorsWanted, LengthsBelong, SmallScreening, TooFewFactors, beforehand
+from stemcal.overview.beforehand import (
+    FactorsWanted,
+    LengthsBelong,
+    NotVaried,
+    SmallScreening,
+    TooFewFactors,
+    beforehand,
+)
 from stemcal.solvers import make_solver
 from stemcal.stages.design import StrongestAsked, surface_factors
 from stemcal.study.model import Study
@@ -118,6 +125,22 @@ def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
     assert said == FactorsWanted(3, 7)
     assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD}", "ab"))) == [TooFewFactors(3, 7, 2)]
     assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}"))) == []
+
+
+def test_a_factor_that_no_run_varies_is_named(tmp_path):
+    (said,) = beforehand(study_of(tmp_path, "screen: {design: none}\nrsm: {factors: [a, b]}", "abc"))
+    assert said == NotVaried("c", 0.5)
+    assert sentences([said])[0].startswith(
+        "No run varies c: it is neither screened nor named under rsm.factors, and stays at 0.5."
+    )
+    assert list(beforehand(study_of(tmp_path, "rsm: {factors: [a, b]}", "abc"))) == []
+
+
+def test_an_exponent_is_not_screened_where_its_growth_is_one():
+    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-growing.yaml")
+    without = study.with_(rsm={"factors": [name for name in study.rsm.factors if name not in study.exponents]})
+    assert NotVaried not in map(type, beforehand(study))
+    assert [note.factor for note in beforehand(without) if isinstance(note, NotVaried)] == list(study.exponents)
 
 
 def test_own_steps_walk_as_far_as_the_ranges():
