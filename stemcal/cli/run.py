@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from stemcal.cli.console import open_page
 from stemcal.cli.options import AsJson, ExecutorName, OpenPage, Out, Quiet, Spec, Workers, Yes
+from stemcal.cli.session import Session, opened
 from stemcal.errors import TargetUnreachable
 
 if TYPE_CHECKING:
-    from stemcal.cli.session import Session
     from stemcal.stages.result import StageResult
 
 
@@ -29,8 +30,6 @@ def run(
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
-    from stemcal.cli.session import opened
-
     with opened(spec, out, workers, executor, quiet) as work:
         work.foresee(yes)
         show = go_through(work, not as_json)
@@ -40,7 +39,6 @@ def run(
 def go_through(work: Session, tell: bool) -> Callable[..., None]:
     """Take an open study through all stages and draw its page; return what shows it once the study is closed."""
     from stemcal import workflow
-    from stemcal.cli.console import open_page
     from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
     from stemcal.stages.results import fresh_results

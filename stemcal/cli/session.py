@@ -37,13 +37,13 @@ class Session:
 
         The progress bar learns how many runs there will be.
         """
+        from stemcal.solvers import make_solver
         from stemcal.stages.fresh import finished
 
         if finished(self.study, self.folder, stage):
             return
         from stemcal.executors.local import LocalExecutor
         from stemcal.overview.foresight import demand_of_left, left_to_run
-        from stemcal.solvers import make_solver
 
         here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study.seen_by(stage or ""))
         left = left_to_run(self.study, self.folder, solver, stage)

@@ -88,7 +88,13 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
     )
 
 
-def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, per_face: int = 4) -> EdgeArrays:
+# Sample points of an edge that is a line, to each element under it.
+POINTS_PER_FACE = 4
+
+
+def edge_arrays(
+    tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, per_face: int = POINTS_PER_FACE
+) -> EdgeArrays:
     """Return sample points along the first tool edge that is a line, `per_face` to an element of the given size.
 
     They lie symmetric about y = 0 and reach one element past the body.

@@ -1,10 +1,8 @@
 """What is taken from the records of the runs: curves, checks, pictures, where and when they were computed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stemcal.files.typed import from_json
 from stemcal.folder.study_folder import StudyFolder
@@ -13,11 +11,9 @@ from stemcal.run_warnings import RunWarning
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.study.model import Study
 from stemcal.text.numbers import duration
 from stemcal.text.runs import warned_of
-
-if TYPE_CHECKING:
-    from stemcal.study.model import Study
 
 Numbers = tuple[float, ...]
 
@@ -56,6 +52,7 @@ class Details:
     shape: Any = None
     film: Any = None
     warnings: tuple[RunWarning, ...] = ()
+    program_version: str | None = None
 
 
 @dataclass(frozen=True)
@@ -152,6 +149,8 @@ def provenance_rows(records: Records) -> list[tuple[str, str]]:
         values = sorted({str(getattr(p, name)) for p in distinct if getattr(p, name)})
         if values:
             rows.append((name.capitalize() if name != "stemcal" else name, ", ".join(values)))
+    if versions := sorted({v for _, r in distinct_of(records).values() if (v := r.details.program_version)}):
+        rows.append(("Program", "; ".join(versions)))
     starts = sorted(p.started for p in distinct if p.started)
     if starts:
         ends = sorted(p.finished for p in distinct if p.finished)

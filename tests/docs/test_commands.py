@@ -81,7 +81,7 @@ def test_take_the_parameters_to_another_mesh(clone: Path) -> None:
     printed = give(commands(page), clone)
     are_printed(outputs(page), printed.values())
     planned = printed["stemcal plan configs/wild-chrysanthemum-transfer.yaml"]
-    assert "runs here, at most 12 in the other model (transfer)." in " ".join(planned.split())
+    assert "runs here, at most 8 in the other model (transfer)." in " ".join(planned.split())
     told = json.loads((clone / "material" / "material.json").read_text("utf-8"))
     assert told["valid_sizes"] == [0.7071, 1.0, 1.414, 2.0] and told["check"]["deck"] == "check.k"
 

@@ -34,6 +34,9 @@ def leave(name: str, text: str) -> None:
 
 
 def starter() -> int:
+    if "-version" in sys.argv:
+        print("OpenRadioss Starter \n\nDate of build : Aug  1 2026\n\nCommitID : bd4557ba7\n")
+        return 0
     given = sys.argv[1 + sys.argv.index("-i")]
     assert given == "run.k" or "/BEGIN\nrun\n/INCLUDE_LS-DYNA/\nrun.k\n" in Path(given).read_text(encoding="utf-8")
     assert Path("run.k").read_text(encoding="utf-8").startswith("*KEYWORD")

@@ -410,10 +410,13 @@ def test_nonlocal_deck_has_mass_by_its_density_and_tools_that_are_held() -> None
 
 
 def test_deck_as_the_embedded_solver_computes_it() -> None:
-    for program, length, edge in ((None, 0.0, 0.1), ("openradioss", 8.0 / 4.5, nose_radius(8.0 / 9.5))):
+    nose = nose_radius(8.0 / 9.5)
+    cases = (None, 0.0, 0.1, 0.25), ("openradioss", 1.15 * 8.0 / 4.5, nose, 0.5), ("lsdyna", 8.0 / 4.5, nose, 0.5)
+    for program, length, edge, penalty in cases:
         study = as_embedded(carrying(program))
         test = shear_test(study, {}, 8.0)
-        assert (test.material.internal_length, test.blade.edge_spread) == (length, 0.0)
+        assert (test.material.internal_length, test.blade.edge_spread) == (pytest.approx(length), 0.0)
+        assert test.contact.penalty == penalty
         assert test.blade.edge_radius == edge
         assert test.blade.thickness == max(2.3, 2.02 * edge)
         assert build(test).tools[0].radius == edge
@@ -421,9 +424,19 @@ def test_deck_as_the_embedded_solver_computes_it() -> None:
         assert (test.material.density, test.material.yield_stress) == (1.1e-9, 17.96)
 
 
+def test_a_sharp_edge_has_four_nodes_to_an_element_and_their_stiffness_is_that_of_one() -> None:
+    for program, points in ((None, 4), ("openradioss", 1)):
+        deck = carrying(program)
+        edge = deck.parts.blade.nodes[np.isclose(deck.parts.blade.nodes[:, 2], 4.001)]
+        assert np.diff(np.unique(np.round(edge[:, 1], 9))) == pytest.approx(0.5 / points)
+        (blade, _) = re.findall(r"\n *([\d.e+-]+) +[\d.e+-]+ +0.0 +0.0 +1.0 +1.0 +1.0 +1.0\n", deck_text(deck))
+        whole = contact_scale(deck.solver, deck.parts.stem, deck.law, 0.25, (0.0, 0.0, 4.0))
+        assert float(blade) == pytest.approx(whole / points, rel=1e-3)
+
+
 def test_tools_are_meshed_where_they_touch_and_the_stem_rests_on_nodes() -> None:
     parts = carrying(None).parts
     assert np.ptp(parts.blade.nodes, axis=0) == pytest.approx([2.3, 12.0, 28.0])
-    assert len(parts.blade.hexes) < 1500
+    assert len(parts.blade.hexes) < 4000
     layers = np.unique(np.round(parts.stem.nodes[:, 0], 9))
     assert {-11.0, 11.0} <= set(layers.tolist())

@@ -96,6 +96,7 @@ def test_elements_deleted_and_the_force_until_the_stem_breaks(tmp_path: Path) ->
     assert details["stroke_end"] == "broken"
     assert 0.46 < details["break_travel"] < 0.50
     assert set(details["program_seconds"]) == {"starter", "engine", "th_to_csv"}
+    assert details["program_version"] == "Date of build : Aug 1 2026, CommitID : bd4557ba7"
     assert not list((tmp_path / "work").glob("*"))
 
 

@@ -143,7 +143,7 @@ def test_the_budget_is_kept_and_the_nearest_conditions_come_first(tmp_path: Path
     assert len(stage["runs"]) == 6 == len(started(tmp_path))
     assert [run["condition"] for run in stage["runs"]] == [8.0, 8.0, 8.0, 7.0, 9.0, 10.0]
     assert [row["after"] is None for row in stage["rows"]] == [False, False, False, False, True]
-    assert stage["notes"][-1] == {"kind": "not_run_there", "weight": "use", "conditions": [11.0]}
+    assert stage["notes"][-1] == {"kind": "not_run_there", "weight": "use", "conditions": [11.0], "converged": True}
 
 
 def test_a_spent_budget_is_told(tmp_path: Path) -> None:

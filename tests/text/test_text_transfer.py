@@ -104,7 +104,11 @@ def test_notes() -> None:
     assert sentence(BeyondRange("strain", 0.2622, 0.01, 0.05, False), STEM) == (
         "strain 0.2622 lies outside the study's range (0.01 to 0.05), which belongs to the study's mesh and lengths."
     )
-    assert sentence(NotRunThere((10.0, 11.0)), STEM) == "transfer.budget left no run with the result at 10 and 11 mm."
+    assert (
+        sentence(NotRunThere((10.0, 11.0), True), STEM)
+        == "transfer.budget left no run with the result at 10 and 11 mm."
+    )
+    assert sentence(NotRunThere((10.0,), False), STEM).startswith("Nothing was run there at 10 mm: first")
     assert sentence(FailedThere((11.0,), "timeout"), STEM) == "Runs there with the result failed at 11 mm (timeout)."
     assert sentence(FailedThere((0.0,), "timeout"), HEAP) == "The run there with the result failed (timeout)."
     assert sentence(StillRose(1), STEM).startswith("In 1 run there the maximum force still rose when the stroke ended")

@@ -1,5 +1,6 @@
 """What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
 
+from stemcal.solvers.deck.equivalents import own_length
 from stemcal.solvers.deck.model import Deck
 from stemcal.study.model import PARAMETERS, EmbeddedSolver, HourglassSection, Study
 from stemcal.study.types.lengths import Length
@@ -13,7 +14,10 @@ def as_embedded(deck: Deck) -> Study:
     Nothing in it is a factor. What is symmetric is mirrored, which changes no force but for rounding.
     """
     study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
-    lengths = {"internal_length": Length(deck.internal_length if deck.form.lengths else 0.0)}
+    program = deck.form.lengths
+    lengths = {"internal_length": Length(own_length(deck.nonlocal_length, program) if program else 0.0)}
+    # under a nose nodes of either side bear on the faces of the other, here those of the stem alone
+    stiffer = {"penalty": min(1.0, 2.0 * study.contact.penalty)} if program else {}
     thickness = max(study.blade.thickness, _LEAST_BODY * deck.nose)
     edge = {"edge_radius": deck.nose, "edge_spread": Length(0.0), "thickness": thickness}
     return study.model_copy(
@@ -21,6 +25,7 @@ def as_embedded(deck: Deck) -> Study:
             "factors": (),
             "material": study.material.model_copy(update=values | lengths),
             "blade": study.blade.model_copy(update=edge),
+            "contact": study.contact.model_copy(update=stiffer),
             "solver": _solver(deck, "cowper_symonds" if deck.material["c"] > 0.0 else "none"),
         }
     )

@@ -9,6 +9,7 @@ from typing import Any
 
 from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, rate_filter, stem_mesh
 from stemcal.errors import UsageError
+from stemcal.fem.contact import POINTS_PER_FACE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.solvers.deck.equivalents import density_factor, nonlocal_length, nose_radius, rate_constants, shortest
@@ -106,6 +107,14 @@ class Deck:
         return max(radius, nose_radius(self.edge_spread)) if self.form.lengths else radius
 
     @property
+    def edge_points(self) -> int:
+        """Nodes of the edge to an element of the stem: a sharp edge bears by them alone, as by the embedded solver's.
+
+        With one, a stem of 11 mm parted at 0.73 of the force in OpenRadioss, another at 0.62: few elements bore it all.
+        """
+        return POINTS_PER_FACE if self.nose == self.study.blade.edge_radius else 1
+
+    @property
     def nonlocal_length(self) -> float:
         """The length of the program's own card of nonlocal failure, mm; 0 for none."""
         return nonlocal_length(self.internal_length, self.form.lengths) if self.form.lengths else 0.0
@@ -149,10 +158,11 @@ class Deck:
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + study.loading.gap, how.element_size
         rests_at = 0.5 * supports.clearance + supports.fillet_radius
-        along = min(b.length, _BLADE_OVER_STEM * diameter)
+        length = min(b.length, _BLADE_OVER_STEM * diameter)
+        along = size / self.edge_points
         return Parts(
             stem_mesh(stem, how, rests_at),
-            blade_mesh(blade, along, lowest, size, study.loading.stroke),
+            blade_mesh(blade, length, lowest, size, study.loading.stroke, along),
             supports_mesh(supports, stem, size),
         )
 

@@ -20,14 +20,18 @@ _FACET = 0.5
 _BEYOND, _BELOW = 5.0, 10.0
 
 
-def blade_mesh(blade: Blade, length: float, lowest: float, size: float, stroke: float | None = None) -> Mesh:
+def blade_mesh(
+    blade: Blade, length: float, lowest: float, size: float, stroke: float | None = None, along: float | None = None
+) -> Mesh:
     """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm.
+
+    `along` the edge their length may be another.
 
     Above what a stem can touch within the stroke its body is one element high.
     """
     section = blade_section(blade, size, stroke)
     section[..., 1] += lowest
-    return _drawn_out([section], _even(-0.5 * length, 0.5 * length, size))
+    return _drawn_out([section], _even(-0.5 * length, 0.5 * length, along or size))
 
 
 def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:

@@ -1,15 +1,22 @@
 """Where OpenRadioss lies, and the environment its programs need."""
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
+from stemcal.solvers.limited_processes import run_program
 from stemcal.solvers.programs.program_base import executable
 from stemcal.study.model import OpenRadiossSolver
 
 HOME = "OPENRADIOSS_PATH"
+# What the starter says of itself when asked, within so many seconds.
+_VERSION, _VERSION_S = (
+    re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE),
+    20.0,
+)
 # Usual names begin so; what follows tells platform, precision and parallel library, the shortest is the plain one.
 _BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}
 _ON_PATH = {
@@ -47,6 +54,16 @@ def installation(options: OpenRadiossSolver, folder: Path) -> Installation:
     environment = {**_variables(options, home or _home_of(programs["starter"])), **options.environment}
     _require_definitions(environment)
     return Installation(**programs, environment=environment)
+
+
+def program_version(there: Installation) -> str:
+    """Return commit and date of build as the starter tells them of itself; empty where it tells neither."""
+    try:
+        said = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
+    except OSError:
+        return ""
+    found = [" ".join(match[0].split()) for match in _VERSION.finditer(said)]
+    return ", ".join(dict.fromkeys(found))
 
 
 def _home_of(starter: str) -> Path | None:

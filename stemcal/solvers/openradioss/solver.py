@@ -14,7 +14,7 @@ from stemcal.solvers.deck.form import form_of
 from stemcal.solvers.deck.writer import STEM
 from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.openradioss.files import engine_text, starter_text
-from stemcal.solvers.openradioss.installation import Installation, installation
+from stemcal.solvers.openradioss.installation import Installation, installation, program_version
 from stemcal.solvers.openradioss.listing import (
     contact_force,
     deleted_elements,
@@ -54,7 +54,7 @@ class _Step(NamedTuple):
 class OpenRadioss(Program):
     """Answers requests by OpenRadioss; see `study.outside.OpenRadiossSolver`."""
 
-    revision: ClassVar[int] = 2
+    revision: ClassVar[int] = 3
 
     @property
     def options(self) -> OpenRadiossSolver:
@@ -135,7 +135,8 @@ def run_programs(
             answer = run(step, lambda _: Answer("ok"))
             if not answer.ok:
                 return answer
-        return run(last, read)
+        answer = run(last, read)
+        return replace(answer, details={**answer.details, "program_version": program_version(there)})
     finally:
         _remove_restart_files(folder)
 

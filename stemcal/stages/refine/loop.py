@@ -10,18 +10,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from stemcal.doe.calibration.approach import (
-    FIRST_RADIUS,
-    SHRINK,
-    JointTrial,
-    Trial,
-    best_of,
-    missed,
-    next_joint_point,
-    next_step,
-    through,
-)
-from stemcal.doe.regression.gaussian_process import GaussianProcess
+from stemcal.doe.calibration import approach
+from stemcal.doe.calibration.infill import next_batch, possible
+from stemcal.doe.regression.gaussian_process import GaussianProcess, clearly_better, fit_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.comparison import error_percent
@@ -31,7 +22,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.stages.invert.certainty import measured_of, misfit_over, priors_of
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.result import Iteration, Place, RefineRow, ResponseRow, Stopped
+from stemcal.stages.refine.result import Iteration, LearntProcess, Place, RefineRow, ResponseRow, Stopped
 from stemcal.stages.result import Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import SimulateAt
@@ -53,13 +44,13 @@ class Loop:
             measured_of(study.calibration_target, [FIRST], study.naming) if self.alone else measured_means(study)
         )
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
-        self.trials: list[JointTrial] = []
+        self.trials: list[approach.JointTrial] = []
         self.surfaces = self._surfaces()
         misfit = misfit_over(self.means, self.surfaces, self.region, jointly=not self.alone)
         self.misfit = misfit.with_priors(priors_of(study, self.coding), self.region)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
-        self.reach = FIRST_RADIUS
+        self.reach = approach.FIRST_RADIUS
         self.stopped: Stopped = "budget"
 
     def run(self) -> None:
@@ -93,7 +84,7 @@ class Loop:
     def _keep(self, point: Array, how: str, levels: dict[str, float], runs: Mapping[float, Outcome]) -> None:
         values = np.array([runs[mean.condition].number(mean.response) for mean in self.means])
         compared = [self._compared(point, i, float(value)) for i, value in enumerate(values)]
-        trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
+        trial, whole = approach.JointTrial(point, values), bool(np.all(np.isfinite(values)))
         leading = [row for mean, row in zip(self.means, compared, strict=True) if mean.leads]
         errors = [row.error_percent for row in leading if row.error_percent is not None]
         self.iterations.append(
@@ -104,7 +95,7 @@ class Loop:
                 self.coding.by_name(point),
                 float(np.linalg.norm(point)),
                 self.reach if self.iterations else None,
-                missed(self.misfit, trial) if whole else None,
+                approach.missed(self.misfit, trial) if whole else None,
                 max(map(abs, errors)) if whole else None,
                 max(errors, key=abs) if whole else None,
             )
@@ -176,28 +167,76 @@ class Loop:
         if not self.alone:
             return np.zeros(len(self.coding.names))
         runs = [run for run in self.surface.design.runs if run.response is not None]
-        trials = [Trial(self.coding.point(run.coded), run.response or 0.0) for run in runs]
-        return best_of(trials, self.solution.target).coded
+        trials = [approach.Trial(self.coding.point(run.coded), run.response or 0.0) for run in runs]
+        return approach.best_of(trials, self.solution.target).coded
 
     def _to_one(self) -> tuple[Array, str]:
-        trials = [Trial(trial.coded, float(trial.responses[0])) for trial in self.trials]
-        step = next_step(self.surfaces[0], self.solution.target, self.region, trials, self.reach)
+        trials = [approach.Trial(trial.coded, float(trial.responses[0])) for trial in self.trials]
+        step = approach.next_step(self.surfaces[0], self.solution.target, self.region, trials, self.reach)
         self.reach = step.radius
         return step.coded, step.how
 
     def _to_many(self) -> tuple[Array, str]:
         best = self.best_trial()
         if best is not self.trials[-1] or (
-            len(self.trials) > 1 and missed(self.misfit, best) > SHRINK * self._misfit_before()
+            len(self.trials) > 1 and approach.missed(self.misfit, best) > approach.SHRINK * self._misfit_before()
         ):
-            self.reach *= SHRINK
-        moved = through(self.misfit, self.surfaces, best)
-        return next_joint_point(moved, self.region, best.coded, self.reach), "surface"
+            self.reach *= approach.SHRINK
+        moved = approach.through(self.misfit, self.surfaces, best)
+        return approach.next_joint_point(moved, self.region, best.coded, self.reach), "surface"
 
     def _misfit_before(self) -> float:
         """Return the least misfit of all trials but the last."""
-        return min(missed(self.misfit, trial) for trial in self.trials[:-1])
+        return min(approach.missed(self.misfit, trial) for trial in self.trials[:-1])
 
-    def best_trial(self) -> JointTrial:
+    def best_trial(self) -> approach.JointTrial:
         """Return the trial of least misfit, the earliest of equals."""
-        return min(self.trials, key=lambda trial: missed(self.misfit, trial))
+        return min(self.trials, key=lambda trial: approach.missed(self.misfit, trial))
+
+
+# ---- on a Gaussian process: batches of points simulated together, where a quadratic bends too little
+
+
+def takes_process(study: Study, surface: SurfaceResult) -> bool:
+    """Whether a Gaussian process proposes the points: asked for, or better at the runs left out where that decides."""
+    model, opinion = (study.refine or RefineOptions()).model, surface.second_opinion
+    if model != "better" or opinion is None:
+        return model == "process"
+    return clearly_better(opinion.polynomial_predicted_r2, opinion.process_predicted_r2)
+
+
+class ProcessLoop(Loop):
+    """The loop to one force; the process is fitted anew after each batch."""
+
+    def run(self) -> None:
+        """Go on until a force is right, the budget is spent, or the process proposes nothing new."""
+        self._visit([self.coding.point(self.solution.point.coded)], "solution")
+        while True:
+            if any((entry.max_abs_error_percent or 0.0) <= self.options.tolerance_percent
+                   for entry in self.iterations if entry.misfit is not None):  # fmt: skip
+                self.stopped = "tolerance"
+                return
+            count = min(self.options.batch, self.options.budget - len(self.rows))
+            batch = next_batch(self._process(), self.solution.target, self.region, count) if count > 0 else []
+            if not batch:
+                return
+            self._visit(batch, "process")
+
+    def _process(self) -> GaussianProcess:
+        fitted = self.surfaces[0]
+        return fit_process(fitted.design, fitted.response)
+
+    def _model(self, i: int) -> GaussianProcess:
+        return self._process()
+
+    def learnt(self) -> LearntProcess:
+        """Return the process that has learnt from all runs, and where it leaves the target possible."""
+        process, names = self._process(), self.coding.names
+        ends = self.coding.to_natural(possible(process, self.solution.target, self.region).T).T
+        return LearntProcess(
+            scales=dict(zip(names, process.scales.tolist(), strict=True)),
+            q2=process.q2,
+            quadratic_q2=self.surface.predicted_r2,
+            runs=len(process.response),
+            ranges={name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)},
+        )

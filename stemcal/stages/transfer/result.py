@@ -42,9 +42,10 @@ class StillRose(Note, weight=Weight.NUMBERS):
 
 
 class NotRunThere(Note, weight=Weight.USE):
-    """The result was not run at these conditions: the budget was spent."""
+    """The result was not run at these conditions: the budget was spent, or the search had not `converged` before."""
 
     conditions: tuple[float, ...]
+    converged: bool
 
 
 class FailedThere(Note, weight=Weight.NUMBERS):

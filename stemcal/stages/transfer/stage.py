@@ -8,6 +8,7 @@ from stemcal.doe.calibration.transfer import Mover, Step, Tried, Way, best_of, e
 from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
@@ -60,13 +61,14 @@ def transfer(work: Work, head: Head) -> TransferResult:
     simulate = replace(work, study=there, solver=solver).simulating("transfer")
     search = Search(study, study.transfer, way, calibrated, simulate, max(1, there.replicates))
     search.run()
-    search.look_elsewhere()
+    if search.stopped == "tolerance":
+        search.look_elsewhere()
     found = search.found
     rows = list(search.rows())
     errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]
     return TransferResult(
         head=head,
-        solver=_told_of(there, solver, study.targets.calibrate_at),
+        solver=_told_of(there, solver, study.targets.calibrate_at, _version_said(work.folder, search.asked)),
         condition=search.target.condition,
         aim=search.aim,
         tolerance_percent=search.options.tolerance_percent,
@@ -132,10 +134,17 @@ def _belong_alike(here: Solver, there: Solver, study: Study) -> bool:
     return here.belongings(at) == there.belongings(at)
 
 
-def _told_of(there: Study, solver: Solver, condition: float) -> TargetSolver:
-    version = __version__ if isinstance(there.solver, EmbeddedSolver) else getattr(there.solver, "version", "")
+def _told_of(there: Study, solver: Solver, condition: float, said: str) -> TargetSolver:
+    """Return what answers there; its version as the spec names it, or else as the program `said` of itself."""
+    version = __version__ if isinstance(there.solver, EmbeddedSolver) else getattr(there.solver, "version", "") or said
     belongs = solver.belongings(condition) if isinstance(solver, Belonging) else None
     return TargetSolver(there.solver.kind, version or None, belongs)
+
+
+def _version_said(folder: StudyFolder, asked: Sequence[TransferRun]) -> str:
+    """Return what the program said of its version in the first run that it said it in."""
+    records = (folder.peek(run.outcome.key) for run in asked)
+    return next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")
 
 
 # ---- the search
@@ -275,6 +284,6 @@ def _notes(study: Study, search: Search) -> Iterator[Note]:
     after = {run.condition: run.outcome for run in search.asked if run.levels == values}
     rows = [row.condition for row in search.rows()]
     if left := tuple(condition for condition in rows if condition not in after):
-        yield NotRunThere(left)
+        yield NotRunThere(left, search.stopped == "tolerance")
     if failed := tuple(condition for condition in rows if condition in after and not after[condition].ok):
         yield FailedThere(failed, after[failed[0]].reason)
