@@ -15,7 +15,7 @@ import numpy as np
 from cases import CONFIGS, Case, agreement, paper_cases, simulate_all, tests_of
 
 from stemcal.cutting import CuttingResult
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, new_figure, styled
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, new_figure
 
 LAWS = {"paper": "the paper's law", "cowper_symonds": "Cowper and Symonds' law"}
 TABLES = {"screen": ("Table 6", "o", BLUE), "rsm": ("Table 9", "s", ORANGE), "validate": ("Table 13", "^", GREEN)}
@@ -51,8 +51,7 @@ def forces(cases: list[Case], results: list[CuttingResult]) -> tuple[np.ndarray,
 def plot_parity(cases: list[Case], by_law: dict[str, list[CuttingResult]], picture: Path) -> None:
     """Draw our forces over the paper's, one panel per law, with the line of equality and a fifth to either side."""
     table = np.array([case.table for case in cases])
-    figure = new_figure(7.2, 4.2)
-    with styled():
+    with new_figure(7.2, 4.2) as figure:
         panels = figure.subplots(1, len(by_law), sharex=True, sharey=True)
         for axes, (law, results) in zip(panels, by_law.items(), strict=True):
             paper, force = forces(cases, results)

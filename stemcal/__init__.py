@@ -15,17 +15,22 @@ from typing import TYPE_CHECKING
 from stemcal.version import __version__
 
 if TYPE_CHECKING:
-    from stemcal.python.results import StudyResults
-    from stemcal.python.study import Curve, Simulated, calibrate, load_study, open_results, simulate
-    from stemcal.stages.climb import ClimbResult
-    from stemcal.stages.invert.result import InvertResult
-    from stemcal.stages.mesh.result import MeshResult
-    from stemcal.stages.refine.result import RefineResult
-    from stemcal.stages.screen import ScreenResult
-    from stemcal.stages.surface.result import SurfaceResult
-    from stemcal.stages.transfer.result import TransferResult
-    from stemcal.stages.validate import ValidateResult
-    from stemcal.study.model import Study
+    from stemcal.python.results import StudyResults as StudyResults
+    from stemcal.python.study import Curve as Curve
+    from stemcal.python.study import Simulated as Simulated
+    from stemcal.python.study import calibrate as calibrate
+    from stemcal.python.study import load_study as load_study
+    from stemcal.python.study import open_results as open_results
+    from stemcal.python.study import simulate as simulate
+    from stemcal.stages.climb import ClimbResult as ClimbResult
+    from stemcal.stages.invert.result import InvertResult as InvertResult
+    from stemcal.stages.mesh.result import MeshResult as MeshResult
+    from stemcal.stages.refine.result import RefineResult as RefineResult
+    from stemcal.stages.screen import ScreenResult as ScreenResult
+    from stemcal.stages.surface.result import SurfaceResult as SurfaceResult
+    from stemcal.stages.transfer.result import TransferResult as TransferResult
+    from stemcal.stages.validate import ValidateResult as ValidateResult
+    from stemcal.study.model import Study as Study
 
 _NAMES = {
     "calibrate": "stemcal.python.study",
@@ -45,25 +50,7 @@ _NAMES = {
     "ValidateResult": "stemcal.stages.validate",
     "Study": "stemcal.study.model",
 }
-__all__ = [
-    "ClimbResult",
-    "Curve",
-    "InvertResult",
-    "MeshResult",
-    "RefineResult",
-    "ScreenResult",
-    "Simulated",
-    "Study",
-    "StudyResults",
-    "SurfaceResult",
-    "TransferResult",
-    "ValidateResult",
-    "__version__",
-    "calibrate",
-    "load_study",
-    "open_results",
-    "simulate",
-]
+__all__ = ["__version__", *_NAMES]
 
 
 def __getattr__(name: str) -> object:
@@ -75,4 +62,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted([*_NAMES, "__version__", "errors"])
+    return sorted([*__all__, "errors"])

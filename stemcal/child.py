@@ -23,8 +23,6 @@ import psutil
 
 from stemcal.interrupts import next_of
 
-__all__ = ["Child", "ChildDied", "ChildLate", "serve"]
-
 GRACE_S = 2.0  # for a child to end by itself
 LOADING_S = 3600.0  # to import what a call needs and to compile
 _LENGTH = struct.Struct("<Q")

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-__all__ = ["CUTTING", "DIAMETER", "FIRST", "FORCE", "NOWHERE", "TRAVEL", "WORK", "Named", "Naming", "small"]
-
 FIRST = "response"
 """The first response among others that go by their names, whatever the study calls it."""
 NOWHERE = 0.0

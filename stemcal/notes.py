@@ -9,8 +9,6 @@ from typing import ClassVar
 
 from stemcal.files.typed import Tagged
 
-__all__ = ["Note", "Weight"]
-
 
 class Weight(IntEnum):
     """How soon a note is read, by what it would change; the first is read first."""

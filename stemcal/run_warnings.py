@@ -2,18 +2,6 @@
 
 from stemcal.files.typed import Tagged
 
-__all__ = [
-    "EnergyDrifts",
-    "ForceAfterBreak",
-    "HourglassEnergy",
-    "InertiaInForce",
-    "MaximumNotPassed",
-    "Message",
-    "NothingDeleted",
-    "RunWarning",
-    "StrokeTooShort",
-]
-
 
 class RunWarning(Tagged):
     """A doubt about a run's force, with the values it speaks of; in records ``{"kind": …, ...values}``."""

@@ -3,8 +3,6 @@
 import difflib
 from collections.abc import Iterable
 
-__all__ = ["counted", "did_you_mean", "listed", "near", "nearest"]
-
 _MOST = 12
 _LONGEST = 60
 

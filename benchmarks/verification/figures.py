@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, new_figure, styled
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,8 +22,7 @@ MARKS = "os^Dv<"
 
 def loops(found: Mapping[float, Arrays]) -> Figure:
     """Draw stress over strain for each β: path and stress computed, corners of the closed form."""
-    figure = new_figure(7.2, 3.1)
-    with styled():
+    with new_figure(7.2, 3.1) as figure:
         panels = figure.subplots(1, len(found), sharey=True)
         for axes, (beta, (path, stress, strains, corners)) in zip(panels, found.items(), strict=True):
             axes.axhline(0.0, color=FAINT, linewidth=0.6)
@@ -38,8 +37,7 @@ def loops(found: Mapping[float, Arrays]) -> Figure:
 
 def rate(curves: Mapping[str, Arrays]) -> Figure:
     """Draw yield stress over strain rate: formula as a line, computed as points."""
-    figure = new_figure(4.9, 3.2)
-    with styled():
+    with new_figure(4.9, 3.2) as figure:
         axes = figure.add_subplot()
         for (name, (fine, formula, rates, found)), colour, mark in zip(curves.items(), COLOURS, MARKS, strict=False):
             axes.plot(fine, formula, color=colour)
@@ -53,8 +51,7 @@ def rate(curves: Mapping[str, Arrays]) -> Figure:
 
 def wave(bars: Mapping[str, Arrays], scale: float) -> Figure:
     """Draw stress over ρcv along the bar at some times, for each kind of far end."""
-    figure = new_figure(7.2, 3.0)
-    with styled():
+    with new_figure(7.2, 3.0) as figure:
         panels = figure.subplots(1, len(bars), sharey=True)
         for axes, (end, (times, stress, _)) in zip(panels, bars.items(), strict=True):
             fine = np.linspace(0.0, 1.0, 2001)
@@ -80,8 +77,7 @@ def exact_wave(place: np.ndarray, time: float, end: str) -> np.ndarray:
 
 def convergence(curves: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> Figure:
     """Draw error over number of elements, both logarithmic, with a line of slope −2."""
-    figure = new_figure(6.4, 3.6)
-    with styled():
+    with new_figure(6.4, 3.6) as figure:
         axes = figure.add_subplot()
         for (name, (counts, errors)), colour, mark in zip(curves.items(), COLOURS, MARKS, strict=True):
             full = name.endswith("full")
@@ -101,8 +97,7 @@ def convergence(curves: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> Figure:
 
 def sliding(thrown: Mapping[tuple[float, float], Arrays], friction: Arrays) -> Figure:
     """Draw speed over time of thrown blocks, and the coefficient of friction over speed."""
-    figure = new_figure(7.2, 3.0)
-    with styled():
+    with new_figure(7.2, 3.0) as figure:
         left, right = figure.subplots(1, 2)
         for ((mu, first), (time, found, exact)), colour, mark in zip(thrown.items(), COLOURS, MARKS, strict=False):
             left.plot(1e3 * time, exact, color=colour)
@@ -125,8 +120,7 @@ def sliding(thrown: Mapping[tuple[float, float], Arrays], friction: Arrays) -> F
 
 def taylor(profiles: Mapping[str, tuple[np.ndarray, np.ndarray]], length: float, radius: float) -> Figure:
     """Draw the outline of the rod, lying, foot to the left."""
-    figure = new_figure(6.4, 3.1)
-    with styled():
+    with new_figure(6.4, 3.1) as figure:
         axes = figure.add_subplot()
         axes.plot(
             [0.0, length, length, 0.0], [radius, radius, -radius, -radius], "--", color=FAINT, label="at the start"
@@ -144,8 +138,7 @@ def taylor(profiles: Mapping[str, tuple[np.ndarray, np.ndarray]], length: float,
 
 def energy(history: ForceHistory) -> Figure:
     """Draw the parts of the energy stacked over travel below the blade's work, and the balance's error."""
-    figure = new_figure(6.4, 4.6)
-    with styled():
+    with new_figure(6.4, 4.6) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         _stack(upper, history)
         upper.plot(history.travel, history.external, color=INK, linewidth=1.8, label="work of the blade")

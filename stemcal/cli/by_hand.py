@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stemcal.cli.console import note, say, say_json, say_whole
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.cli.session import Session, opened
 from stemcal.errors import UsageError
+from stemcal.files.plain import read_plain
+from stemcal.text.names import Names
+from stemcal.text.notes import sentence
 
 if TYPE_CHECKING:
     from stemcal.by_hand.entering import Correction, Entered
-    from stemcal.cli.session import Session
 
 SOME_REFUSED = 2
 
@@ -40,8 +44,6 @@ def ask(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = Fal
     from stemcal.by_hand.face import asked_json, require_manual
     from stemcal.by_hand.form import sheet_text
     from stemcal.by_hand.handing_out import hand_out
-    from stemcal.cli.console import note, say, say_json, say_whole
-    from stemcal.cli.session import opened
     from stemcal.text.by_hand import nothing_awaited, waiting_for
 
     with opened(spec, out, 1, "local", quiet) as work:
@@ -101,7 +103,6 @@ def _taking(name: str, help_text: str, *, goes_on: bool) -> Callable[..., None]:
         as_json: AsJson = False,
         quiet: Quiet = False,
     ) -> None:
-        from stemcal.cli.session import opened
 
         content, how = _content(file), _correction(replace, reason, who, sure)
         with opened(spec, out, 1, "local", quiet) as work:
@@ -127,7 +128,6 @@ def _gone_on(work: Session, as_json: bool) -> Callable[..., None]:
 def _content(file: Path) -> bytes:
     """Return what is to be entered; of an input without end so much that it is found too large."""
     from stemcal.by_hand.reading import MAX_BYTES
-    from stemcal.files.plain import read_plain
 
     if str(file) == "-":
         return sys.stdin.buffer.read(MAX_BYTES + 1)
@@ -159,10 +159,7 @@ def _entered(work: Session, content: bytes, file: Path, how: Correction) -> Ente
 def _show(work: Session, found: Entered, as_json: bool) -> None:
     """Tell what was taken; refused rows end the command, and what was taken stays."""
     from stemcal.by_hand.face import entered_json
-    from stemcal.cli.console import say, say_json
     from stemcal.text.by_hand import entered, refused
-    from stemcal.text.names import Names
-    from stemcal.text.notes import sentence
 
     names = Names(work.study.naming)
     if as_json:

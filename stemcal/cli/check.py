@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from stemcal.cli.console import say, say_json, warn
 from stemcal.cli.options import AsJson, Spec
+from stemcal.cli.session import read_study
+from stemcal.errors import SpecError, UsageError
+from stemcal.solvers import make_solver
 from stemcal.text.language import all_of
 
 if TYPE_CHECKING:
-    from stemcal.errors import SpecError
     from stemcal.study.model import Study
 
 _MANY, _MUCH = 1e6, 1e11  # elements, and steps of elements, of a run that any machine can do
@@ -21,10 +24,6 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
-    from stemcal.cli.console import say, say_json, warn
-    from stemcal.cli.session import read_study
-    from stemcal.errors import SpecError
-
     try:
         study = read_study(spec)
     except SpecError as error:
@@ -62,8 +61,6 @@ def _problems(error: SpecError) -> Mapping[str, object]:
 
 def not_ready(study: Study) -> list[str]:
     """Say why the program that a spec names cannot be started here: the spec is right, but no run can begin."""
-    from stemcal.errors import UsageError
-    from stemcal.solvers import make_solver
     from stemcal.study.model import ProgramOptions
 
     if not isinstance(study.solver, ProgramOptions):

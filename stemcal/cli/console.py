@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from stemcal.cli.terminal import Terminal
+    from stemcal.files.rows import Table
 
 
 def stdout() -> Terminal:
@@ -36,6 +37,13 @@ def say(*parts: RenderableType) -> None:
     console = stdout()
     for part in parts:
         console.print(part)
+
+
+def say_tables(*tables: Table) -> None:
+    """Print tables on stdout, one below the other."""
+    from stemcal.report.tables.terminal import drawn
+
+    say(*(part for table in tables for part in drawn(table)))
 
 
 def say_whole(*lines: str) -> None:

@@ -5,7 +5,10 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import note
 from stemcal.cli.options import OpenPage, Quiet, Workers
+from stemcal.errors import UsageError
+from stemcal.outputs import write_output
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Where spec and results go.")]
 
@@ -21,10 +24,7 @@ def demo(
     """
     from importlib.resources import files
 
-    from stemcal.cli.console import note
     from stemcal.cli.run import run
-    from stemcal.errors import UsageError
-    from stemcal.outputs import write_output
 
     text = files("stemcal.cli").joinpath("demo.yaml").read_text(encoding="utf-8")
     spec = folder / "demo.yaml"

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from stemcal.cli.console import note, say, say_json, waiting
 from stemcal.cli.options import AsJson
+from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -35,7 +37,6 @@ def doctor(as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal doctor[/bold]
     """
-    from stemcal.cli.console import note, say, say_json, waiting
     from stemcal.fem.warm import is_compiled, seconds_to_compile
     from stemcal.text.runs import compiling
 
@@ -123,7 +124,6 @@ def _openradioss() -> Iterator[Finding]:
     import os
     from pathlib import Path
 
-    from stemcal.errors import UsageError
     from stemcal.solvers.openradioss.installation import HOME, installation
     from stemcal.study.model import OpenRadiossSolver
 

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import say, say_json
 from stemcal.cli.options import AsJson
 
 
@@ -30,7 +31,6 @@ def explain(term: Term = None, as_json: AsJson = False) -> None:
     """
     from dataclasses import asdict
 
-    from stemcal.cli.console import say, say_json
     from stemcal.text.glossary import GLOSSARY, look_up
 
     entries = look_up(" ".join(term)) if term else list(GLOSSARY)

@@ -4,7 +4,9 @@ from typing import Annotated, Literal
 
 import typer
 
+from stemcal.cli.console import say, say_json, warn
 from stemcal.cli.options import AsJson, Out, Spec
+from stemcal.cli.session import existing_folder, read_study
 
 Format = Annotated[
     Literal["csv", "md", "tex", "docx"],
@@ -34,8 +36,6 @@ def export(
 
     Example: [bold]stemcal export configs/smoke.yaml --format docx --first 1[/bold]
     """
-    from stemcal.cli.console import say, say_json, warn
-    from stemcal.cli.session import existing_folder, read_study
     from stemcal.report.export.formats import export_tables
     from stemcal.report.export.paper import numbered, paper_tables, stars_apart
     from stemcal.stages.results import fresh_results

@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from stemcal.cli.console import note, say_json, waiting, warn
 from stemcal.cli.options import AsJson, Quiet, Spec
+from stemcal.cli.session import read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
+from stemcal.errors import UsageError
+from stemcal.outputs import write_output
+from stemcal.text.decks import forces_told, not_foretold
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -52,9 +57,6 @@ def export_deck(
 
     Example: [bold]stemcal export-deck configs/wild-chrysanthemum.yaml --set yield_stress=17.96 run.k[/bold]
     """
-    from stemcal.cli.console import note, say_json, warn
-    from stemcal.cli.session import read_study
-    from stemcal.errors import UsageError
     from stemcal.study.reading.checked import typed_size
 
     study = read_study(spec)
@@ -66,10 +68,8 @@ def export_deck(
 
     from dataclasses import replace
 
-    from stemcal.outputs import write_output
     from stemcal.solvers.deck import Deck, deck_text
     from stemcal.study.model import DeckSolver, EmbeddedSolver
-    from stemcal.text.decks import forces_told
 
     solver = study.solver
     size = solver.element_size.at(chosen) if isinstance(solver, EmbeddedSolver | DeckSolver) else 0.0
@@ -102,7 +102,6 @@ def _write_beside(deck: Deck, out: Path) -> list[Path]:
     """Write the starter and engine files that OpenRadioss needs beside a deck with a nonlocal length; return them."""
     if deck.form.lengths != "openradioss" or deck.nonlocal_length == 0.0:
         return []
-    from stemcal.outputs import write_output
     from stemcal.solvers.openradioss.files import engine_text, starter_text
 
     texts = {
@@ -119,12 +118,10 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
 
     None where they would take more than this machine's memory or days, which is warned of.
     """
-    from stemcal.cli.console import waiting, warn
     from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
     from stemcal.study.model import EmbeddedSolver
-    from stemcal.text.decks import not_foretold
     from stemcal.text.plan import objections
 
     of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)

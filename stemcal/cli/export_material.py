@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from stemcal.cli.console import note, say_json, say_tables, waiting
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+from stemcal.cli.session import opened
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.typed import to_json
+from stemcal.outputs import make_folder, write_output
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Request
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -61,11 +68,7 @@ def export_material(
 
     Example: [bold]stemcal export-material configs/smoke.yaml --for lsdyna --element-size "1 mm" material[/bold]
     """
-    from stemcal.cli.console import note, say, say_json, waiting
-    from stemcal.cli.session import opened
     from stemcal.report.tables.of_transfer import regularisation_table
-    from stemcal.report.tables.terminal import drawn
-    from stemcal.solvers import make_solver
     from stemcal.stages.regularise import regularise
     from stemcal.stages.work import Work
     from stemcal.study.reading.checked import typed_size
@@ -78,7 +81,7 @@ def export_material(
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
         found = regularise(work, wanted, places)
     if not as_json:
-        say(*drawn(regularisation_table(found)))
+        say_tables(regularisation_table(found))
     with waiting("the force that the check deck is to give", quiet):
         told = _written(study, found, found.row(size), program, folder)
     if as_json:
@@ -92,8 +95,6 @@ def export_material(
 
 def _sizes(study: Study, size: float, given: list[float]) -> list[float]:
     """Return the sizes of the curve; raise `UsageError` for one that does not fit the stem."""
-    from stemcal.errors import UsageError
-
     at = study.targets.calibrate_at
     if wrong := [one for one in (size, *given) if one > 0.5 * at]:
         most = f"take {0.5 * at:g} mm at most"
@@ -106,9 +107,6 @@ def _written(study: Study, found: Regularisation, row: Regularised, program: str
     """Write the files; return what material.json holds."""
     from dataclasses import replace
 
-    from stemcal.errors import RunsFailed
-    from stemcal.files.typed import to_json
-    from stemcal.outputs import make_folder, write_output
     from stemcal.solvers.deck import deck_text
     from stemcal.solvers.deck.material import curve_text, material_text
     from stemcal.text.regularisation import curve_lines, material_lines, not_valid
@@ -153,7 +151,6 @@ def _check_deck(study: Study, found: Regularisation, row: Regularised, program: 
     """Return the shear test with the elements and the failure strain there."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
-    from stemcal.solvers.protocol import Request
     from stemcal.stages.regularise import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}

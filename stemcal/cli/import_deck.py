@@ -5,8 +5,10 @@ from typing import Annotated, Literal
 
 import typer
 
+from stemcal.cli.console import note, say_json, say_whole, warn
 from stemcal.cli.init import write_new
 from stemcal.cli.options import AsJson, Quiet
+from stemcal.errors import UsageError
 
 DeckFile = Annotated[Path, typer.Argument(metavar="RUN.k", help="The deck to read.", show_default=False)]
 SpecFile = Annotated[
@@ -31,8 +33,6 @@ def import_deck(
 
     Example: [bold]stemcal import-deck run.k my-stem.yaml[/bold]
     """
-    from stemcal.cli.console import note, say_json, say_whole, warn
-    from stemcal.errors import UsageError
     from stemcal.solvers.deck_import.importing import imported, read_deck
     from stemcal.solvers.deck_import.spec_text import spec_text
     from stemcal.study.reading.template import study_name

@@ -6,7 +6,11 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import note, say_whole
+from stemcal.errors import UsageError
+from stemcal.files.plain import holds
 from stemcal.kits import KITS
+from stemcal.words import did_you_mean
 
 
 def init(
@@ -24,8 +28,6 @@ def init(
 
     Example: [bold]stemcal init maize-2026 --crop maize[/bold]
     """
-    from stemcal.cli.console import note, say_whole
-    from stemcal.files.plain import holds
     from stemcal.study.reading.template import template
 
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
@@ -45,10 +47,8 @@ def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:
     """Return the spec of a kit, for a study of that name, and the files of the kit beside it."""
     import json
 
-    from stemcal.errors import UsageError
     from stemcal.kits import kit_text
     from stemcal.study.reading.template import study_name
-    from stemcal.words import did_you_mean
 
     if kit not in KITS:
         raise UsageError(f"--kit {kit[:60]!r}: there is none; {did_you_mean(kit, KITS)}")
@@ -61,8 +61,6 @@ def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:
 
 def require_new(paths: Iterable[Path]) -> None:
     """Raise `UsageError` if one of these files is there already, before any is written."""
-    from stemcal.errors import UsageError
-
     for path in paths:
         if path.exists() or path.is_symlink():
             raise UsageError(f"{path} exists already; choose another name or remove it first")
@@ -76,8 +74,6 @@ def write_new(path: Path, text: str) -> None:
     UsageError
         If there is a file of that name, or none can be written.
     """
-    from stemcal.errors import UsageError
-
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8", newline="\n") as file:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stemcal.cli.console import note, say, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Quiet
+from stemcal.errors import UsageError
+from stemcal.files.decoding import decode
+from stemcal.files.durable import as_json as json_text
+from stemcal.files.durable import write_durably
+from stemcal.files.plain import read_plain
+from stemcal.files.rows import Column, Rows, Table
+from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stemcal.files.rows import Table
     from stemcal.measured.shear import ShearTests
-    from stemcal.measured.shear_curves import CurveOptions
-    from stemcal.measured.text_tables import Form
     from stemcal.study.model import Study
 
 app = typer.Typer(
@@ -57,15 +62,15 @@ def diameters(
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
     from stemcal.measured.diameters import measure_diameters
+    from stemcal.measured.text_tables import Form
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
 
-    form = _form(encoding, separator, decimal, sheet)
+    form = Form(encoding, separator, decimal, sheet)
     found = measure_diameters(file, form, _numbers(grades), step, diameter_column)
-    content = _content("measure-diameters", found)
+    content = {"schema_version": 2, "stage": "measure-diameters", **to_json(found)}
     if out:
-        drawn = {"diameters": figures.diameter_histogram(found)}
-        _leave_files(out, "measure-diameters", content, found.stems.table(), drawn)
+        _leave_files(out, content, found.stems.table(), {"diameters": figures.diameter_histogram(found)})
     _show(content, found.synthetic, tables.diameter_tables(found), [], as_json, quiet)
 
 
@@ -121,11 +126,13 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear --calibrate-at 8[/bold]
     """
+    from stemcal.measured.shear import find_files, measure_shear, read_index
     from stemcal.measured.shear_curves import CurveOptions, speed_of
     from stemcal.measured.target_entries import targets_section
+    from stemcal.measured.text_tables import Form
 
     how = CurveOptions(
-        form=_form(encoding, separator, decimal, sheet),
+        form=Form(encoding, separator, decimal, sheet),
         force_column=force_column,
         displacement_column=displacement_column,
         time_column=time_column,
@@ -136,61 +143,33 @@ def shear(
         preload=preload,
     )
     how.check()
-    tests = _tests(folder, pattern, index, how, exclude or [], alpha)
-    section = targets_section(tests, calibrate_at, travel_and_work)
-    _finish_shear(tests, section, spec, out, as_json, quiet)
-
-
-def _tests(
-    folder: Path, pattern: str | None, index: Path | None, how: CurveOptions, exclude: list[str], alpha: float
-) -> ShearTests:
-    from stemcal.measured.shear import find_files, measure_shear, read_index
-
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
-    return measure_shear(files, how, listed, exclude, alpha)
+    tests = measure_shear(files, how, listed, exclude or [], alpha)
+    section = targets_section(tests, calibrate_at, travel_and_work)
+    _finish_shear(tests, section, spec, out, as_json, quiet)
 
 
 def _finish_shear(
     tests: ShearTests, section: str, spec: Path | None, out: Path | None, as_json: bool, quiet: bool
 ) -> None:
     """Write what was asked for, show the rest."""
-    from stemcal.cli.console import note
-    from stemcal.files.rows import Column, Rows, Table
     from stemcal.measured.shear import SpecimenRow
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
     from stemcal.text.laboratory import remark_text
 
     rows = Rows(map(SpecimenRow.of, tests.specimens))
-    content = _content(
-        "measure-shear",
-        {
-            "specimens": rows,
-            "grades": tests.grades,
-            "power_law": tests.power_law,
-            "synthetic": tests.synthetic,
-            "targets": section,
-        },
-    )
+    told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
+    content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
     study = replace_targets(spec, section) if spec else None
     if out:
-        drawn = {
-            "shear-curves": figures.shear_curves(tests),
-            "force-diameter": figures.force_over_diameter(tests),
-        }
+        drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
         remarks = Column("remarks", of=lambda row: "; ".join(map(remark_text, row.remarks)))
         table = Table.of([*(name for name in vars(rows[0]) if name != "remarks"), remarks], rows)
-        _leave_files(out, "measure-shear", content, table, drawn, section)
-    _show(
-        content,
-        tests.synthetic,
-        tables.shear_tables(tests),
-        [remark_text(one) for one in tests.remarks()],
-        as_json,
-        quiet,
-        section,
-    )
+        _leave_files(out, content, table, drawn, section)
+    remarks_told = [remark_text(one) for one in tests.remarks()]
+    _show(content, tests.synthetic, tables.shear_tables(tests), remarks_told, as_json, quiet, section)
     if study is not None and not quiet:
         if further := _beyond_stroke(tests, study.loading.stroke):
             note(further)
@@ -211,10 +190,6 @@ def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
 
 def replace_targets(spec: Path, section: str) -> Study:
     """Put a targets section into a spec, one that would then be wrong is left as it was; returns the study."""
-    from stemcal.errors import UsageError
-    from stemcal.files.decoding import decode
-    from stemcal.files.durable import write_durably
-    from stemcal.files.plain import read_plain
     from stemcal.measured.target_entries import with_targets
     from stemcal.study.reading import read_study
     from stemcal.study.types.strict_yaml import MAX_BYTES
@@ -231,38 +206,23 @@ def replace_targets(spec: Path, section: str) -> Study:
     return study
 
 
-def _form(encoding: str | None, separator: str | None, decimal: str | None, sheet: str | None) -> Form:
-    from stemcal.measured.text_tables import Form
-
-    return Form(encoding, separator, decimal, sheet)
-
-
 def _numbers(text: str | None) -> list[float]:
     """Return numbers separated by commas."""
-    from stemcal.errors import UsageError
-
     try:
         return [float(part) for part in text.split(",")] if text else []
     except ValueError:
         raise UsageError(f"--grades {text}: give diameters in mm separated by commas, as in 7,8,9,10,11") from None
 
 
-def _content(stage: str, measured: object) -> object:
-    """Return what was measured as JSON."""
-    from stemcal.files.typed import to_json
-
-    return {"schema_version": 2, "stage": stage, **to_json(measured)}
-
-
 def _leave_files(
-    folder: Path, stage: str, content: object, rows: Table, figures: dict[str, Figure], section: str = ""
+    folder: Path, content: Mapping[str, Any], rows: Table, figures: dict[str, Figure], section: str = ""
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
-    from stemcal.files.durable import as_json, write_durably
     from stemcal.report.figures.style import save_both
 
     folder.mkdir(parents=True, exist_ok=True)
-    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
+    stage = content["stage"]
+    texts = {f"{stage}.json": json_text(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
     for name, text in texts.items():
         if text:
             write_durably(folder / name, text)
@@ -279,13 +239,11 @@ def _show(
     quiet: bool,
     section: str = "",
 ) -> None:
-    from stemcal.cli.console import note, say, say_json, warn
-    from stemcal.report.tables.terminal import drawn
-
     if as_json:
         say_json(content)
     else:
-        say(*(part for table in found for part in drawn(table)), *([section] if section else []))
+        say_tables(*found)
+        say(*([section] if section else []))
     if synthetic:
         warn("the files are marked as synthetic; do not publish them as measured")
     for remark in [] if quiet else remarks:

@@ -6,8 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stemcal.cli.console import note, say, say_json, waiting, warn
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.showing import csv_text
+from stemcal.files.typed import from_json
+from stemcal.outputs import write_output
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import RESPONSES, Answer, Request
+
 if TYPE_CHECKING:
-    from stemcal.solvers.protocol import Answer
     from stemcal.study.model import Study
 
 
@@ -15,12 +22,7 @@ def one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
     """Make one run and show its answer; one that failed ends with exit code 3, its folder is named."""
-    from stemcal.cli.console import note, say, say_json, waiting, warn
-    from stemcal.errors import RunsFailed, UsageError
-    from stemcal.files.typed import from_json
     from stemcal.run_warnings import RunWarning
-    from stemcal.solvers import make_solver
-    from stemcal.solvers.protocol import Request
     from stemcal.study.model import ProgramOptions
     from stemcal.text.runs import warning_text
 
@@ -48,8 +50,6 @@ def one_run(
 
 def _lines(study: Study, answer: Answer) -> list[str]:
     """Return the answer in lines: each response, and what the run tells of its peak and of elements gone."""
-    from stemcal.solvers.protocol import RESPONSES
-
     naming, details = study.naming, answer.details
     values = {naming.response.name: answer.response, **details.get(RESPONSES, {})}
     lines = [f"{naming.named(name).label}: {naming.named(name).text(value, '.4g')}" for name, value in values.items()]
@@ -62,10 +62,6 @@ def _lines(study: Study, answer: Answer) -> list[str]:
 
 def _write_curve(answer: Answer, path: Path) -> None:
     """Write force over travel as far as the run tells of it."""
-    from stemcal.errors import UsageError
-    from stemcal.files.showing import csv_text
-    from stemcal.outputs import write_output
-
     if (curve := answer.details.get("curve")) is None:
         raise UsageError("--csv: the answer of this program is a number without a curve")
     rows = zip(curve["travel"], curve["force"], strict=True)

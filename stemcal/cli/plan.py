@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Out, Quiet, Spec, Workers
+from stemcal.cli.session import folder_of, opened, read_study
+from stemcal.files.rows import Column, Table
+from stemcal.files.typed import to_json
+from stemcal.solvers import make_solver
+from stemcal.text.names import Names
+from stemcal.text.numbers import duration
 
 if TYPE_CHECKING:
-    from stemcal.files.rows import Table
     from stemcal.overview.identify import Identified
-    from stemcal.overview.plan import Plan
-    from stemcal.text.names import Names
 
 
 def plan(
@@ -44,16 +48,11 @@ def plan(
         _identify(spec, specimens, out, workers, as_json, quiet)
         return
     from stemcal.cli.check import not_ready
-    from stemcal.cli.console import note, say, say_json, warn
-    from stemcal.cli.session import folder_of, read_study
     from stemcal.executors.machine import machine_memory
-    from stemcal.files.typed import to_json
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.foresight import Demand, excess
     from stemcal.overview.plan import plan as make_plan
-    from stemcal.report.tables.terminal import drawn
-    from stemcal.text.names import Names
-    from stemcal.text.plan import sentences
+    from stemcal.text.plan import sentences, total
 
     study = read_study(spec)
     path = folder_of(study, out)
@@ -61,7 +60,14 @@ def plan(
     if as_json:
         say_json(to_json(found))
     else:
-        say(*drawn(_table(found)))
+        columns = (
+            Column("stage", "Stage"),
+            Column("rows", "Runs", form=format),
+            Column("recorded", "Recorded", form=format),
+            Column("to_run", "To compute", form=format),
+            Column("seconds", "On one core", form=duration),
+        )
+        say_tables(Table.of(columns, found.stages, f"Plan of {found.study}", [" ".join(total(found))]))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
     for sentence in [*sentences(excess(demand, found.workers, machine_memory())), *not_ready(study)]:
         warn(sentence)
@@ -73,16 +79,10 @@ def plan(
 def _identify(
     spec: Path, specimens: list[int] | None, out: Path | None, workers: int | None, as_json: bool, quiet: bool
 ) -> None:
-    from stemcal.cli.console import note, say, say_json
-    from stemcal.cli.session import opened
-    from stemcal.files.typed import to_json
     from stemcal.overview.identify import SPECIMENS
     from stemcal.overview.identify import identify as foretell
-    from stemcal.report.tables.terminal import drawn
-    from stemcal.solvers import make_solver
     from stemcal.stages.work import Work
     from stemcal.text.identification import sentences
-    from stemcal.text.names import Names
 
     with opened(spec, out, workers, "local", quiet) as session:
         work = Work(session.study, session.folder, session.executor, session.watch, make_solver(session.study))
@@ -91,7 +91,7 @@ def _identify(
     if as_json:
         say_json(to_json(found))
     else:
-        say(*drawn(_intervals(found, names)))
+        say_tables(_intervals(found, names))
     if not quiet:
         for said in sentences(found.notes, names):
             note(f"note: {said}")
@@ -99,7 +99,6 @@ def _identify(
 
 def _intervals(found: Identified, names: Names) -> Table:
     """Return a row per combination and number of specimens, with the expected interval of each factor."""
-    from stemcal.files.rows import Column, Table
     from stemcal.text.identification import expected, foot, place
     from stemcal.text.numbers import unit_written
 
@@ -113,18 +112,3 @@ def _intervals(found: Identified, names: Names) -> Table:
         for one in found.combinations
     ]
     return Table(tuple(columns), tuple(rows), f"Expected 95 % intervals of {found.study}", tuple(foot(found, names)))
-
-
-def _table(found: Plan) -> Table:
-    from stemcal.files.rows import Column, Table
-    from stemcal.text.numbers import duration
-    from stemcal.text.plan import total
-
-    columns = (
-        Column("stage", "Stage"),
-        Column("rows", "Runs", form=format),
-        Column("recorded", "Recorded", form=format),
-        Column("to_run", "To compute", form=format),
-        Column("seconds", "On one core", form=duration),
-    )
-    return Table.of(columns, found.stages, f"Plan of {found.study}", [" ".join(total(found))])

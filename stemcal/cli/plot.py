@@ -6,7 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from stemcal.cli.console import say, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Out, Spec
+from stemcal.cli.session import existing_folder, read_study
+from stemcal.errors import UsageError
+from stemcal.files.rows import Column, Table
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
@@ -50,12 +54,8 @@ def plot(
 
     Example: [bold]stemcal plot contour configs/smoke.yaml --format pdf --width one[/bold]
     """
-    from stemcal.cli.console import say, say_json
     from stemcal.cli.requested import CAPTIONS, is_requested, requestable, write_requested
-    from stemcal.cli.session import existing_folder, read_study
-    from stemcal.files.rows import Column, Table
     from stemcal.report.figures.gallery import write_as
-    from stemcal.report.tables.terminal import drawn
 
     millimetres = _width(width)
     study = read_study(spec)
@@ -66,7 +66,7 @@ def plot(
         named = {drawing.name: drawing.caption for drawing in plots_of(study, folder)}
         named |= {title: CAPTIONS[title.partition("-")[0]] for title in requestable(study, folder)}
         if not as_json:
-            say(*drawn(Table((Column("name", "Figure"), Column("caption", "What it shows")), tuple(named.items()))))
+            say_tables(Table((Column("name", "Figure"), Column("caption", "What it shows")), tuple(named.items())))
             return
         lines = [f"{title}: {caption}" for title, caption in named.items()]
     else:
@@ -80,7 +80,6 @@ def plot(
 
 
 def _kinds(kind: str | None) -> list[str]:
-    from stemcal.errors import UsageError
 
     if kind in ("gif", "mp4"):
         raise UsageError(f"--format {kind}: only `stemcal plot animation` has it; use svg, png, pdf, eps or tiff")
@@ -89,8 +88,6 @@ def _kinds(kind: str | None) -> list[str]:
 
 def _width(given: str | None) -> float | None:
     """Return a width in mm."""
-    from stemcal.errors import UsageError
-
     if given is None or given in COLUMNS:
         return None if given is None else COLUMNS[given]
     try:
@@ -104,7 +101,6 @@ def _width(given: str | None) -> float | None:
 
 def plots_of(study: Study, folder: StudyFolder) -> list[Plot]:
     """Return the figures that the folder allows; warn of stages that are out of date."""
-    from stemcal.cli.console import warn
     from stemcal.report.figures.gallery import gallery
     from stemcal.report.records import read_records
     from stemcal.stages.results import fresh_results
@@ -117,8 +113,6 @@ def plots_of(study: Study, folder: StudyFolder) -> list[Plot]:
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:
     """Return the figures called `name`, or all whose names begin so."""
-    from stemcal.errors import UsageError
-
     found = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
     if not found:
         known = ", ".join(p.name for p in plots) or "none yet; run `stemcal run SPEC` first"

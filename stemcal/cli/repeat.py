@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 from stemcal.cli.console import warn
 from stemcal.cli.session import existing_folder
+from stemcal.errors import UsageError
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Request
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
@@ -14,11 +17,8 @@ if TYPE_CHECKING:
 
 def recorded_run(study: Study, out: Path | None, short: str) -> tuple[dict[str, float], float]:
     """Return levels and diameter of the run whose key begins with `short`; warn if the spec has changed since."""
-    from stemcal.errors import UsageError
     from stemcal.overview.status import complete_key
     from stemcal.runs.answer import record_key
-    from stemcal.solvers import make_solver
-    from stemcal.solvers.protocol import Request
 
     folder = existing_folder(study, out)
     key = complete_key(short, folder.keys())

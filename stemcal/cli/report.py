@@ -4,7 +4,9 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import open_page, say_json, say_whole, warn
 from stemcal.cli.options import AsJson, OpenPage, Out, Quiet, Spec
+from stemcal.cli.session import existing_folder, read_study
 
 Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Also write the page's figures as SVG and PNG.")]
 
@@ -23,8 +25,6 @@ def report(
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
-    from stemcal.cli.console import open_page, say_json, say_whole, warn
-    from stemcal.cli.session import existing_folder, read_study
     from stemcal.report.drawing import draw
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of

@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stemcal.cli.console import note
 from stemcal.errors import UsageError
+from stemcal.outputs import make_folder
+from stemcal.text.numbers import short
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
@@ -38,9 +41,6 @@ def requestable(study: Study, folder: StudyFolder) -> dict[str, Details]:
 
 def write_requested(study: Study, folder: StudyFolder, name: str, suffix: str) -> Path:
     """Write the picture called `name`; the bare word means the calibration diameter. Returns the file."""
-    from stemcal.outputs import make_folder
-    from stemcal.text.numbers import short
-
     known = requestable(study, folder)
     if not study.naming.is_cutting:
         raise UsageError(f"no figure {name!r}: only the embedded solver's runs keep what it is made from")
@@ -64,7 +64,6 @@ def _animation(details: Details, path: Path) -> Path:
 
 
 def _view(details: Details, path: Path) -> Path:
-    from stemcal.cli.console import note
     from stemcal.cutting.end_state import Shape
     from stemcal.report.figures.view import write_view
 

@@ -4,7 +4,11 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
+from stemcal.cli.session import opened
+from stemcal.files.typed import to_json
+from stemcal.text.names import Names
 
 SOME_RUNS_FAILED = 3
 
@@ -26,14 +30,9 @@ def retry(
 
     Example: [bold]stemcal retry configs/smoke.yaml 3f2a91c0[/bold]
     """
-    from stemcal.cli.console import note, say, say_json, warn
-    from stemcal.cli.session import opened
-    from stemcal.files.typed import to_json
     from stemcal.folder.study_folder import SCHEMA_VERSION
     from stemcal.overview.status import retry as again
     from stemcal.report.tables.of_designs import listed, runs_table
-    from stemcal.report.tables.terminal import drawn
-    from stemcal.text.names import Names
 
     with opened(spec, out, workers, executor, quiet) as work:
         entries = again(work.study, work.folder, work.executor, keys or (), work.watch)
@@ -43,7 +42,7 @@ def retry(
         say_json({"schema_version": SCHEMA_VERSION, "stage": "retry", "naming": naming, "runs": to_json(entries)})
     else:
         names = Names(work.study.naming)
-        say(*drawn(listed(runs_table(entries, names, title=title), names)))
+        say_tables(listed(runs_table(entries, names, title=title), names))
     if entries and not quiet:
         note(f"now `stemcal run {spec}` takes the new answers into its tables")
     failed = sum(entry.status == "failed" for entry in entries)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from stemcal.cli.console import open_page
 from stemcal.cli.options import AsJson, ExecutorName, OpenPage, Out, Quiet, Spec, Workers, Yes
+from stemcal.cli.session import Session, opened
+from stemcal.cli.show import show_known, show_run
 from stemcal.errors import TargetUnreachable
 
 if TYPE_CHECKING:
-    from stemcal.cli.session import Session
     from stemcal.stages.result import StageResult
 
 
@@ -29,8 +31,6 @@ def run(
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
-    from stemcal.cli.session import opened
-
     with opened(spec, out, workers, executor, quiet) as work:
         work.foresee(yes)
         show = go_through(work, not as_json)
@@ -40,8 +40,6 @@ def run(
 def go_through(work: Session, tell: bool) -> Callable[..., None]:
     """Take an open study through all stages and draw its page; return what shows it once the study is closed."""
     from stemcal import workflow
-    from stemcal.cli.console import open_page
-    from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
@@ -69,7 +67,6 @@ def go_through(work: Session, tell: bool) -> Callable[..., None]:
 
 def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
     """Return what prints the table of the screening as soon as that is done, the progress bar aside."""
-    from stemcal.cli.show import show_known
 
     def show(result: StageResult) -> None:
         if tell and result.name == "screen":

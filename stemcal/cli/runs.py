@@ -5,8 +5,14 @@ from typing import Annotated, Literal
 
 import typer
 
+from stemcal.cli.console import note, say_json, say_tables
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.cli.session import existing_folder, read_study
+from stemcal.errors import UsageError
+from stemcal.files.typed import to_json
+from stemcal.outputs import write_output
 from stemcal.stages.base import STAGES
+from stemcal.text.names import Names
 
 SIMULATING = tuple(stage.name for stage in STAGES if stage.simulates)
 
@@ -46,17 +52,10 @@ def runs(
 
     Example: [bold]stemcal runs configs/smoke.yaml --status failed[/bold]
     """
-    from stemcal.cli.console import note, say, say_json
-    from stemcal.cli.session import existing_folder, read_study
-    from stemcal.errors import UsageError
-    from stemcal.files.typed import to_json
     from stemcal.folder.study_folder import SCHEMA_VERSION
-    from stemcal.outputs import write_output
     from stemcal.overview.status import ledger
     from stemcal.report.tables.of_designs import listed, runs_table
-    from stemcal.report.tables.terminal import drawn
     from stemcal.text.language import say as say_text
-    from stemcal.text.names import Names
 
     study = read_study(spec)
     if csv_file and not csv_file.absolute().parent.is_dir():
@@ -68,16 +67,9 @@ def runs(
     if csv_file:
         write_output(csv_file, table.headed(study.naming.headings).csv())
     if as_json:
-        say_json(
-            {
-                "schema_version": SCHEMA_VERSION,
-                "stage": "runs",
-                "study": study.name,
-                "naming": to_json(study.naming),
-                "runs": to_json(found),
-            }
-        )
+        head = {"schema_version": SCHEMA_VERSION, "stage": "runs", "study": study.name}
+        say_json({**head, "naming": to_json(study.naming), "runs": to_json(found)})
     elif not csv_file:
-        say(*drawn(listed(table, names)))
+        say_tables(listed(table, names))
     if csv_file and not quiet:
         note(f"wrote {csv_file}")

@@ -5,6 +5,10 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import note, say, say_json
+from stemcal.errors import UsageError
+from stemcal.files.durable import as_json, write_durably
+
 Target = Annotated[
     Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write it here.", show_default="stdout")
 ]
@@ -17,9 +21,6 @@ def schema(out: Target = None) -> None:
 
     Example: [bold]stemcal schema --out stemcal.schema.json[/bold]
     """
-    from stemcal.cli.console import note, say, say_json
-    from stemcal.errors import UsageError
-    from stemcal.files.durable import as_json, write_durably
     from stemcal.study.reading.json_schema import json_schema
 
     if out is None:

@@ -12,6 +12,7 @@ import typer
 
 from stemcal.cli.console import await_, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
+from stemcal.solvers import make_solver
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -43,7 +44,6 @@ class Session:
             return
         from stemcal.executors.local import LocalExecutor
         from stemcal.overview.foresight import demand_of_left, left_to_run
-        from stemcal.solvers import make_solver
 
         here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study.seen_by(stage or ""))
         left = left_to_run(self.study, self.folder, solver, stage)

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stemcal.cli.console import height, note, say, say_json, say_whole, stdout, warn
+from stemcal.cli.console import height, note, say, say_json, say_tables, say_whole, stdout, warn
+from stemcal.stages.verdict.result import Verdict
+from stemcal.text.names import Names
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
-    from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
 
 SOME_RUNS_FAILED = 3
@@ -31,7 +32,6 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
-        from stemcal.text.names import Names
         from stemcal.text.results import remarks_of, shown_remarks
         from stemcal.text.verdict import opening
 
@@ -40,7 +40,8 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
         if any(remark.claims for remark in remarks_of(result)) and not verdict.holds:
             note(f"note: {opening(verdict, Names(result.naming))}")
     warn_of_runs(result, folder)
-    leave_if_failed(result)
+    if warn_of_failed(result):
+        raise typer.Exit(SOME_RUNS_FAILED)
 
 
 def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
@@ -54,12 +55,10 @@ def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
 def show_known(result: StageResult) -> None:
     """Print what a stage of a whole study has found as soon as it is known: the effects of the screening."""
     from stemcal.report.tables.of_designs import effects_table
-    from stemcal.report.tables.terminal import drawn
     from stemcal.stages.screen import ScreenResult
-    from stemcal.text.names import Names
 
     if isinstance(result, ScreenResult):
-        say(*drawn(effects_table(result, Names(result.naming))))
+        say_tables(effects_table(result, Names(result.naming)))
 
 
 def show_run(
@@ -70,7 +69,6 @@ def show_run(
     The last part fits on a screen. With `as_json` all stages as JSON. Leaves with exit code 3 if runs failed.
     """
     if as_json:
-        from stemcal.text.names import Names
         from stemcal.text.verdict import verdict_json
 
         stages = {result.name: result.to_json() for result in results.done()}
@@ -88,23 +86,20 @@ def show_run(
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
     from stemcal.report.records import read_records, run_warnings
-    from stemcal.report.tables.findings import spoken
     from stemcal.report.tables.stages import joint_tables, tables_of
-    from stemcal.report.tables.terminal import drawn, stage_tables
+    from stemcal.report.tables.terminal import spoken, stage_tables
     from stemcal.text.calibration import KNOWN
-    from stemcal.text.names import Names
     from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
     found = results.inversion
     if found is not None and found.joint is not None:
-        say(*(part for table in joint_tables(found, Names(found.naming)) for part in drawn(table)))
+        say_tables(*joint_tables(found, Names(found.naming)))
     if results.mesh is not None:
         say(*stage_tables(results.mesh, verdict.holds))
     if found is not None and verdict.holds:
         say(*spoken(found))
     if results.transfer is not None:
-        tables = tables_of(results.transfer)
-        say(*(part for table in tables if not table.detail for part in drawn(table)))
+        say_tables(*(table for table in tables_of(results.transfer) if not table.detail))
     warnings = [] if verdict.says("physics") else warned(run_warnings(read_records(results, folder)))
     said = read_first([*warnings, *said_by_all(results, verdict.holds)])
     said = [(title, remark) for title, remark in said if remark.kind != KNOWN]
@@ -117,23 +112,16 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
 
 
 def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
-    from stemcal.report.tables.final import final_tables
-    from stemcal.report.tables.terminal import drawn
-    from stemcal.text.names import Names
+    from stemcal.report.tables.terminal import final_tables
     from stemcal.text.verdict import lines
 
     judged = lines(verdict, Names(study.naming))
     taken = sum(height(line) for line in judged) + 3  # an empty line, the page, the prompt
     screen = stdout()
     tables = final_tables(study, results, verdict.holds, screen.height - taken if screen.is_terminal else None)
-    say(*judged, "", *(part for table in tables for part in drawn(table)))
+    say(*judged, "")
+    say_tables(*tables)
     say_whole(f"Report: {page}")
-
-
-def leave_if_failed(*results: StageResult) -> None:
-    """Leave with exit code 3 if any run failed; the failed runs of each stage are counted with their reasons."""
-    if warn_of_failed(*results):
-        raise typer.Exit(SOME_RUNS_FAILED)
 
 
 def warn_of_failed(*results: StageResult) -> bool:

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from stemcal.cli import console
+from stemcal.cli.console import note, say, say_json, waiting, warn
 from stemcal.cli.options import AsJson, Out, Quiet, Spec, Yes
+from stemcal.cli.session import read_study, require_sense
+from stemcal.errors import UsageError
+from stemcal.files.showing import csv_text
+from stemcal.files.typed import to_json
+from stemcal.outputs import refuse_link, write_output
+from stemcal.text.numbers import duration
 from stemcal.words import nearest
 
 if TYPE_CHECKING:
@@ -63,8 +71,6 @@ def simulate(
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
-    from stemcal.cli.console import note, say_json, waiting, warn
-    from stemcal.cli.session import read_study, require_sense
     from stemcal.executors.machine import require_address_space
     from stemcal.study.reading.checked import typed_size
 
@@ -125,9 +131,7 @@ def live(
     """Return what shows travel (of the stroke, mm), force and time left while a test goes on; None if nobody looks."""
     if not hasattr(status, "update"):
         return None
-    from stemcal.cli.console import can_show
     from stemcal.cli.sketch import sparkline
-    from stemcal.text.numbers import duration
 
     forces: list[float] = []
     began = 0.0  # with the first report: what was compiled or built before says nothing of the time left
@@ -137,7 +141,7 @@ def live(
         began = began if forces else clock()
         forces.append(force)
         done = max(0.0, travel / stroke)
-        drawn = sparkline(forces, max(1, round(SPARK * done))) if can_show("▁█") else ""
+        drawn = sparkline(forces, max(1, round(SPARK * done))) if console.can_show("▁█") else ""
         left = duration((clock() - began) * max(0.0, 1.0 / done - 1.0)) if done > 0.02 else "…"
         status.update(f"{travel:.2f} of {stroke:.2f} mm, {left} left, {force:3.0f} N {drawn}")
 
@@ -146,7 +150,6 @@ def live(
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
     """Return every factor's value: those to start from, with the settings laid over them."""
-    from stemcal.errors import UsageError
     from stemcal.study.reading.checked import typed_level
 
     levels = dict(start)
@@ -164,7 +167,6 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
 
 def require_material(study: Study, levels: Mapping[str, float], diameter: float) -> None:
     """Refuse levels that no material can have."""
-    from stemcal.errors import UsageError
     from stemcal.study.rules.factors import wrong_levels
 
     if wrong := list(wrong_levels(study, levels, diameter)):
@@ -178,9 +180,6 @@ def _suggestion(name: str, known: Iterable[str], what: str) -> str:
 
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
-    from stemcal.errors import UsageError
-    from stemcal.outputs import refuse_link
-
     if study.solver.kind != "embedded":
         embedded_only = {**others, "--figure": figure}
         if given := [name for name, value in embedded_only.items() if value is not None]:
@@ -202,8 +201,6 @@ def stroke_of(study: Study, test: str | None, diameter: float) -> float:
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:
     """Return the section of a test, None for cutting; refuse the name of no test."""
-    from stemcal.errors import UsageError
-
     if test is None or test == CUTTING:
         return None
     for section in study.tests:
@@ -216,7 +213,6 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
 
 def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
-    from stemcal.files.typed import to_json
     from stemcal.laboratory import LaboratoryResult
     from stemcal.solvers.measures import work_until
     from stemcal.text.runs import warning_text
@@ -236,9 +232,6 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
 
 def write_history(result: CuttingResult, path: Path) -> None:
     """Write the history, a column per quantity (s, mm, N, mJ)."""
-    from stemcal.files.showing import csv_text
-    from stemcal.outputs import write_output
-
     columns = vars(result.history)
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     write_output(path, csv_text([columns, *rows], newline="\r\n"))
@@ -258,10 +251,9 @@ def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
 
 
 def _show(result: CuttingResult, section: LaboratorySection | None, diameter: float) -> None:
-    from stemcal.cli.console import can_show, say
     from stemcal.cli.sketch import sketch
     from stemcal.report.tables.terminal import simulation_table
 
     say(simulation_table(result, section, diameter))
-    plain = not can_show("▁█")
-    say(sketch(result.history.travel.tolist(), result.history.force_filtered.tolist(), plain=plain))
+    history, plain = result.history, not console.can_show("▁█")
+    say(sketch(history.travel.tolist(), history.force_filtered.tolist(), plain=plain))

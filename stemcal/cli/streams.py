@@ -11,8 +11,6 @@ import sys
 from contextlib import suppress
 from typing import Any
 
-__all__ = ["lost_data", "stand_in"]
-
 # A reader that has gone, as Windows calls it too.
 _GONE = (errno.EPIPE, errno.EINVAL) if sys.platform == "win32" else (errno.EPIPE,)
 

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from stemcal.cli.console import fail, say, say_json
 from stemcal.cli.options import AsJson, Out, Spec
+from stemcal.cli.session import existing_folder, read_study
+from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
     from stemcal.overview.verify import Inspection
@@ -23,9 +26,6 @@ def verify(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal verify configs/smoke.yaml[/bold]
     """
-    from stemcal.cli.console import fail, say, say_json
-    from stemcal.cli.session import existing_folder, read_study
-    from stemcal.files.typed import to_json
     from stemcal.overview.verify import inspect
 
     study = read_study(spec)

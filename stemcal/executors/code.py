@@ -6,8 +6,6 @@ from pathlib import Path
 
 from stemcal.version import __version__
 
-__all__ = ["code_version"]
-
 _SHORT = 12
 
 

@@ -8,8 +8,6 @@ from typing import Any
 
 from stemcal.errors import UsageError
 
-__all__ = ["available_cores", "free_memory", "machine_memory", "require_address_space"]
-
 LEAST_SPACE = 3 * 2**29  # bytes: with 1 GiB a study breaks off; most is reserved by LLVM and OpenBLAS, never touched
 _LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 

@@ -6,8 +6,6 @@ import stat
 from io import BufferedReader
 from pathlib import Path
 
-__all__ = ["MIB", "holds", "open_plain", "read_plain"]
-
 MIB = 2**20
 # A pipe without a writer must not wait for one, a terminal must not become ours. Windows has neither flag.
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)

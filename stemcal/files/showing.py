@@ -5,8 +5,6 @@ import io
 import re
 from collections.abc import Iterable
 
-__all__ = ["csv_text", "in_a_line", "unprintable", "visible"]
-
 # C0 and C1 controls but tab and line feed, surrogates, and what turns the direction of writing or ends a line unseen.
 _COMMANDS = [*range(0x20), *range(0x7F, 0xA0), *range(0xD800, 0xE000)]
 _COMMANDS += [0x061C, 0x200E, 0x200F, 0x2028, 0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A), 0xFEFF, 0xFFFE]

@@ -10,15 +10,6 @@ from stemcal.files.typed import absent, from_json, to_json
 from stemcal.naming import NOWHERE
 from stemcal.run_warnings import Message, RunWarning
 
-__all__ = [
-    "KEY_LENGTH",
-    "RECORD_VERSION",
-    "is_key",
-    "key_of",
-    "problem_of",
-    "up_to_date",
-]
-
 RECORD_VERSION = 3
 KEY_LENGTH = 32
 _KEY = re.compile(r"[0-9a-f]{32}")

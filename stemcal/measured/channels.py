@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import columns_of, given_column, matching
+from stemcal.measured.columns import columns_of, given_columns, matching
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
 from stemcal.measured.numerals import shown
 from stemcal.measured.remarks import ColumnChosen, LabRemark, SharedDisplacement, SpeedUnused
@@ -72,7 +72,7 @@ def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[
 
 def _forces(table: TextTable, choice: Choice) -> list[int]:
     if choice.force is not None:
-        return _given(table, choice.force, "force")
+        return given_columns(table, choice.force, "force")
     found = matching(table, FORCE, NEWTONS)
     if not found:
         raise UsageError(f"{table.source}: no column for force among {columns_of(table)}; name it with --force-column")
@@ -82,9 +82,9 @@ def _forces(table: TextTable, choice: Choice) -> list[int]:
 def _acrosses(table: TextTable, choice: Choice, remarks: list[LabRemark]) -> tuple[list[int], bool]:
     """Return the columns of displacement; those of time if there are none, and whether it is time."""
     if choice.displacement is not None:
-        return _given(table, choice.displacement, "displacement"), False
+        return given_columns(table, choice.displacement, "displacement"), False
     if choice.time is not None:
-        return _given(table, choice.time, "time"), True
+        return given_columns(table, choice.time, "time"), True
     found, times = matching(table, TRAVEL, MILLIMETRES), matching(table, TIME, SECONDS)
     if found:
         if choice.speed_known:
@@ -96,13 +96,6 @@ def _acrosses(table: TextTable, choice: Choice, remarks: list[LabRemark]) -> tup
     if times:
         raise UsageError(f"{where}; give the speed of the blade, as in --speed '20 mm/min', or --displacement-column")
     raise UsageError(f"{where}; name it with --displacement-column")
-
-
-def _given(table: TextTable, given: str, what: str) -> list[int]:
-    """Return the columns of one name, or of several numbers or names between commas."""
-    if given in table.columns or "," not in given:
-        return [given_column(table, given, what)]
-    return [given_column(table, part.strip(), what) for part in given.split(",")]
 
 
 def _paired(
@@ -174,12 +167,9 @@ def _labels(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[str]:
     found, end = [], -1
     for pair in pairs:
         places = [i for i in range(end + 1, min(pair) + 1) if i < len(table.labels) and table.labels[i]]
-        found.append(_printable(table.labels[places[-1]]) if places else "")
+        label = table.labels[places[-1]] if places else ""
+        found.append("".join(letter for letter in label if letter.isprintable())[:_LABEL])
         end = max(pair)
     if all(found) and len(set(found)) == len(found):
         return found
     return [str(number) for number in range(1, len(pairs) + 1)]
-
-
-def _printable(text: str) -> str:
-    return "".join(letter for letter in text if letter.isprintable())[:_LABEL]

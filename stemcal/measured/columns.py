@@ -63,6 +63,12 @@ def given_column(table: TextTable, given: str, what: str) -> int:
     raise UsageError(f"{table.source}: no column {shown(given)} for {what}; there are {columns_of(table)}")
 
 
+def given_columns(table: TextTable, given: str, what: str) -> list[int]:
+    """Return the columns of one name, or of several numbers or names between commas."""
+    parts = [given] if given in table.columns else [part.strip() for part in given.split(",")]
+    return [given_column(table, part, what) for part in parts]
+
+
 def columns_of(table: TextTable) -> str:
     """Return the names of the columns; of columns without names the range of their numbers."""
     names = table.columns[:_MOST_SHOWN]

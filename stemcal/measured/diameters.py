@@ -11,7 +11,7 @@ import numpy as np
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import inline
-from stemcal.measured.columns import columns_of, given_column, matching, scale_of
+from stemcal.measured.columns import columns_of, given_columns, matching, scale_of
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.normality import LEAST, NormalityTest, anderson_darling, shapiro_wilk
 from stemcal.measured.numerals import is_missing, shown
@@ -110,7 +110,8 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
 def stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float]]:
     """Return the readings (mm) of every stem: those of its row, and of all rows that carry its label."""
     label = _label_column(table)
-    columns = _given_columns(table, given) if given else [i for i in _reading_columns(table, label) if i != label]
+    named = given_columns(table, given, "diameters") if given else None
+    columns = named or [i for i in _reading_columns(table, label) if i != label]
     label = None if label in columns else label
     stems: dict[str, list[float]] = {}
     for row, cells in enumerate(table.rows):
@@ -148,13 +149,6 @@ def _label_column(table: TextTable) -> int | None:
     return 0 if len(table.columns) > 1 and (counts or words) else None
 
 
-def _given_columns(table: TextTable, given: str) -> list[int]:
-    """Return the columns of one name, or of several between commas."""
-    if given in table.columns:
-        return [table.columns.index(given)]
-    return [given_column(table, part.strip(), "diameters") for part in given.split(",")]
-
-
 def _reading_columns(table: TextTable, label: int | None) -> list[int]:
     """Return the columns called diameters, or the only one of numbers beside the labels if none has a heading."""
     named = matching(table, DIAMETER, MILLIMETRES)
@@ -179,7 +173,9 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     >>> proposed_grades([7.2, 8.1, 8.3, 9.0, 9.4, 10.8, 6.9, 8.8, 7.9, 9.9])
     [7.0, 8.0, 9.0, 10.0, 11.0]
     """
-    numbers = sorted(_grade_number(value, step) for value in values)
+    numbers = sorted(
+        math.floor(value / step + 0.5) for value in values
+    )  # half up, so that limits fall alike everywhere
     needed = math.ceil(SHARE * len(numbers))
     spans = [(numbers[i + needed - 1] - numbers[i], numbers[i]) for i in range(len(numbers) - needed + 1)]
     centre = float(np.mean(numbers))
@@ -187,11 +183,6 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     if width >= MOST_GRADES:
         raise UsageError(f"--step {step:g}: {width + 1} grades would be needed; take a wider one")
     return [(first + offset) * step for offset in range(width + 1)]
-
-
-def _grade_number(value: float, step: float) -> int:
-    """Round half up, so that limits fall the same way everywhere."""
-    return math.floor(value / step + 0.5)
 
 
 def graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> Rows[Grade]:

@@ -92,9 +92,8 @@ def broken_line(lines: Sequence[Line], run: DataRun, decimal: str) -> int | None
     """
     if run.width < 2:
         return None
-    for step, edge in ((1, run.end), (-1, run.begin - 1)):
-        filled = (i for i in _outwards(lines, edge, step) if lines[i].cells)
-        places = list(islice(filled, 2))
+    for outwards in (range(run.end, len(lines)), range(run.begin - 1, -1, -1)):
+        places = list(islice((i for i in outwards if lines[i].cells), 2))
         if len(places) == 2 and like_data([lines[places[1]]], run.width, decimal):
             odd = lines[places[0]]
             numbers = any(as_number(cell, decimal) is not None for cell in odd.cells)
@@ -102,10 +101,6 @@ def broken_line(lines: Sequence[Line], run: DataRun, decimal: str) -> int | None
             if not odd.remark and (numbers or open_quote or len(odd.cells) > run.width):
                 return places[0]
     return None
-
-
-def _outwards(lines: Sequence[Line], edge: int, step: int) -> range:
-    return range(edge, len(lines)) if step > 0 else range(edge, -1, -1)
 
 
 class Heading(NamedTuple):

@@ -144,8 +144,10 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     text, encoding = decoded(content, form.encoding, path)
     texts = text.splitlines()
     _refuse_long(texts, path)
-    best = max(_candidates(form, texts), key=lambda pair: _score_of(texts[:_PROBED], *pair))
-    separator, decimal = best
+    probed = texts[:_PROBED]
+    separator, decimal = max(
+        _candidates(form, texts), key=lambda pair: _score(split(probed, pair[0]), pair[1], ragged=pair[0] != " ")
+    )
     table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
         raise UsageError(
@@ -204,10 +206,6 @@ def _named(given: str, known: dict[str, str], option: str) -> str:
     if given in known or given in known.values():
         return known.get(given, given)
     raise UsageError(f"{option} {shown(given)[1:-1]}: unknown; take one of {', '.join(known)}")
-
-
-def _score_of(texts: Sequence[str], separator: str, decimal: str) -> tuple[int, bool, int, int]:
-    return _score(split(texts, separator), decimal, ragged=separator != " ")
 
 
 def _score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool, int, int]:

@@ -5,8 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stemcal.by_hand.awaited import gone_on, sheet_rows
+from stemcal.by_hand.entering import Correction
+from stemcal.by_hand.face import asked_runs, enter_filled, require_manual, user_name
+from stemcal.by_hand.reading import told
 from stemcal.errors import UsageError
+from stemcal.folder.study_folder import StudyFolder, default_place
 from stemcal.study.model import Study
+from stemcal.text.by_hand import refused
+from stemcal.text.names import Names
 
 
 @dataclass(frozen=True)
@@ -15,10 +22,6 @@ class ByHand:
 
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
         """Return the runs that are awaited."""
-        from stemcal.by_hand.awaited import gone_on, sheet_rows
-        from stemcal.by_hand.face import asked_runs, require_manual
-        from stemcal.folder.study_folder import StudyFolder, default_place
-
         require_manual(study)
         with StudyFolder(default_place(study.name) if out is None else out) as folder:
             waiting = gone_on(study, folder)
@@ -26,13 +29,6 @@ class ByHand:
 
     def tell(self, study: Study, runs: Sequence[Mapping[str, Any]], out: str | Path | None, **how: Any) -> int:
         """Record results; return how many were taken."""
-        from stemcal.by_hand.entering import Correction
-        from stemcal.by_hand.face import enter_filled, require_manual, user_name
-        from stemcal.by_hand.reading import told
-        from stemcal.folder.study_folder import StudyFolder, default_place
-        from stemcal.text.by_hand import refused
-        from stemcal.text.names import Names
-
         require_manual(study)
         reason, who, sure = how.pop("replace", ""), how.pop("who", ""), how.pop("sure", False)
         if how:

@@ -1,10 +1,8 @@
 """What is taken from the records of the runs: curves, checks, pictures, where and when they were computed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stemcal.files.typed import from_json
 from stemcal.folder.study_folder import StudyFolder
@@ -13,11 +11,9 @@ from stemcal.run_warnings import RunWarning
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.study.model import Study
 from stemcal.text.numbers import duration
 from stemcal.text.runs import warned_of
-
-if TYPE_CHECKING:
-    from stemcal.study.model import Study
 
 Numbers = tuple[float, ...]
 

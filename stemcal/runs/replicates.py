@@ -10,8 +10,6 @@ from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.solvers.protocol import Request
 
-__all__ = ["Scatter", "merged", "pooled", "repeated"]
-
 
 def repeated(requests: Sequence[Request], times: int) -> list[Request]:
     """Return every request so many times over, numbered from 1; as it is for 0, which no chance is in."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 from stemcal.errors import UsageError
@@ -12,49 +13,18 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 
-def _embedded(study: Study) -> Solver:
-    from stemcal.solvers.embedded import Embedded
-
-    return Embedded(study)
-
-
-def _table(study: Study) -> Solver:
-    from stemcal.solvers.table import ReplaySolver
-
-    return ReplaySolver(study)
-
-
-def _command(study: Study) -> Solver:
-    from stemcal.solvers.command import Command
-
-    return Command(study)
-
-
-def _manual(study: Study) -> Solver:
-    from stemcal.solvers.manual import Manual
-
-    return Manual.of(study)
-
-
-def _lsdyna(study: Study) -> Solver:
-    from stemcal.solvers.lsdyna import LsDyna
-
-    return LsDyna(study)
-
-
-def _openradioss(study: Study) -> Solver:
-    from stemcal.solvers.openradioss import OpenRadioss
-
-    return OpenRadioss(study)
+def _of(place: str) -> Callable[[Study], Solver]:
+    """Return what makes a solver for a study; its module is imported when the first is made."""
+    return lambda study: resolve_name(f"stemcal.solvers.{place}")(study)
 
 
 SOLVERS: dict[str, Callable[[Study], Solver]] = {
-    "embedded": _embedded,
-    "table": _table,
-    "command": _command,
-    "manual": _manual,
-    "lsdyna": _lsdyna,
-    "openradioss": _openradioss,
+    "embedded": _of("embedded:Embedded"),
+    "table": _of("table:ReplaySolver"),
+    "command": _of("command:Command"),
+    "manual": _of("manual:Manual.of"),
+    "lsdyna": _of("lsdyna:LsDyna"),
+    "openradioss": _of("openradioss:OpenRadioss"),
 }
 
 

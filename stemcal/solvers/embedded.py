@@ -6,9 +6,6 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stemcal import cutting
 from stemcal.cutting import (
     Blade,
@@ -38,13 +35,11 @@ from stemcal.laboratory import LaboratoryResult, LaboratoryTest, perform
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import doubts, identity, laboratory_test, measured_at, perform_all, seconds
-from stemcal.solvers.measures import work_until
+from stemcal.solvers.measures import kept_curve, kept_rows, work_until
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.lengths import Length
 
-# Points of the force-travel curve that a run's record keeps.
-_CURVE_POINTS = 200
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
 # A run whose energy balance is off by more than this is no answer, percent.
@@ -399,7 +394,7 @@ def _small_enough(test: ShearTest) -> ShearTest | None:
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
     """Return what pictures of a run are made from: energies over travel (mJ), thinned, its end and how it got there."""
-    history, keep = result.history, _kept(result)
+    history, keep = result.history, kept_rows(len(result.history.time))
     rows = {name: values for name, values in vars(history).items() if name in _PICTURED}
     energies = {name: [round(float(v), 6) for v in values[keep]] for name, values in rows.items()}
     small = result.shape is not None and len(result.shape.nodes) <= LARGEST
@@ -409,21 +404,10 @@ def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
     return {"energies": energies, "shape": result.shape.packed(), **({"film": frames} if frames else {})}
 
 
-def _kept(result: CuttingResult) -> NDArray[np.int64]:
-    """Return the rows of the history that a record keeps."""
-    rows = np.linspace(0, len(result.history.time) - 1, _CURVE_POINTS).round()
-    return np.unique(rows.astype(np.int64))
-
-
 def _details(result: CuttingResult) -> dict[str, Any]:
     """Return the result's numbers and its curve, thinned, as JSON values."""
-    numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
-    scalars: dict[str, Any] = dict(numbers)
-    keep = _kept(result)
-    curve = {
-        "travel": [round(float(v), 6) for v in result.history.travel[keep]],
-        "force": [round(float(v), 4) for v in result.history.force_filtered[keep]],
-    }
+    scalars: dict[str, Any] = {k: v for k, v in vars(result).items() if isinstance(v, bool | int | float)}
+    curve = kept_curve(result.history.travel, result.history.force_filtered)
     if result.phase_peaks:
         scalars["phase_peaks"] = list(result.phase_peaks)
     return {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}

@@ -106,17 +106,13 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
                 nodes=shape.reference + moved[k],
                 standing=standing[k],
                 plastic_strain=strains[k],
-                tools=_lifted(shape, packed["stroke"] - packed["travel"][k]),
+                # the blade, the first of them, higher; the supports stand still
+                tools=(shape.tools[0] + [0.0, packed["stroke"] - packed["travel"][k]], *shape.tools[1:]),
             ),
             stress if k == packed["highest"] else None,
         )
         for k in range(count)
     ]
-
-
-def _lifted(shape: Shape, by: float) -> tuple[Array, ...]:
-    """Return the tools with the blade, the first of them, so much higher; the supports stand still."""
-    return (shape.tools[0] + [0.0, by], *shape.tools[1:])
 
 
 def _held(moved: Array, hexes: NDArray[np.int32]) -> Array:

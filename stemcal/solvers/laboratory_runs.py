@@ -16,6 +16,7 @@ from stemcal.files.typed import to_json
 from stemcal.laboratory import Axial, Kind, LaboratoryResult, LaboratoryTest, RadialCompression, ThreePointBending
 from stemcal.laboratory.build import integration
 from stemcal.run_warnings import MaximumNotPassed, RunWarning
+from stemcal.solvers.measures import kept_curve
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
 
@@ -125,7 +126,6 @@ def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[RunWarning
 
 def kept(result: LaboratoryResult) -> Mapping[str, Any]:
     """Return what a record keeps of a test."""
-    rows = np.unique(np.linspace(0, len(result.history.time) - 1, 100).round().astype(np.int64))
     return {
         "responses": result.responses,
         "slope_r2": result.slope_r2,
@@ -135,10 +135,7 @@ def kept(result: LaboratoryResult) -> Mapping[str, Any]:
         "hourglass_ratio_percent": result.hourglass_ratio_percent,
         "inertia_percent": result.inertia_percent,
         "warnings": to_json(result.warnings),
-        "curve": {
-            "travel": [round(float(v), 6) for v in result.history.travel[rows]],
-            "force": [round(float(v), 4) for v in result.history.force_filtered[rows]],
-        },
+        "curve": kept_curve(result.history.travel, result.history.force_filtered, 100),
     }
 
 

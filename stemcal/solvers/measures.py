@@ -1,10 +1,12 @@
-"""What a run tells beside its maximum force: the travel of the blade to the maximum, the work done by then, scatter."""
+"""What a run tells beside its maximum force: its curve, travel to the maximum, the work done by then, scatter."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
 
 
 def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
@@ -19,6 +21,20 @@ def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
     inner = u[(u > 0.0) & (u < end)]
     points = np.concatenate([[0.0], inner, [max(end, 0.0)]])
     return float(np.trapezoid(np.interp(points, u, f), points))
+
+
+def kept_rows(count: int, most: int = 200) -> NDArray[np.int64]:
+    """Return which of `count` rows of a history a record keeps: the first, the last, evenly between."""
+    return np.unique(np.linspace(0, count - 1, most).round().astype(np.int64))
+
+
+def kept_curve(travel: Array, force: Array, most: int = 200) -> dict[str, list[float]]:
+    """Return what a record keeps of the force (N) over the travel (mm)."""
+    rows = kept_rows(len(travel), most)
+    return {
+        "travel": [round(float(value), 6) for value in travel[rows]],
+        "force": [round(float(value), 4) for value in force[rows]],
+    }
 
 
 def measures(details: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """A solver that looks its answers up: tables of past or published runs in place of simulations."""
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -65,7 +64,8 @@ class ReplaySolver(Immediate):
         try:
             sheet = read_sheet(path, known, required, self._answers(stage))
             marks = [name for name in MARKS if name in sheet.columns and name not in study.names]
-            self._marks[stage] = [_marked(row, marks) for row in sheet.rows]
+            # a block is a label, a weight a number
+            self._marks[stage] = [{m: f"{row[m]:g}" if m == "block" else row[m] for m in marks} for row in sheet.rows]
             rows = tuple({name: value for name, value in row.items() if name not in marks} for row in sheet.rows)
             self._sheets[stage] = replace(sheet, rows=rows)
         except SpecError as error:
@@ -144,8 +144,3 @@ class ReplaySolver(Immediate):
             if math.isclose(row[self.naming.condition.name], request.condition, rel_tol=1e-6, abs_tol=1e-12):
                 return index
         return None
-
-
-def _marked(row: Mapping[str, float], marks: Sequence[str]) -> dict[str, Any]:
-    """Return block (as a label) and weight of a row."""
-    return {name: f"{row[name]:g}" if name == "block" else row[name] for name in marks}

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stemcal.study.model import Study
 
-__all__ = ["STAGES", "Stage", "stage_called", "stages_of"]
-
 
 @dataclass(frozen=True)
 class Stage:

@@ -8,14 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from stemcal.doe.designs.catalogue import (
-    SurfaceOptions,
-    screening_runs,
-    surface_blocks,
-    surface_radius,
-    surface_reach,
-    surface_runs,
-)
+from stemcal.doe.designs import catalogue
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import spread_runs
@@ -153,7 +146,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
         chosen = study.screen
         if chosen.design == "none":
             raise UsageError("screen.design is none; name another to screen factors")
-        corners = screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         return Design("screen", kind, coding, coded, _levels(study, coding, coded)).repeated(study.replicates)
@@ -168,7 +161,7 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
     given = solver.given_design("rsm")
     if given is None:
         options = replace(surface_options(study), within=half_spaces(study, coding, study.rsm.constraints))
-        coded, blocks = surface_runs(len(names), options), surface_blocks(len(names), options)
+        coded, blocks = catalogue.surface_runs(len(names), options), catalogue.surface_blocks(len(names), options)
         levels = _levels(study, coding, coded)
         once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
         if study.rsm.coarse is not None:
@@ -191,7 +184,7 @@ def _coarsened(design: Design, options: CoarseOptions, solver: Solver) -> Design
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:
     """Return the coding of the spec; factors without one have the outermost runs at low and high."""
     factors = [study.factor(name) for name in names]
-    reach = surface_reach(len(names), surface_options(study))
+    reach = catalogue.surface_reach(len(names), surface_options(study))
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
     given = study.rsm.coding
     return Coding(
@@ -203,13 +196,13 @@ def surface_coding(study: Study, names: Sequence[str]) -> Coding:
 
 def design_radius(study: Study, k: int) -> float:
     """Return how far from the centre the surface may be trusted, in coded units."""
-    return surface_radius(k, surface_options(study))
+    return catalogue.surface_radius(k, surface_options(study))
 
 
-def surface_options(study: Study) -> SurfaceOptions:
+def surface_options(study: Study) -> catalogue.SurfaceOptions:
     """Return what the spec chooses about the design of the surface."""
     rsm = study.rsm
-    return SurfaceOptions(
+    return catalogue.SurfaceOptions(
         rsm.design,
         rsm.centre_points,
         rsm.alpha,

@@ -1,22 +1,7 @@
 """What is said of runs done by hand: what is awaited, what became of a sheet, why a row of it is refused."""
 
+from stemcal.by_hand import refusals
 from stemcal.by_hand.entering import Entered
-from stemcal.by_hand.refusals import (
-    BrokenRow,
-    FailedWithValue,
-    FarOff,
-    Incomplete,
-    KnownOtherwise,
-    NoReason,
-    NothingToWithdraw,
-    OtherLevels,
-    OtherReplicate,
-    OtherStudy,
-    SeveralMeant,
-    ToldTwice,
-    UnknownRun,
-    Unreadable,
-)
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
@@ -62,30 +47,35 @@ def refused(found: Entered, names: Names) -> list[str]:
     return [head, *(sentence(one, names) for one in found.refused)]
 
 
-states(UnknownRun, "{place}: the study asks for no run {run!r}; write its name as the sheet does, such as rsm 3")
-states(OtherStudy, "{place}: {run} is of the study {given!r}, not of {own!r}; enter the row for that one")
-states(OtherReplicate, "{place}: {run} has no replicate {replicate!r}; write the number as on the sheet")
-states(SeveralMeant, "{place}: several runs are called {run}; tell its condition and replicate, as `ask` gives them")
-states(Incomplete, "{place}: {run} has no {response}; write its value too, or `failed: why`")
-states(FailedWithValue, "{place}: {run} is said to have failed and has a value; delete one of the two")
-states(NoReason, "{place}: {run} is said to have failed; write why, as `failed: the stem slipped`")
-states(BrokenRow, "{place}: the row has more cells than the heading; put texts and decimal commas in quotes")
-states(ToldTwice, "{place}: {run} has another result at {other}; delete the wrong row")
-states(NothingToWithdraw, "{place}: {run} has no result that could be withdrawn; delete the word")
 states(
-    OtherLevels,
+    refusals.UnknownRun, "{place}: the study asks for no run {run!r}; write its name as the sheet does, such as rsm 3"
+)
+states(refusals.OtherStudy, "{place}: {run} is of the study {given!r}, not of {own!r}; enter the row for that one")
+states(refusals.OtherReplicate, "{place}: {run} has no replicate {replicate!r}; write the number as on the sheet")
+states(
+    refusals.SeveralMeant,
+    "{place}: several runs are called {run}; tell its condition and replicate, as `ask` gives them",
+)
+states(refusals.Incomplete, "{place}: {run} has no {response}; write its value too, or `failed: why`")
+states(refusals.FailedWithValue, "{place}: {run} is said to have failed and has a value; delete one of the two")
+states(refusals.NoReason, "{place}: {run} is said to have failed; write why, as `failed: the stem slipped`")
+states(refusals.BrokenRow, "{place}: the row has more cells than the heading; put texts and decimal commas in quotes")
+states(refusals.ToldTwice, "{place}: {run} has another result at {other}; delete the wrong row")
+states(refusals.NothingToWithdraw, "{place}: {run} has no result that could be withdrawn; delete the word")
+states(
+    refusals.OtherLevels,
     "{place}: {run} was asked for at {name} = {asked:.6g}{unit}, the row has {given!r}; copy the row from the sheet, "
     "or do the run as it was asked for",
 )
 states(
-    FarOff,
+    refusals.FarOff,
     "{place}: {run} has {response} = {value:.6g}, the {count} others lie from {low:.4g} to {high:.4g}; mend it, or if "
     "it is right enter the sheet with --yes",
 )
 
 
 @sentence.register
-def _(fact: KnownOtherwise, names: Names) -> str:
+def _(fact: refusals.KnownOtherwise, names: Names) -> str:
     return names.say(
         "{place}: {run} has the result {known} already ({when} {who}), not {given}; if that was wrong, enter the "
         'sheet with --replace --reason "why"',
@@ -94,7 +84,7 @@ def _(fact: KnownOtherwise, names: Names) -> str:
 
 
 @sentence.register
-def _(fact: Unreadable, names: Names) -> str:
+def _(fact: refusals.Unreadable, names: Names) -> str:
     templates = {
         "no_number": "{place}: {run}, {response}: {given!r} is not a number; write a number, or `failed: why`",
         "ambiguous": "{place}: {run}, {response}: {given!r} may be {one:.6g} or {other:.6g}; write it without a comma",

@@ -9,8 +9,6 @@ from gettext import NullTranslations
 from string import Formatter
 from typing import Any
 
-__all__ = ["Writer", "all_of", "say", "say_number", "use"]
-
 Form = Callable[[Any], str]
 _catalogue = NullTranslations()
 

@@ -12,8 +12,6 @@ from stemcal.stages.base import stage_called
 from stemcal.text.language import Writer, all_of, say
 from stemcal.text.numbers import duration, fixed, in_bytes, interval, short, signed_probability, significant
 
-__all__ = ["Names", "program"]
-
 
 @dataclass(frozen=True)
 class Names:

@@ -10,8 +10,6 @@ from stemcal.files.typed import Tagged
 from stemcal.notes import Note, Weight
 from stemcal.text.names import Names
 
-__all__ = ["Remark", "remark", "sentence", "states"]
-
 K = TypeVar("K", bound=Tagged)
 
 

@@ -4,17 +4,8 @@ from collections.abc import Iterable
 
 from stemcal.executors import machine
 from stemcal.notes import Note
+from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
-from stemcal.overview.plan import (
-    AskedTogether,
-    CannotCarry,
-    DecidedLater,
-    DesignPower,
-    FactorsAssumed,
-    InAnotherProgram,
-    OtherMeshes,
-    Plan,
-)
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
@@ -22,7 +13,7 @@ from stemcal.text.notes import sentence, states
 from stemcal.text.numbers import duration, in_bytes
 
 
-def total(found: Plan) -> list[str]:
+def total(found: plan.Plan) -> list[str]:
     """Say how many runs are left, and what they take."""
     if found.source == "by_hand":
         stages = " + ".join(str(stage.to_run) for stage in found.stages)
@@ -75,19 +66,19 @@ def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[st
     return sentences(too_much), sentences(scarce(demand, workers, machine.free_memory()) if here else ())
 
 
-states(FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
-states(DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
-states(AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
-states(CannotCarry, "{stage}, {design}: {reason}")
+states(plan.FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
+states(plan.DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
+states(plan.AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
+states(plan.CannotCarry, "{stage}, {design}: {reason}")
 states(
-    InAnotherProgram,
+    plan.InAnotherProgram,
     "{here} runs here, at most {there} in {solver:program} (transfer). Those take at most {seconds:duration} on one "
     "core.",
     otherwise="{here} runs here, at most {there} in {solver:program} (transfer).",
     by=lambda note: note.seconds is not None,
 )
 states(
-    OtherMeshes,
+    plan.OtherMeshes,
     "mesh simulates the solution at {places} places of the mesh and with other elements (sizes: {sizes}; conditions: "
     "{conditions}).",
     otherwise="mesh simulates the solution at {places} places of the mesh (conditions: {conditions}).",
@@ -96,7 +87,7 @@ states(
 
 
 @sentence.register
-def _(note: DesignPower, names: Names) -> str:
+def _(note: plan.DesignPower, names: Names) -> str:
     saturated = (
         "{stage}, {design}: {runs} runs for {coefficients} coefficients leave no residual df: no F test is possible."
     )

@@ -3,32 +3,13 @@
 from collections.abc import Iterator
 from fractions import Fraction
 
-from stemcal.doe.designs.aliases import (
-    ClearOfInteractions,
-    FullyAliased,
-    NoInteractions,
-    PartlyAliased,
-    UniformlyAliased,
-)
+from stemcal.doe.designs import aliases
 from stemcal.doe.designs.definitive_screening import OneSpareColumn
 from stemcal.doe.regression.surface_notes import FlatResponse
+from stemcal.doe.screening import notes
 from stemcal.doe.screening.curvature import Curvature
 from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.screening.fold import FoldOverPays
-from stemcal.doe.screening.notes import (
-    ExactResidual,
-    InteractionOfStrongest,
-    LenthError,
-    MethodsDisagree,
-    NoResidual,
-    NotAfterHolm,
-    PooledError,
-    ReplicateError,
-    ScreeningRunsFailed,
-    TooFewEffects,
-    UnusedContrasts,
-    WeakError,
-)
 from stemcal.doe.screening.two_stage_analysis import ErrorSource, TwoStages
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign
@@ -234,27 +215,27 @@ def limit_label(limit: Limit, alpha: float) -> str:
 
 
 states(
-    ScreeningRunsFailed,
+    notes.ScreeningRunsFailed,
     "{failed} of {runs} runs failed: the design is no longer orthogonal, and effects and sums of squares are "
     "least-squares (type III) estimates with {df} residual df that do not add up to the total; Lenth's method is "
     "approximate.",
 )
 states(FlatResponse, "Every run gave the same response: no factor has an effect.")
-states(LenthError, "As chosen, p-values are those of Lenth's method; they hold if most factors have no effect.")
+states(notes.LenthError, "As chosen, p-values are those of Lenth's method; they hold if most factors have no effect.")
 states(
-    NoResidual,
+    notes.NoResidual,
     "Every column carries a factor, so there is no residual and no p-value: only Lenth's method can decide.",
 )
-states(ExactResidual, "The residual is exactly zero, so no F can be formed: only Lenth's method can decide.")
+states(notes.ExactResidual, "The residual is exactly zero, so no F can be formed: only Lenth's method can decide.")
 states(
-    WeakError,
+    notes.WeakError,
     "The error has only {df} residual df (the unused columns), so the F tests are weak: read p beside Lenth's method "
     "and the adjusted p-values. Without repeated runs these columns hold no scatter: what is in them is interactions, "
     "aliased.",
 )
-states(TooFewEffects, "Fewer than three effects: Lenth's method has nothing to take as noise.")
+states(notes.TooFewEffects, "Fewer than three effects: Lenth's method has nothing to take as noise.")
 states(
-    NotAfterHolm,
+    notes.NotAfterHolm,
     "{factors:factors} has p below {alpha:g} alone, not after Holm's correction: of {tested} factors without effect at "
     "least one would with a probability of up to {by_chance_percent:.0f} %.",
     "{factors:factors} have p below {alpha:g} alone, not after Holm's correction: of {tested} factors without effect "
@@ -262,7 +243,7 @@ states(
     by="factors",
 )
 states(
-    InteractionOfStrongest,
+    notes.InteractionOfStrongest,
     "An interaction {first:factor}:{second:factor} of the two strongest factors would show up in part as effects of "
     "{shown_by:factors}.",
 )
@@ -284,27 +265,27 @@ states(
     "differ, `screen.runs: {with_centre}` adds two centre runs; of a deterministic solver `screen.runs: "
     "{with_columns}` adds two columns without a factor. Either leaves about one of ten.",
 )
-states(NoInteractions, "One factor has no interactions.")
-states(ClearOfInteractions, "In these {runs} runs the main effects are clear of two-factor interactions.")
+states(aliases.NoInteractions, "One factor has no interactions.")
+states(aliases.ClearOfInteractions, "In these {runs} runs the main effects are clear of two-factor interactions.")
 states(
-    PartlyAliased,
+    aliases.PartlyAliased,
     "In these {runs} runs main effects are partly aliased with two-factor interactions (weights up to {largest:.2g}).",
 )
 states(
-    PooledError,
+    notes.PooledError,
     "As chosen, the error pools the unused columns and {pooled:factors} ({df} df): effects that are small by chance "
     "make it small, so p-values look better than they are.",
     otherwise="As chosen, the error pools the unused columns ({df} df).",
     by="pooled",
 )
 states(
-    ReplicateError,
+    notes.ReplicateError,
     "The error is the scatter of repeated runs ({df} df).",
     otherwise="The error was to come from repeated runs, but no run is repeated, or all repeats agree exactly.",
     by="df",
 )
 states(
-    MethodsDisagree,
+    notes.MethodsDisagree,
     "The two methods disagree on {factor:factor}: p {p:p} is below {alpha:g}, but its effect {effect:response +.4g} "
     "stays within Lenth's margin of error {margin:response}.",
     otherwise="The two methods disagree on {factor:factor}: p {p:p} is not below {alpha:g}, but its effect "
@@ -312,7 +293,7 @@ states(
     by=lambda note: note.p < note.alpha,
 )
 states(
-    UnusedContrasts,
+    notes.UnusedContrasts,
     "Lenth's margin is that of {count} contrasts, the unused columns' ({listed:all}) among them. It decides which "
     "factors count, since F rests on these columns alone.",
     otherwise="Lenth's margin is that of {count} contrasts, the unused columns' ({listed:all}) among them.",
@@ -320,7 +301,7 @@ states(
     listed=lambda note, names: [names.quantity(value, "+.3g") for value in note.contrasts],
 )
 states(
-    UniformlyAliased,
+    aliases.UniformlyAliased,
     "In these {runs} runs every main effect is aliased ±{weight} with each two-factor interaction that does not "
     "contain it.",
     weight=lambda note, _names: Fraction(note.share).limit_denominator(100),
@@ -328,7 +309,7 @@ states(
 
 
 @sentence.register
-def _(note: FullyAliased, names: Names) -> str:
+def _(note: aliases.FullyAliased, names: Names) -> str:
     hidden = list(note.hidden.items())
     parts = [_aliased(factor, pairs, names) for factor, pairs in hidden[:_SHOWN_FACTORS]]
     more = len(hidden) - len(parts)

@@ -2,21 +2,8 @@
 
 from collections.abc import Iterator
 
+from stemcal.doe.regression import surface_notes
 from stemcal.doe.regression.surface import PREDICTS
-from stemcal.doe.regression.surface_notes import (
-    CopiesOnly,
-    ExactSurface,
-    InfluentialRun,
-    MostlyNoise,
-    NoPointToSpare,
-    NothingRepeated,
-    SaturatedSurface,
-    ScatterOverMeshes,
-    SurfaceRunsFailed,
-    TermsDropped,
-    TermsEntangled,
-    VerdictOnOneRun,
-)
 from stemcal.doe.regression.transform import BoxCox
 from stemcal.notes import Weight
 from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAsked, TableVaries
@@ -193,36 +180,42 @@ def _second_opinion(stage: SurfaceResult, names: Names) -> str:
 
 
 states(
-    SurfaceRunsFailed,
+    surface_notes.SurfaceRunsFailed,
     "{failed} of {runs} runs failed; the surface is fitted to the others, with {df} residual df; the design is no "
     "longer as planned (largest variance inflation {inflation:.2f}, as planned {planned:.2f}).",
 )
 states(
-    TermsDropped,
+    surface_notes.TermsDropped,
     "The runs left cannot estimate {terms:factors}: these terms are left out. What they stand for is now in the other "
     "coefficients, and the surface must not be trusted beyond the runs it has.",
 )
 states(
-    TermsEntangled,
+    surface_notes.TermsEntangled,
     "The largest variance inflation is {inflation:.1f}: the runs hardly tell some terms apart, and their coefficients "
     "are uncertain one by one.",
 )
-states(SaturatedSurface, "As many coefficients as runs: the surface passes through every run and knows no error.")
-states(ExactSurface, "The quadratic passes through every run exactly: no F can be formed.")
-states(MostlyNoise, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
 states(
-    CopiesOnly,
+    surface_notes.SaturatedSurface,
+    "As many coefficients as runs: the surface passes through every run and knows no error.",
+)
+states(surface_notes.ExactSurface, "The quadratic passes through every run exactly: no F can be formed.")
+states(surface_notes.MostlyNoise, "Adequate precision {precision:.2f} is below 4: the surface is mostly noise.")
+states(
+    surface_notes.CopiesOnly,
     "{repeated} runs repeat others exactly: the solver is deterministic. Each point counts once, which leaves {df} "
     "residual df.",
 )
-states(NothingRepeated, "Lack of fit cannot be tested: no repeated runs differ.")
-states(NoPointToSpare, "Lack of fit cannot be tested: the design has as many distinct points as the surface has terms.")
+states(surface_notes.NothingRepeated, "Lack of fit cannot be tested: no repeated runs differ.")
 states(
-    InfluentialRun,
+    surface_notes.NoPointToSpare,
+    "Lack of fit cannot be tested: the design has as many distinct points as the surface has terms.",
+)
+states(
+    surface_notes.InfluentialRun,
     "Run {run} ({value:response g}) strongly influences the surface: Cook's distance {cooks_distance:.2f}.",
 )
 states(
-    VerdictOnOneRun,
+    surface_notes.VerdictOnOneRun,
     "Without run {run} ({value:response g}) lack of fit has p {without:p}, with it p {p:p}: whether the surface "
     "fits rests on one run.",
 )
@@ -250,7 +243,7 @@ states(
 
 
 @sentence.register
-def _(note: ScatterOverMeshes, names: Names) -> str:
+def _(note: surface_notes.ScatterOverMeshes, names: Names) -> str:
     said = [
         names.say(
             "Pure error is the scatter within the runs over mesh phases: {scatter:response} for the mean of a run, "

@@ -1,27 +1,19 @@
 """What a transfer says: what the parameters become in another program, and how near the response is there."""
 
 from stemcal.notes import Weight
-from stemcal.stages.transfer.result import (
-    BeyondRange,
-    FailedThere,
-    NotReached,
-    NotRunThere,
-    Role,
-    StillRose,
-    TransferResult,
-)
+from stemcal.stages.transfer import result as facts
 from stemcal.text.language import say
 from stemcal.text.names import Names, program
 from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import significant
 
 
-def role(name: Role) -> str:
+def role(name: facts.Role) -> str:
     """Return what a run was made for."""
     return {"search": say("search"), "after": say("result elsewhere"), "before": say("start elsewhere")}[name]
 
 
-def outcome(stage: TransferResult, names: Names) -> list[str]:
+def outcome(stage: facts.TransferResult, names: Names) -> list[str]:
     """Say what the parameters become there, and what they give."""
     moved = [one for one in stage.adjusted if one.value != one.calibrated]
     where, found, start = program(stage.solver.kind), stage.fitted.after, stage.fitted.before
@@ -42,7 +34,7 @@ def outcome(stage: TransferResult, names: Names) -> list[str]:
     return [names.say(changed if start is None else known, values=values, **fields)]
 
 
-def certainty(stage: TransferResult, names: Names) -> list[str]:
+def certainty(stage: facts.TransferResult, names: Names) -> list[str]:
     """Say how large the errors there are."""
     if stage.max_abs_error_percent is None:
         return []
@@ -55,7 +47,7 @@ def certainty(stage: TransferResult, names: Names) -> list[str]:
     return [names.say(template, there=program(stage.solver.kind), **fields)]
 
 
-def remarks(stage: TransferResult, names: Names) -> list[Remark]:
+def remarks(stage: facts.TransferResult, names: Names) -> list[Remark]:
     """Return what the transfer says beside its tables."""
     said = [remark(note, names) for note in stage.notes]
     if stage.learnt is not None and len(stage.asked) > 1:
@@ -63,7 +55,7 @@ def remarks(stage: TransferResult, names: Names) -> list[Remark]:
     return said
 
 
-def _learnt(stage: TransferResult, names: Names) -> str:
+def _learnt(stage: facts.TransferResult, names: Names) -> str:
     assert stage.learnt is not None
     exact = (
         "The {response} there is {scale:.3g} times that of the study's own solver with the calibrated values, and "
@@ -79,20 +71,20 @@ def _learnt(stage: TransferResult, names: Names) -> str:
 
 
 states(
-    NotRunThere,
+    facts.NotRunThere,
     "transfer.budget left no run with the result at {conditions:conditions}.",
     otherwise="Nothing was run there at {conditions:conditions}: first the response at the calibration must be right.",
     by="converged",
 )
 states(
-    BeyondRange,
+    facts.BeyondRange,
     "{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), as transfer.adjust allows.",
     otherwise="{factor:factor} {value:.4g} lies outside the study's range ({low:g} to {high:g}), which belongs to the "
     "study's mesh and lengths.",
     by="allowed",
 )
 states(
-    StillRose,
+    facts.StillRose,
     "In {count} run there the {names.response.long} still rose when the stroke ended: it is a lower bound. A longer "
     "stroke (transfer.test.duration) tells more.",
     "In {count} runs there the {names.response.long} still rose when the stroke ended: they are lower bounds. A longer "
@@ -100,13 +92,13 @@ states(
     by="runs",
 )
 states(
-    FailedThere,
+    facts.FailedThere,
     "Runs there with the result failed at {conditions:conditions} ({reason}).",
     otherwise="The run there with the result failed ({reason}).",
     by="names.placed",
 )
 states(
-    NotReached,
+    facts.NotReached,
     {
         "budget": "The {names.response.long} there is still {missed_percent:.1f} % from {aim:response .4g}: "
         "transfer.budget allows no further run. Raise it, or give {factors:factors} a wider range under "

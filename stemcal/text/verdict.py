@@ -5,27 +5,8 @@ from typing import Any
 from stemcal.files.durable import plain
 from stemcal.files.typed import to_json
 from stemcal.stages.base import stage_called
-from stemcal.stages.verdict import advice
+from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
-from stemcal.stages.verdict.rules import (
-    CheckMissed,
-    Conflict,
-    DoubtfulPhysics,
-    Misfit,
-    NotIdentified,
-    OnTheEdge,
-    OutOfReach,
-    PriorConflict,
-    RoughResponse,
-    SignAgainstExpectation,
-    SolutionDoubtful,
-    TargetMissed,
-    TransferMissed,
-    Unchecked,
-    Unfinished,
-    ValidationFailed,
-    ValidationFromTable,
-)
 from stemcal.text.calibration import change, known_beforehand, with_unit
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names, program
@@ -156,7 +137,7 @@ def _size(percent: float) -> str:
 
 
 states(
-    TransferMissed,
+    rules.TransferMissed,
     {
         "measured": "In {solver:program} the {names.response.long} is {missed_percent:.1f} % from the measured one.",
         "study": "In {solver:program} the {names.response.long} is {missed_percent:.1f} % from that of the study's own "
@@ -164,19 +145,19 @@ states(
     },
     by="aims_at",
 )
-states(OnTheEdge, "The solution lies on the edge of the region searched.")
-states(Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p {p:p}).")
-states(ValidationFromTable, "The validation is read from a table, not simulated with these parameters.")
-states(Unchecked, "Nothing checks the result independently.")
+states(rules.OnTheEdge, "The solution lies on the edge of the region searched.")
+states(rules.Misfit, "The misfit is {times:.1f} times what the measured scatter explains (p {p:p}).")
+states(rules.ValidationFromTable, "The validation is read from a table, not simulated with these parameters.")
+states(rules.Unchecked, "Nothing checks the result independently.")
 states(
-    Unfinished,
+    rules.Unfinished,
     "Not done yet: {titles}.",
     titles=lambda reason, _names: ", ".join(stage_called(name).title for name in reason.stages),
 )
 
 
 @sentence.register
-def _(reason: Conflict, names: Names) -> str:
+def _(reason: rules.Conflict, names: Names) -> str:
     found = reason.contradiction
     if found is None:
         worst = "No parameters within the ranges bring all errors below {least_error_percent:.0f} %."
@@ -196,7 +177,7 @@ def _(reason: Conflict, names: Names) -> str:
 
 
 @sentence.register
-def _(reason: PriorConflict, names: Names) -> str:
+def _(reason: rules.PriorConflict, names: Names) -> str:
     prior = reason.prior
     said = (
         "The prior of {factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
@@ -207,31 +188,31 @@ def _(reason: PriorConflict, names: Names) -> str:
 
 
 states(
-    OutOfReach,
+    rules.OutOfReach,
     "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}.",
     otherwise="The measured {target:response g} is below what the ranges reach, {low:.4g} to {high:response}.",
     by=lambda reason: reason.target > reason.high,
 )
 states(
-    TargetMissed,
+    rules.TargetMissed,
     "The simulated {response} misses the value that it was fitted to: {miss}.",
     response=lambda reason, names: _response(reason.worst, names),
     miss=lambda reason, names: miss(reason.worst, names),
 )
 states(
-    ValidationFailed,
+    rules.ValidationFailed,
     "The validation has no {names.response.long} at {conditions:conditions}: the run failed.",
     otherwise="The validation has no {names.response.long}: the run failed.",
     by="names.placed",
 )
 states(
-    CheckMissed,
+    rules.CheckMissed,
     "The simulated {response} is {miss}.",
     response=lambda reason, names: _response(reason.worst, names),
     miss=lambda reason, names: miss(reason.worst, names),
 )
 states(
-    DoubtfulPhysics,
+    rules.DoubtfulPhysics,
     {
         "hourglass": "In {doubt.runs} of {checked} runs the physics is doubtful: hourglass energy up to {worst} %.",
         "inertia": "In {doubt.runs} of {checked} runs the physics is doubtful: inertia carries up to {worst} % of the "
@@ -247,7 +228,7 @@ states(
 
 
 @sentence.register
-def _(reason: SolutionDoubtful, names: Names) -> str:
+def _(reason: rules.SolutionDoubtful, names: Names) -> str:
     somewhere = {
         "hourglass": "With the calibrated parameters hourglass energy is {worst} % at {condition:condition}.",
         "inertia": "With the calibrated parameters inertia carries {worst} % of the force at {condition:condition}.",
@@ -266,7 +247,7 @@ def _(reason: SolutionDoubtful, names: Names) -> str:
 
 
 @sentence.register
-def _(reason: NotIdentified, names: Names) -> str:
+def _(reason: rules.NotIdentified, names: Names) -> str:
     together = [change(name, size, reason.units[name], names) for name, size in reason.changes.items()]
     combination = (
         "Not identified: {factors:factors}. One combination is known, not each: {changes:all} together change hardly "
@@ -277,11 +258,11 @@ def _(reason: NotIdentified, names: Names) -> str:
 
 
 states(
-    SignAgainstExpectation,
+    rules.SignAgainstExpectation,
     "The effect of {factors:factors} has the other sign than the study expects.",
 )
 states(
-    RoughResponse,
+    rules.RoughResponse,
     "Equal inputs give equal answers, but the surface misses its runs by {cv_percent:.1f} %: the response is rough, or "
     "no quadratic follows it.",
 )

@@ -22,9 +22,8 @@ from stemcal.fem.model import Integration
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.figures import view
 from stemcal.report.figures.animation import write_animation
-from stemcal.report.figures.fields import fields
 from stemcal.report.figures.fracture import end_faces
-from stemcal.report.figures.frames import fracture_frames, mesh, moments, near
+from stemcal.report.figures.frames import fields, fracture_frames, mesh, moments, near
 from stemcal.report.page.render import render
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of

@@ -25,11 +25,10 @@ from stemcal.report.figures.style import svg
 from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
-from stemcal.report.tables.equation import equation
-from stemcal.report.tables.final import final_tables
-from stemcal.report.tables.of_designs import listed, runs_table
+from stemcal.report.tables.of_designs import equation, listed, runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.tables.stages import tables_of
+from stemcal.report.tables.terminal import final_tables
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

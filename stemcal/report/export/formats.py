@@ -16,31 +16,25 @@ Tables = Sequence[PaperTable]
 
 
 def export_tables(tables: Tables, kind: str, folder: Path) -> list[Path]:
-    """Write tables into a folder in one of the `FORMATS`; returns the files."""
+    """Write tables into a folder as csv or in one of `ONE_FILE`; returns the files."""
     make_folder(folder)
     plain = [replace(one, caption=in_a_line(one.caption), note=in_a_line(one.note)) for one in tables]
-    return FORMATS[kind](plain, folder)
+    if kind == "csv":
+        return _csv_files(plain, folder)
+    path = folder / f"tables.{kind}"
+    ONE_FILE[kind](plain, path)
+    return [path]
 
 
 def _csv_files(tables: Tables, folder: Path) -> list[Path]:
     """One file per table, UTF-8 with a byte order mark, which Excel needs to know it."""
     paths = []
     for table in tables:
-        text = csv_text([map(_ascii_minus, row) for row in (table.heads, *table.cells)])
+        # a minus that spreadsheets take for one
+        text = csv_text([(cell.replace("−", "-") for cell in row) for row in (table.heads, *table.cells)])
         paths.append(folder / f"table{table.number:02d}-{table.name}.csv")
         write_durably(paths[-1], "\ufeff" + text)
     return paths
-
-
-def _ascii_minus(cell: str) -> str:
-    """Write a minus that spreadsheets take for one."""
-    return cell.replace("−", "-")
-
-
-def _markdown_file(tables: Tables, folder: Path) -> list[Path]:
-    path = folder / "tables.md"
-    write_durably(path, "\n".join(map(markdown, tables)))
-    return [path]
 
 
 def markdown(table: PaperTable) -> str:
@@ -74,21 +68,9 @@ def _markdown_cell(text: str) -> str:
     return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda found: f"\\{found[0]}", text)
 
 
-def _latex_file(tables: Tables, folder: Path) -> list[Path]:
-    path = folder / "tables.tex"
-    write_durably(path, document(tables))
-    return [path]
-
-
-def _word_file(tables: Tables, folder: Path) -> list[Path]:
-    path = folder / "tables.docx"
-    write_word(tables, path)
-    return [path]
-
-
-FORMATS: dict[str, Callable[[Tables, Path], list[Path]]] = {
-    "csv": _csv_files,
-    "md": _markdown_file,
-    "tex": _latex_file,
-    "docx": _word_file,
+# What writes all tables into one file; of CSV there is a file per table.
+ONE_FILE: dict[str, Callable[[Tables, Path], None]] = {
+    "md": lambda tables, path: write_durably(path, "\n".join(map(markdown, tables))),
+    "tex": lambda tables, path: write_durably(path, document(tables)),
+    "docx": write_word,
 }

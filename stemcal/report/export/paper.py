@@ -1,29 +1,24 @@
 """The tables of a study as papers print them: Tables 5 to 13 of the wild chrysanthemum study, for one's own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.showing import in_a_line
 from stemcal.naming import FIRST, FORCE, Named
 from stemcal.report.tables.columns import ERROR, condition, simulated, starred, to_decimals
-from stemcal.report.tables.equation import equation
-from stemcal.report.tables.of_designs import anova_table, design_table, effects_table
+from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
 from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
 from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate import ValidateResult, ValidateRow
+from stemcal.study.model import Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
 from stemcal.text.numbers import probability, short, significant, unit_written
 from stemcal.text.tables import line
-
-if TYPE_CHECKING:
-    from stemcal.study.model import Study
 
 NUMBERS = {"factors": 5, "screening-runs": 6, "screening": 7, "levels": 8, "surface-runs": 9, "anova": 10,
            "calibration": 11, "parameters": 12, "validation": 13}  # fmt: skip

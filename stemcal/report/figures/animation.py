@@ -3,22 +3,16 @@
 GIF needs nothing but matplotlib's own Pillow; MP4 needs the program ffmpeg.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.outputs import refuse_link
 from stemcal.report.figures.fracture import colour_bar, draw_faces, section_faces, side_faces, strain_scale
-from stemcal.report.figures.style import BLUE, INK, ORANGE, new_figure, styled
+from stemcal.report.figures.style import BLUE, INK, ORANGE, Figure, new_figure
+from stemcal.solvers.film import Frame
 from stemcal.text.numbers import fixed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stemcal.solvers.film import Frame
 
 Curve = tuple[Sequence[float], Sequence[float]]
 FRAMES_PER_SECOND = 6
@@ -39,9 +33,8 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
 
     refuse_link(path)
     writer = _writer(path)
-    figure = new_figure(width=6.4, height=5.0)
-    FigureCanvasAgg(figure)
-    with styled():
+    with new_figure(width=6.4, height=5.0) as figure:
+        FigureCanvasAgg(figure)
         figure.set_facecolor("white")
         show = _stage(figure, frames, curve or ([f.travel for f in frames], [f.force for f in frames]))
         show(frames[0])

@@ -1,18 +1,11 @@
 """Figures of how well the parameters are known: profiles of the misfit, and a corner plot of the posterior."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, styled
+from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, legend_above, new_figure
 from stemcal.stages.invert.result import Certainty, InvertResult, PosteriorSummary
 from stemcal.text.calibration import source
 from stemcal.text.names import Names
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _BINS = 24
 
@@ -23,8 +16,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
     `labels` has what to write at the axis of a factor, its name by default.
     """
     names, called = list(invert.point.solution), Names(invert.naming)
-    figure = new_figure(height=1.5 * len(names) + 0.4)
-    with styled():
+    with new_figure(height=1.5 * len(names) + 0.4) as figure:
         for row, name in enumerate(names, 1):
             axes = figure.add_subplot(len(names), 1, row)
             if invert.certainty_alone is not None:
@@ -58,8 +50,7 @@ def corner(posterior: PosteriorSummary, labels: Mapping[str, str] | None = None)
     """Return the posterior: a histogram per factor, and the samples of each pair; `labels` as for `profiles`."""
     samples = posterior.samples
     names = list(samples)
-    figure = new_figure(width=max(2.4, 1.8 * len(names)), height=max(2.2, 1.7 * len(names)))
-    with styled():
+    with new_figure(width=max(2.4, 1.8 * len(names)), height=max(2.2, 1.7 * len(names))) as figure:
         for row, down in enumerate(names):
             for column, across in enumerate(names[: row + 1]):
                 axes = figure.add_subplot(len(names), len(names), row * len(names) + column + 1)

@@ -1,22 +1,16 @@
 """The response surface over two factors, as contours and as a relief, and where the solutions lie."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from stemcal.report.figures.style import BLUE, FAINT, ORANGE, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.text.numbers import unit_written
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
 ROOM = 0.03  # what a number needs on each side, as a share of the axes
@@ -55,8 +49,7 @@ def contours(
     """
     section = section_of(rsm, pair, invert, GRID)
     levels = levels_of(section.response)
-    figure = new_figure(height=3.7)
-    with styled():
+    with new_figure(height=3.7) as figure:
         axes = figure.add_subplot()
         filled = axes.contourf(section.across, section.up, section.response, levels=levels, cmap=HEIGHT)
         lines = axes.contour(
@@ -164,8 +157,7 @@ def relief(
     section = section_of(rsm, pair, invert, COARSE)
     levels = levels_of(section.response)
     floor = levels[0] - 0.35 * (levels[-1] - levels[0])
-    figure = new_figure(width=4.7, height=3.9)
-    with styled():
+    with new_figure(width=4.7, height=3.9) as figure:
         axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
         axes.contourf(section.across, section.up, section.response, levels=levels, zdir="z", offset=floor, cmap=HEIGHT,
                       alpha=0.45, zorder=0)  # fmt: skip
@@ -214,8 +206,7 @@ def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping
 def solutions(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return for each factor, in coded units, the range over all solutions and the point that was chosen."""
     names = list(invert.point.solution)
-    figure = new_figure(height=1.3 + 0.42 * len(names))
-    with styled():
+    with new_figure(height=1.3 + 0.42 * len(names)) as figure:
         axes = figure.add_subplot()
         for row, name in enumerate(reversed(names)):
             low, high = ((bound - rsm.coding[name].center) / rsm.coding[name].half_step

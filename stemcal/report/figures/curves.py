@@ -1,17 +1,11 @@
 """Force and energies of runs over the travel of the blade."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, legend_above, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
 from stemcal.report.records import Curve
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
@@ -20,8 +14,7 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (),
     After the stem has broken a curve is dotted: there it tells of the released stem, not of cutting.
     """
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
-    figure = new_figure(width=6.4 if len(curves) > 3 else 4.7)
-    with styled():
+    with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
         axes = figure.add_subplot()
         for name, curve in curves.items():
             if name not in highlighted:
@@ -55,8 +48,7 @@ def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
         "hourglass": ("hourglass", "#cc79a7", "--"),
         "kinetic": ("kinetic", FAINT, "--"),
     }
-    figure = new_figure()
-    with styled():
+    with new_figure() as figure:
         axes = figure.add_subplot()
         for name, (label, colour, line) in styles.items():
             axes.plot(rows["travel"], rows[name], color=colour, linestyle=line, label=label)

@@ -1,17 +1,11 @@
 """Effects of a screening: by size, and against chance."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, legend_above, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.report.tables.columns import response_decimals
 from stemcal.stages.screen import ScreenResult
 from stemcal.text.screening import limit_label
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}
 
@@ -19,8 +13,7 @@ _LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}
 def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return the effects by size, with Lenth's margin of error; `labels` has what to write for a factor."""
     effects = sorted(screen.effects, key=lambda e: abs(e.effect))
-    figure = new_figure(height=max(2.2, 0.9 + 0.24 * len(effects)))
-    with styled():
+    with new_figure(height=max(2.2, 0.9 + 0.24 * len(effects))) as figure:
         axes = figure.add_subplot()
         places = response_decimals(screen.naming.response, [e.effect for e in effects], 1)
         names = [f"{plain((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect, places)}" for e in effects]
@@ -51,8 +44,8 @@ def _signed(effect: float, places: int = 1) -> str:
 
 def half_normal(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return the effects against half-normal scores: what leaves the line is more than chance."""
-    points, figure = screen.half_normal, new_figure()
-    with styled():
+    points = screen.half_normal
+    with new_figure() as figure:
         axes = figure.add_subplot()
         if screen.lenth is not None and screen.lenth.pse is not None:
             last = points[-1].quantile

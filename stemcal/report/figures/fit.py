@@ -1,18 +1,11 @@
 """How well a surface fits its runs, and where it climbs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from statistics import NormalDist
-from typing import TYPE_CHECKING
 
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, legend_above, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, Axes, Figure, legend_above, new_figure, plain
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _NORMAL = NormalDist()
 
@@ -27,8 +20,7 @@ def _fit(rsm: SurfaceResult) -> tuple[list[int], list[float], list[float]]:
 def observed_predicted(rsm: SurfaceResult) -> Figure:
     """Return simulated forces against what the surface predicts for them."""
     _, observed, predicted = _fit(rsm)
-    figure = new_figure()
-    with styled():
+    with new_figure() as figure:
         axes = figure.add_subplot()
         ends = [min(observed + predicted), max(observed + predicted)]
         axes.plot(ends, ends, color=FAINT, linestyle="--")
@@ -42,8 +34,7 @@ def residuals(rsm: SurfaceResult) -> Figure:
     """Return residuals over predicted force, the largest named by its run."""
     runs, observed, predicted = _fit(rsm)
     rest = [o - p for o, p in zip(observed, predicted, strict=True)]
-    figure = new_figure()
-    with styled():
+    with new_figure() as figure:
         axes = figure.add_subplot()
         axes.axhline(0, color=FAINT, linewidth=1)
         axes.plot(predicted, rest, "o", color=BLUE, alpha=0.85)
@@ -69,8 +60,7 @@ def diagnostics(rsm: SurfaceResult) -> Figure:
     """
     rows, residuals = rsm.runs_diagnostics, studentised(rsm)
     runs = [row.run for row in rows]
-    figure = new_figure(width=6.4, height=2.4)
-    with styled():
+    with new_figure(width=6.4, height=2.4) as figure:
         normal, order, influence = figure.subplots(1, 3)
         _normal_plot(normal, residuals)
         order.axhline(0, color=FAINT, linewidth=1)
@@ -108,8 +98,7 @@ def ridge(rsm: SurfaceResult, invert: InvertResult | None = None, labels: Mappin
     """
     rows, response = rsm.ridge or (), rsm.naming.response
     radius = [row.radius for row in rows]
-    figure = new_figure(width=6.4, height=2.8)
-    with styled():
+    with new_figure(width=6.4, height=2.8) as figure:
         level, place = figure.subplots(1, 2)
         # no standard errors where runs are as many as terms
         known = [(row, row.standard_error) for row in rows if row.standard_error is not None]

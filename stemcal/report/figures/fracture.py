@@ -1,22 +1,15 @@
 """The cut stem seen from the side and in section, coloured by plastic strain, with blade and supports."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stemcal.report.figures.style import FAINT, INK, new_figure, styled
+from stemcal.cutting.end_state import Shape
+from stemcal.report.figures.style import FAINT, INK, Axes, Figure, new_figure
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stemcal.cutting.end_state import Shape
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 # Corners of a hexahedron's faces, counter-clockwise seen from outside.
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
@@ -32,8 +25,7 @@ WHOLE = "#ffffe5"  # where it begins
 def fracture(shape: Shape, title: str = "") -> Figure:
     """Return side view and section near the blade; x runs along the stem, z up, the blade comes from above."""
     scale = strain_scale([shape])
-    figure = new_figure(width=6.4, height=2.3)
-    with styled():
+    with new_figure(width=6.4, height=2.3) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, faces, label in zip(
             panels, (side_faces(shape), section_faces(shape)), ("from the side", "in section"), strict=True

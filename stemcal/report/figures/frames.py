@@ -1,13 +1,12 @@
-"""The stem on its way through the cut: some moments in section, and the mesh it started from."""
-
-from __future__ import annotations
+"""The stem on its way through the cut: some moments in section, stress and displacement, the mesh it started from."""
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stemcal.cutting.end_state import Shape
 from stemcal.report.figures.fracture import (
     EDGE,
     WHOLE,
@@ -19,18 +18,14 @@ from stemcal.report.figures.fracture import (
     side_faces,
     strain_scale,
 )
-from stemcal.report.figures.style import INK, new_figure, styled
+from stemcal.report.figures.style import INK, Axes, Figure, new_figure
+from stemcal.solvers.film import Frame
 from stemcal.text.numbers import fixed
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
+Array = NDArray[np.float64]
 
-    from stemcal.cutting.end_state import Shape
-    from stemcal.solvers.film import Frame
 
-    Array = NDArray[np.float64]
+STRESS, WAY = "YlGnBu", "BuPu"  # colours: their lightness falls steadily, so that grey prints tell as much
 
 
 def moments(frames: Sequence[Frame], count: int = 6) -> list[Frame]:
@@ -46,8 +41,7 @@ def fracture_frames(frames: Sequence[Frame]) -> Figure:
     chosen = moments(frames)
     scale = strain_scale([frame.shape for frame in chosen])
     rows = (len(chosen) + 1) // 2
-    figure = new_figure(width=6.4, height=1.75 * rows + 0.3)
-    with styled():
+    with new_figure(width=6.4, height=1.75 * rows + 0.3) as figure:
         panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).ravel()
         for axes, frame in zip(panels, chosen, strict=False):
             draw_faces(axes, frame.shape, section_faces(frame.shape), scale, near(frame.shape))
@@ -70,8 +64,7 @@ def mesh(shape: Shape) -> Figure:
         tools=_touching(shape),
     )
     scale = strain_scale([whole])
-    figure = new_figure(width=6.4, height=1.9)
-    with styled():
+    with new_figure(width=6.4, height=1.9) as figure:
         side, across = figure.subplots(1, 2, width_ratios=(3.4, 1.0))
         draw_faces(side, whole, side_faces(whole), scale)
         side.set_xlabel("x, mm")
@@ -102,3 +95,26 @@ def _draw_across(axes: Axes, shape: Shape) -> None:
     axes.set_ylim(-reach, reach)
     axes.set_aspect("equal")
     axes.set_xlabel("y, mm")
+
+
+def fields(frames: Sequence[Frame]) -> Figure:
+    """Return von Mises' stress and the displacement of the frame that knows its stress, each with its scale."""
+    from matplotlib.colors import Normalize
+
+    frame = next(frame for frame in frames if frame.von_mises is not None)
+    shape, moved = frame.shape, np.linalg.norm(frame.shape.nodes - frame.shape.reference, axis=1)
+    shown = (
+        (frame.von_mises, "von Mises stress, MPa", STRESS),
+        (moved[shape.hexes].mean(axis=1), "displacement, mm", WAY),
+    )
+    with new_figure(width=6.4, height=2.3) as figure:
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        for axes, (values, label, colours) in zip(panels, shown, strict=True):
+            scale = Normalize(0.0, max(float(np.max(values[shape.standing], initial=0.0)), 1e-9))
+            draw_faces(axes, shape, section_faces(shape, values), scale, near(shape), colours)
+            axes.set_xlabel("x, mm")
+            axes.set_title(label, fontsize=9)  # beside its scale it stood before the next panel
+            colour_bar(figure, scale, [axes], "", colours)
+        panels[0].set_ylabel("z, mm")
+        figure.suptitle(f"blade at {fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", fontsize=9, color=INK)
+    return figure

@@ -1,13 +1,10 @@
 """Every figure of a study by name: what the page shows, what the figures folder holds, what `stemcal plot` draws."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from stemcal.cutting.end_state import Shape
 from stemcal.naming import FIRST, Named
@@ -16,11 +13,10 @@ from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.curves import energies, force_travel
 from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fields import fields
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.fracture import fracture
-from stemcal.report.figures.frames import fracture_frames, mesh
-from stemcal.report.figures.style import png, resize, save, svg, write_both
+from stemcal.report.figures.frames import fields, fracture_frames, mesh
+from stemcal.report.figures.style import Figure, png, resize, save, svg, write_both
 from stemcal.report.figures.transfer import transferred
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.records import Details, Records, curves_of
@@ -31,15 +27,10 @@ from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate import ValidateResult
+from stemcal.study.model import Study
 from stemcal.text.captions import caption
 from stemcal.text.names import Names, program
 from stemcal.text.numbers import short
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stemcal.study.model import Study
-
 
 CLAIMING = ("profiles", "posterior", "solutions")
 """Figures of intervals, which suppose that the model fits: not shown where nothing is calibrated."""
@@ -117,36 +108,27 @@ def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, 
 def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     names = Names(screen.naming)
-    bars, line = caption(names, "pareto"), caption(names, "half-normal")
     return [
-        Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
-        Plot("half-normal", "screen", line, partial(half_normal, screen, labels), detail=True),
+        Plot("pareto", "screen", caption(names, "pareto"), partial(pareto, screen, labels)),
+        Plot("half-normal", "screen", caption(names, "half-normal"), partial(half_normal, screen, labels), detail=True),
     ]
 
 
 def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
-    plots = _fit_plots(rsm)
+    names = Names(rsm.naming)
+
+    def folded(name: str, words: str, draw: Callable[[], Figure], wide: bool = False) -> Plot:
+        return Plot(name, "rsm", caption(names, words), draw, wide=wide, detail=True)
+
+    plots = [folded("observed-predicted", "observed", partial(observed_predicted, rsm))]
+    plots.append(folded("residuals", "residuals", partial(residuals, rsm)))
+    if rsm.runs_diagnostics:
+        plots.append(folded("diagnostics", "diagnostics", partial(diagnostics, rsm), wide=True))
     for pair in combinations(rsm.names, 2):
         plots += _pair_plots(rsm, pair, invert, labels)
     if rsm.ridge:
-        text = caption(Names(rsm.naming), "ridge")
-        along = partial(ridge, rsm, invert, labels)
-        plots.append(Plot("ridge", "rsm", text, along, wide=True, detail=True))
-    return plots
-
-
-def _fit_plots(rsm: SurfaceResult) -> list[Plot]:
-    """Return what tells how well the surface meets its runs."""
-    names = Names(rsm.naming)
-    against, left = caption(names, "observed"), caption(names, "residuals")
-    plots = [
-        Plot("observed-predicted", "rsm", against, partial(observed_predicted, rsm), detail=True),
-        Plot("residuals", "rsm", left, partial(residuals, rsm), detail=True),
-    ]
-    if rsm.runs_diagnostics:
-        text = caption(names, "diagnostics")
-        plots.append(Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True, detail=True))
+        plots.append(folded("ridge", "ridge", partial(ridge, rsm, invert, labels), wide=True))
     return plots
 
 
@@ -169,22 +151,15 @@ def _pair_plots(
 
 def inversion_plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a calibration."""
-    exact = Plot(
-        "solutions", "invert", caption(Names(), "solutions"), partial(solutions, rsm, invert, labels), detail=True
-    )
-    return [*_certainty(rsm, invert, labels), exact]
-
-
-def _certainty(rsm: SurfaceResult, invert: InvertResult, named: Mapping[str, str]) -> list[Plot]:
-    if invert.certainty is None:
-        return []
-    labels = {name: with_unit(rsm, name, named) for name in invert.point.solution}
-    names = Names(invert.naming)
-    plots = [Plot("profiles", "invert", caption(names, "profiles"), partial(profiles, invert, labels))]
-    if invert.certainty.posterior is not None:
+    names, known, plots = Names(invert.naming), invert.certainty, []
+    units = {name: with_unit(rsm, name, labels) for name in invert.point.solution}
+    if known is not None:
+        plots.append(Plot("profiles", "invert", caption(names, "profiles"), partial(profiles, invert, units)))
+    if known is not None and known.posterior is not None:
         text = caption(names, "posterior")
-        plots.append(Plot("posterior", "invert", text, partial(corner, invert.certainty.posterior, labels)))
-    return plots
+        plots.append(Plot("posterior", "invert", text, partial(corner, known.posterior, units)))
+    exact, draw = caption(Names(), "solutions"), partial(solutions, rsm, invert, labels)
+    return [*plots, Plot("solutions", "invert", exact, draw, detail=True)]
 
 
 def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
@@ -248,30 +223,17 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
 
 def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
     """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
-    packed, film = details.shape, details.film
 
-    def plot(figure: str, part: str, draw: Callable[..., Figure], *what: Any, detail: bool = True) -> Plot:
+    def shape() -> Shape:
+        return Shape.unpacked(details.shape)
+
+    def plot(figure: str, part: str, draw: Callable[[], Figure], detail: bool = True) -> Plot:
         text = caption(Names(), part, run=label)
-        return Plot(f"{figure}-{name}", "runs", text, partial(draw, *what), on_page, wide=True, detail=detail)
+        return Plot(f"{figure}-{name}", "runs", text, draw, on_page, wide=True, detail=detail)
 
-    cut = "cut" if hollow else "cut solid"
-    plots = [plot("mesh", "mesh", _mesh, packed), plot("fracture", cut, _fracture, packed, detail=False)]
-    if film:
-        plots += [plot("frames", "film", _frames, packed, film), plot("fields", "fields", _fields, packed, film)]
+    cut = plot("fracture", "cut" if hollow else "cut solid", lambda: fracture(shape()), detail=False)
+    plots = [plot("mesh", "mesh", lambda: mesh(shape())), cut]
+    if details.film:
+        plots.append(plot("frames", "film", lambda: fracture_frames(frames_of(shape(), details.film))))
+        plots.append(plot("fields", "fields", lambda: fields(frames_of(shape(), details.film))))
     return plots
-
-
-def _fracture(packed: Any) -> Figure:
-    return fracture(Shape.unpacked(packed))
-
-
-def _mesh(packed: Any) -> Figure:
-    return mesh(Shape.unpacked(packed))
-
-
-def _fields(packed: Any, film: Any) -> Figure:
-    return fields(frames_of(Shape.unpacked(packed), film))
-
-
-def _frames(packed: Any, film: Any) -> Figure:
-    return fracture_frames(frames_of(Shape.unpacked(packed), film))

@@ -1,16 +1,8 @@
 """Figures of what the laboratory brought."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, new_figure, styled
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stemcal.measured.diameters import Diameters
-    from stemcal.measured.shear import ShearTests
+from stemcal.measured.diameters import Diameters
+from stemcal.measured.shear import ShearTests
+from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, new_figure, styled
 
 SYNTHETIC = "synthetic data, not measured"
 
@@ -25,8 +17,7 @@ def diameter_histogram(found: Diameters) -> Figure:
     x = np.linspace(min(edges[0], mean - 3 * sd), max(edges[-1], mean + 3 * sd), 200)
     # n·w·φ((x − x̄)/s)/s
     curve = len(values) * (edges[1] - edges[0]) * np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
-    figure = new_figure()
-    with styled():
+    with new_figure() as figure:
         axes = figure.add_subplot()
         axes.hist(values, bins=edges.tolist(), color=BLUE, alpha=0.75, edgecolor="white", linewidth=0.6)
         axes.plot(x, curve, color=ORANGE, label=f"normal, {mean:.2f} ± {sd:.2f} mm")
@@ -44,8 +35,7 @@ def shear_curves(tests: ShearTests) -> Figure:
     """Return force over travel of all specimens, coloured by grade."""
     import matplotlib
 
-    figure = new_figure(width=6.4)
-    with styled():
+    with new_figure(width=6.4) as figure:
         axes = figure.add_subplot()
         colours = matplotlib.colormaps["viridis"]
         for number, grade in enumerate(tests.grades):
@@ -66,8 +56,7 @@ def force_over_diameter(tests: ShearTests) -> Figure:
     """Return the maximum force of every specimen, the grades' means with intervals, and the power law."""
     import numpy as np
 
-    figure = new_figure()
-    with styled():
+    with new_figure() as figure:
         axes = figure.add_subplot()
         counted = [specimen for specimen in tests.specimens if not specimen.excluded]
         diameters = [specimen.diameter for specimen in counted]

@@ -3,8 +3,6 @@
 In the page, figures take the page's text colour and fonts, so one drawing serves light and dark screens.
 """
 
-from __future__ import annotations
-
 import io
 import logging
 import re
@@ -18,8 +16,10 @@ from typing import IO, TYPE_CHECKING, Any
 from stemcal.outputs import open_output, write_output
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+else:  # for annotations: only what draws loads matplotlib
+    Axes = Figure = Any
 
 INK = "#23272e"
 FAINT = "#8a929e"
@@ -40,36 +40,12 @@ _PACKED: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"co
 _LEAST = 7.5 / 9.0  # to which text shrinks in narrow figures
 
 FONTS = (
-    "DejaVu Sans",
-    "Microsoft YaHei",
-    "SimHei",
-    "PingFang SC",
-    "Hiragino Sans GB",
-    "Noto Sans CJK SC",
-    "Noto Sans CJK JP",
-    "Source Han Sans SC",
-    "Noto Sans SC",
-    "Source Han Sans CN",
-    "WenQuanYi Micro Hei",
-    "WenQuanYi Zen Hei",
-    "Droid Sans Fallback",
-    "STHeiti",
-    "Heiti SC",
-    "SimSun",
-    "Songti SC",
-    "Noto Serif CJK SC",
-    "AR PL UMing CN",
-    "Noto Serif SC",
-    "Source Han Serif SC",
-    "PingFang TC",
-    "Microsoft JhengHei",
-    "Noto Sans CJK TC",
-    "LXGW WenKai",
-    "KaiTi",
-    "STKaiti",
-    "STSong",
-    "FangSong",
-    "Arial Unicode MS",
+    *("DejaVu Sans", "Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans GB", "Noto Sans CJK SC"),
+    *("Noto Sans CJK JP", "Source Han Sans SC", "Noto Sans SC", "Source Han Sans CN", "WenQuanYi Micro Hei"),
+    *("WenQuanYi Zen Hei", "Droid Sans Fallback", "STHeiti", "Heiti SC", "SimSun", "Songti SC"),
+    *("Noto Serif CJK SC", "AR PL UMing CN", "Noto Serif SC", "Source Han Serif SC", "PingFang TC"),
+    *("Microsoft JhengHei", "Noto Sans CJK TC", "LXGW WenKai", "KaiTi", "STKaiti", "STSong", "FangSong"),
+    *("Arial Unicode MS"),
 )
 
 
@@ -125,11 +101,14 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def new_figure(width: float = 4.7, height: float = 3.3) -> Figure:
-    """Return an empty figure, sizes in inches; no display and no global state, but it shows itself in a notebook."""
+@contextmanager
+def new_figure(width: float = 4.7, height: float = 3.3) -> Iterator[Figure]:
+    """Yield an empty figure to be drawn in stemcal's style within this block; sizes in inches.
+
+    It needs no display and no global state, but shows itself in a notebook.
+    """
     with styled():
-        figure: Figure = _shown_figure()(figsize=(width, height), layout="constrained")
-        return figure
+        yield _shown_figure()(figsize=(width, height), layout="constrained")
 
 
 @cache

@@ -1,14 +1,7 @@
 """What was measured, simulated by the study's solver, and by another program before and after its correction."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, legend_above, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.stages.transfer.result import TransferResult
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _SERIES = (
     ("measured", "measured", "o-", BLUE),
@@ -20,8 +13,8 @@ _SERIES = (
 
 def transferred(stage: TransferResult) -> Figure:
     """Return the four responses over the condition; what was aimed at is ringed."""
-    condition, figure = stage.naming.condition, new_figure(height=3.1)
-    with styled():
+    condition = stage.naming.condition
+    with new_figure(height=3.1) as figure:
         axes = figure.add_subplot()
         for key, label, style, colour in _SERIES:
             points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]

@@ -1,20 +1,13 @@
 """Measured and simulated force over the diameters, or what a study has in their place."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import geometric_mean
-from typing import TYPE_CHECKING
 
 from stemcal.doe.validation.comparison import Exponent
 from stemcal.naming import DIAMETER, FORCE, Named
-from stemcal.report.figures.style import BLUE, INK, ORANGE, legend_above, new_figure, plain, styled
+from stemcal.report.figures.style import BLUE, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
 from stemcal.stages.validate import ValidateResult
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _MOST_TICKS = 12
 
@@ -57,8 +50,7 @@ def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
 
 def _side_by_side(pairs: Sequence[_Pair], spread: Mapping[float, float], response: Named) -> Figure:
     """Draw what was measured, with its scatter, beside what was simulated."""
-    figure = new_figure(width=3.4, height=2.9)
-    with styled():
+    with new_figure(width=3.4, height=2.9) as figure:
         axes = figure.add_subplot()
         for pair in pairs:
             axes.errorbar(0, pair.measured, yerr=spread.get(pair.condition), fmt="o", color=BLUE, capsize=4)
@@ -72,8 +64,7 @@ def _side_by_side(pairs: Sequence[_Pair], spread: Mapping[float, float], respons
 
 
 def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float] | None, response: Named) -> Figure:
-    figure = new_figure(height=2.9)
-    with styled():
+    with new_figure(height=2.9) as figure:
         axes = figure.add_subplot()
         axes.plot([r.condition for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
         done = [(r.condition, r.simulated) for r in rows if r.simulated is not None]
@@ -106,8 +97,7 @@ def growth(validate: ValidateResult) -> Figure:
     rows = validate.compared
     measured = [(row.condition, row.measured) for row in rows]
     simulated = [(row.condition, row.simulated) for row in rows if row.simulated is not None]
-    figure = new_figure()
-    with styled():
+    with new_figure() as figure:
         axes = figure.add_subplot()
         axes.set_xscale("log")
         axes.set_yscale("log")

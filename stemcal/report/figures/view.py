@@ -1,29 +1,22 @@
 """The cut stem in space: by pyvista in a process of its own where that works, by matplotlib everywhere."""
 
-from __future__ import annotations
-
 import importlib.util
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stemcal.cutting.end_state import Shape
 from stemcal.files.decoding import lenient
 from stemcal.outputs import write_output
 from stemcal.report.figures.fracture import EDGE, PLASTIC, TOOL, colour_bar, exposed_faces, strain_scale
-from stemcal.report.figures.style import new_figure, save, styled
+from stemcal.report.figures.style import Figure, new_figure, save
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stemcal.cutting.end_state import Shape
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PATIENCE = 120.0  # seconds for a picture; a hung graphics driver is stopped
 _SIGNS = {"none": ((1, 1),), "half": ((1, 1), (1, -1)), "quarter": ((1, 1), (1, -1), (-1, 1), (-1, -1))}
@@ -127,8 +120,7 @@ def view(shape: Shape, scene: Scene) -> Figure:
 
     scale = strain_scale([shape])
     reach = float(np.abs(scene.body[:, :, 0]).max())
-    figure = new_figure(width=6.4, height=4.0)
-    with styled():
+    with new_figure(width=6.4, height=4.0) as figure:
         axes = figure.add_subplot(projection="3d")
         colours = [
             matplotlib.colormaps[PLASTIC](scale(scene.strain)),

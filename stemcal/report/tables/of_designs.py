@@ -1,12 +1,13 @@
 """Tables of designs: the effects of a screening, the analysis of a response surface and its shape, the runs."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.rivals import NETWORKS, NEURONS, Comparison
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.naming import FIRST, Named
+from stemcal.naming import FIRST, FORCE, Named
 from stemcal.overview.status import Entry
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (
@@ -21,7 +22,6 @@ from stemcal.report.tables.columns import (
     starred,
     to_decimals,
 )
-from stemcal.report.tables.equation import equation, written
 from stemcal.stages.result import DesignRuns
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
@@ -35,6 +35,7 @@ from stemcal.text.tables import line
 
 MANY = {"surface": 3, "design": 4}  # factors beyond which columns are headed by symbols in place of names
 SHORT_KEY = 8
+ONE = "1"  # the term of the constant
 LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_seconds")
 """What the terminal shows of a run; its CSV file has more."""
 
@@ -77,6 +78,33 @@ def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
     tables += [sobol_table(stage, names)] if stage.sobol else []
     tables += [comparison_table(stage.comparison, names)] if stage.comparison else []
     return [*tables, *([ridge_table(stage, names)] if stage.ridge else [])]
+
+
+def written(term: str, symbols: Mapping[str, str]) -> str:
+    """Return a term as it stands in an equation.
+
+    >>> written("yield_stress:failure_strain", {"yield_stress": "X4", "failure_strain": "X9"})
+    'X4·X9'
+    """
+    if term.endswith("^2"):
+        name = term.removesuffix("^2")
+        return f"{symbols.get(name, name)}²"
+    return "·".join(symbols.get(name, name) for name in term.split(":"))
+
+
+def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], response: Named = FORCE) -> str:
+    """Return the surface of a response as an equation in coded units.
+
+    >>> from types import SimpleNamespace as C
+    >>> equation([C(term="1", value=120.415), C(term="a^2", value=-0.829)], {"a": "X9"})
+    'F = 120.42 − 0.83·X9²'
+    """
+    text, places = "", response_decimals(response, [row.value for row in coefficients if row.term != ONE])
+    for row in coefficients:
+        size = fixed(abs(row.value), places) + ("" if row.term == ONE else f"·{written(row.term, symbols)}")
+        sign = "−" if row.value < 0.0 else "+"
+        text += f" {sign} {size}" if text else f"{'−' if row.value < 0.0 else ''}{size}"
+    return f"{response.symbol} = {text}"
 
 
 def anova_table(stage: SurfaceResult) -> Table:

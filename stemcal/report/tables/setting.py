@@ -1,21 +1,16 @@
 """What was held while the factors were varied: the virtual shear test, the other parameters, what was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Named
 from stemcal.report.tables.columns import condition
+from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.growth import Growth
 from stemcal.text.language import say
 from stemcal.text.numbers import short, significant, unit_written
 from stemcal.text.tables import line
-
-if TYPE_CHECKING:
-    from stemcal.study.model import EmbeddedSolver, Study
 
 _UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below
 _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
@@ -132,16 +127,13 @@ def _material(study: Study) -> dict[str, str]:
     for name, growth in study.material.growing().items():
         if isinstance(growth, Growth):
             given = say("a factor") if growth.value is None else _written(name, growth.value)
-            rows[name] = line("grows", value=given, at=growth.at, exponent=_exponent(growth.exponent))
+            exponent = growth.exponent if isinstance(growth.exponent, str) else short(growth.exponent)
+            rows[name] = line("grows", value=given, at=growth.at, exponent=exponent)
         else:
             diameters, values = zip(*growth.rows, strict=True)
             told = ", ".join(_written(name, value) for value in values)
             rows[name] = line("by grade", values=told, diameters=", ".join(map(short, diameters)))
     return rows
-
-
-def _exponent(given: float | str) -> str:
-    return given if isinstance(given, str) else short(given)
 
 
 def _scaled(name: str) -> tuple[float, str]:

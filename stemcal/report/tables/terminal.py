@@ -1,29 +1,46 @@
-"""Tables for the terminal, at most 80 columns wide."""
+"""What the terminal shows: tables at most 80 columns wide, what a stage says of them, the last screen of a study."""
 
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stemcal.files.rows import Table
-from stemcal.report.tables.findings import spoken
+from rich import table as rich
+from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
+from rich.console import RenderableType
+from rich.padding import Padding
+from rich.text import Text
+
+from stemcal.files.rows import Column, Table
+from stemcal.report.tables.of_parameters import calibration_table
+from stemcal.report.tables.of_responses import validation_tables
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
+from stemcal.stages.results import Results
+from stemcal.stages.screen import ScreenResult
+from stemcal.stages.validate import ValidateResult
+from stemcal.study.model import LaboratorySection, Study
+from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
+from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.laboratory import response_text
 from stemcal.text.language import say
-from stemcal.text.numbers import duration, fixed, significant
+from stemcal.text.names import Names
+from stemcal.text.numbers import duration, fixed, significant, unit_written
+from stemcal.text.screening import judgement
+from stemcal.text.tables import line
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from stemcal.cutting import CuttingResult
-    from stemcal.study.model import LaboratorySection
 
 
 WIDTH = 80
 CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
+_AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, a foot, an empty line below each
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -35,13 +52,29 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
     return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *said]
 
 
+def spoken(stage: StageResult) -> list[RenderableType]:
+    """Return what a stage says in sentences: a verdict per factor, or what the forces fix and leave open."""
+    if isinstance(stage, ScreenResult):
+        names = Names(stage.naming)
+        judged = [(effect.symbol, judgement(effect, stage, names)) for effect in stage.ranked()]
+        return _lines("Verdicts", [" ".join([symbol, *sentences]) for symbol, sentences in judged if sentences])
+    if not isinstance(stage, InvertResult | MeshResult):
+        return []
+    names = Names(stage.naming)
+    each = [(known(part, stage, names), unseen_changes(part, names)) for part in stage.known]
+    lines = [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
+    return _lines("What the measurements fix", lines)
+
+
+def _lines(title: str, lines: Sequence[str]) -> list[RenderableType]:
+    if not lines:
+        return []
+    shown = [Padding(Text(line), (0, 0, 0, 2), expand=False) for line in lines]
+    return [Text(title, style="bold"), *shown, Text("")]
+
+
 def drawn(table: Table) -> list[RenderableType]:
     """Return a table as rich draws it, its foot as lines below it."""
-    from rich import table as rich
-    from rich.box import SIMPLE_HEAD
-    from rich.padding import Padding
-    from rich.text import Text
-
     shown = rich.Table(
         title=Text(table.title, style="bold"),
         title_justify="left",
@@ -63,8 +96,6 @@ def drawn(table: Table) -> list[RenderableType]:
 
 def _heads(table: Table) -> list[str]:
     """Return the headings, on several lines where one is too wide for a terminal."""
-    from rich.cells import cell_len
-
     columns = [[head, *cells] for head, *cells in zip(table.heads, *table.cells, strict=True)]
     if sum(max(map(cell_len, texts)) + 2 for texts in columns) <= WIDTH:
         return list(table.heads)
@@ -76,6 +107,44 @@ def _wrapped(head: str, width: int) -> str:
     return "\n".join(textwrap.wrap(head, max(width, *map(len, head.split()), 1), break_long_words=False))
 
 
+def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:
+    """Return parameters and forces for `left` lines of a screen, all of them where it has no end."""
+    tables = visible([_parameters(study, results)], holds) if results.inversion is not None else []
+    if results.validation is not None:
+        first, *others = validation_tables(results.validation, Names(study.naming))
+        most = len(first.rows) if left is None else left - _AROUND - sum(len(table.rows) for table in tables)
+        tables.append(shortened(first, results.validation, most))
+        tables += others if study.naming.others else []
+    return tables
+
+
+def _parameters(study: Study, results: Results) -> Table:
+    """Return each calibrated parameter with its unit and the range to cite."""
+    assert results.inversion is not None
+    table = calibration_table(results.inversion, Names(study.naming), results.parameters)
+    name, value, *others = table.columns
+    unit = Column("unit", "Unit", form=unit_written, words=True)
+    rows = tuple((*row[:2], study.factor(row[0]).unit, *row[2:]) for row in table.rows)
+    whole = replace(
+        table, columns=(replace(name, label="Parameter"), value, unit, *others), rows=rows, foot=(), claimed=()
+    )
+    return whole.only(column.key for column in whole.columns if column.key not in ("share", "coded"))
+
+
+def shortened(table: Table, validation: ValidateResult, most: int) -> Table:
+    """Return measured against simulated in so many rows at most: those fitted, and the largest errors."""
+    table, most = replace(table, foot=table.foot[:1]), max(most, 3)
+    if len(table.rows) <= most:
+        return table
+    ranked = sorted(
+        range(len(table.rows)),
+        key=lambda i: (validation.compared[i].role != "calibration", -abs(validation.compared[i].error_percent or 1e9)),
+    )
+    kept = sorted(ranked[: most - 1])
+    rows = tuple(table.rows[i] for i in kept)
+    return replace(table, rows=rows, foot=(*table.foot, line("smaller", count=len(table.rows) - len(kept))))
+
+
 def simulation_table(
     result: CuttingResult, section: LaboratorySection | None = None, diameter: float = 0.0
 ) -> RenderableType:
@@ -83,10 +152,7 @@ def simulation_table(
 
     That of a laboratory test (`section`) begins with its responses, beside each what was measured at the diameter.
     """
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table = rich.Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     first = _maximum(result) if section is None else _responses(result, section, diameter)
     for name, value in (*first, *_simulation_rows(result)):
         table.add_row(Text(name), Text(value))
@@ -103,7 +169,6 @@ def _maximum(result: CuttingResult) -> list[tuple[str, str]]:
 
 def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
     from stemcal.laboratory import LaboratoryResult
-    from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
 
     found = result.responses if isinstance(result, LaboratoryResult) else {}
     measured = section.means_at(diameter)

@@ -9,12 +9,11 @@ from stemcal.cutting.result import break_row, moving_mean
 from stemcal.cutting.stroke import stroke_end
 from stemcal.files.typed import to_json
 from stemcal.run_warnings import RunWarning
+from stemcal.solvers.measures import kept_curve
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer
 from stemcal.study.model import DeckSolver, LoadingSection
-
-_CURVE_POINTS = 200
 
 
 def peak_answer(
@@ -43,7 +42,6 @@ def peak_answer(
         raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
     travel = loading.speed * time - loading.gap
     end = stroke_end(travel, force, filtered, rows, broken)
-    keep = np.unique(np.linspace(0, len(time) - 1, _CURVE_POINTS).round().astype(int))
     details: dict[str, Any] = {
         "peak_force": float(filtered[peak]),
         "peak_force_raw": float(force[:broken].max()),
@@ -54,9 +52,6 @@ def peak_answer(
         "stroke_was_enough": end.was_enough,
         "stroke_end": end.kind,
         "warnings": to_json([*warnings, *end.warnings]),
-        "curve": {
-            "travel": [round(float(v), 6) for v in travel[keep]],
-            "force": [round(float(v), 4) for v in filtered[keep]],
-        },
+        "curve": kept_curve(travel, filtered),
     }
     return Answer("ok", response=float(filtered[peak]), details=details)

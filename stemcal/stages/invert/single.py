@@ -13,14 +13,7 @@ from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.errors import TargetUnreachable
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
-from stemcal.stages.invert.certainty import (
-    certainty_by_process,
-    certainty_of,
-    measured_of,
-    misfit_over,
-    prior_rows,
-    priors_of,
-)
+from stemcal.stages.invert import certainty
 from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
@@ -49,8 +42,8 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region(study), study.naming.response.unit_suffix
-    priors = priors_of(study, coding)
-    misfit = misfit_over(measured_of(target, [FIRST], study.naming), [surface.fitted], region)
+    priors = certainty.priors_of(study, coding)
+    misfit = certainty.misfit_over(certainty.measured_of(target, [FIRST], study.naming), [surface.fitted], region)
     misfit = misfit.with_priors(priors, region)
     try:
         ends, rule = (region.low, region.high, region.radius), study.invert.rule
@@ -59,7 +52,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         if surface.process is None:
             raise
         return _solve_by_process(study, head, surface, surface.process, misfit, region, unreachable)
-    known = certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
+    known = certainty.certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
     return InvertResult.of(
         study,
@@ -72,7 +65,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         reachable=found.reachable,
         rule=found.rule,
         share=found.share,
-        priors=prior_rows(study, coding, misfit, region),
+        priors=certainty.prior_rows(study, coding, misfit, region),
         notes=found.notes,
     )
 
@@ -100,7 +93,7 @@ def _solve_by_process(
     laboratory = float(sum(source.variance[0] for source in misfit.sources if source.name == "laboratory"))
     df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
     found = solve_by_process(process, coding.names, target.response, laboratory, df, region, misfit.priors)
-    known = certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
+    known = certainty.certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
     point = Point.of(surface.assess(study, found.coded, process), coding)
     opinion = surface.second_opinion
     note = SolvedByProcess(
@@ -110,7 +103,7 @@ def _solve_by_process(
         None if opinion is None else opinion.process_predicted_r2,
     )
     reachable, rule = found.reachable, "process_nearest_to_centre"
-    rows = prior_rows(study, coding, None, region)
+    rows = certainty.prior_rows(study, coding, None, region)
     more = {"reachable": reachable, "rule": rule, "priors": rows, "notes": (note,)}
     return InvertResult.of(study, head, surface.radius, point, known, **more)
 

@@ -10,17 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from stemcal.doe.calibration.approach import (
-    FIRST_RADIUS,
-    SHRINK,
-    JointTrial,
-    Trial,
-    best_of,
-    missed,
-    next_joint_point,
-    next_step,
-    through,
-)
+from stemcal.doe.calibration import approach
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -53,13 +43,13 @@ class Loop:
             measured_of(study.calibration_target, [FIRST], study.naming) if self.alone else measured_means(study)
         )
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
-        self.trials: list[JointTrial] = []
+        self.trials: list[approach.JointTrial] = []
         self.surfaces = self._surfaces()
         misfit = misfit_over(self.means, self.surfaces, self.region, jointly=not self.alone)
         self.misfit = misfit.with_priors(priors_of(study, self.coding), self.region)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
-        self.reach = FIRST_RADIUS
+        self.reach = approach.FIRST_RADIUS
         self.stopped: Stopped = "budget"
 
     def run(self) -> None:
@@ -93,7 +83,7 @@ class Loop:
     def _keep(self, point: Array, how: str, levels: dict[str, float], runs: Mapping[float, Outcome]) -> None:
         values = np.array([runs[mean.condition].number(mean.response) for mean in self.means])
         compared = [self._compared(point, i, float(value)) for i, value in enumerate(values)]
-        trial, whole = JointTrial(point, values), bool(np.all(np.isfinite(values)))
+        trial, whole = approach.JointTrial(point, values), bool(np.all(np.isfinite(values)))
         leading = [row for mean, row in zip(self.means, compared, strict=True) if mean.leads]
         errors = [row.error_percent for row in leading if row.error_percent is not None]
         self.iterations.append(
@@ -104,7 +94,7 @@ class Loop:
                 self.coding.by_name(point),
                 float(np.linalg.norm(point)),
                 self.reach if self.iterations else None,
-                missed(self.misfit, trial) if whole else None,
+                approach.missed(self.misfit, trial) if whole else None,
                 max(map(abs, errors)) if whole else None,
                 max(errors, key=abs) if whole else None,
             )
@@ -176,28 +166,28 @@ class Loop:
         if not self.alone:
             return np.zeros(len(self.coding.names))
         runs = [run for run in self.surface.design.runs if run.response is not None]
-        trials = [Trial(self.coding.point(run.coded), run.response or 0.0) for run in runs]
-        return best_of(trials, self.solution.target).coded
+        trials = [approach.Trial(self.coding.point(run.coded), run.response or 0.0) for run in runs]
+        return approach.best_of(trials, self.solution.target).coded
 
     def _to_one(self) -> tuple[Array, str]:
-        trials = [Trial(trial.coded, float(trial.responses[0])) for trial in self.trials]
-        step = next_step(self.surfaces[0], self.solution.target, self.region, trials, self.reach)
+        trials = [approach.Trial(trial.coded, float(trial.responses[0])) for trial in self.trials]
+        step = approach.next_step(self.surfaces[0], self.solution.target, self.region, trials, self.reach)
         self.reach = step.radius
         return step.coded, step.how
 
     def _to_many(self) -> tuple[Array, str]:
         best = self.best_trial()
         if best is not self.trials[-1] or (
-            len(self.trials) > 1 and missed(self.misfit, best) > SHRINK * self._misfit_before()
+            len(self.trials) > 1 and approach.missed(self.misfit, best) > approach.SHRINK * self._misfit_before()
         ):
-            self.reach *= SHRINK
-        moved = through(self.misfit, self.surfaces, best)
-        return next_joint_point(moved, self.region, best.coded, self.reach), "surface"
+            self.reach *= approach.SHRINK
+        moved = approach.through(self.misfit, self.surfaces, best)
+        return approach.next_joint_point(moved, self.region, best.coded, self.reach), "surface"
 
     def _misfit_before(self) -> float:
         """Return the least misfit of all trials but the last."""
-        return min(missed(self.misfit, trial) for trial in self.trials[:-1])
+        return min(approach.missed(self.misfit, trial) for trial in self.trials[:-1])
 
-    def best_trial(self) -> JointTrial:
+    def best_trial(self) -> approach.JointTrial:
         """Return the trial of least misfit, the earliest of equals."""
-        return min(self.trials, key=lambda trial: missed(self.misfit, trial))
+        return min(self.trials, key=lambda trial: approach.missed(self.misfit, trial))

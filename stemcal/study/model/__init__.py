@@ -49,12 +49,12 @@ from stemcal.study.model.shear_test import (
 from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection, TableSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
-from stemcal.study.model.whole_study import Study, StudyForm
+from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
 # fmt: off
 __all__ = [
-    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "BladeSection", "CalculixResult",
-    "ClimbOptions",
+    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
+    "CalculixResult", "ClimbOptions",
     "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "Grades", "Growth", "HourglassSection",

@@ -5,20 +5,9 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, StringConstraints
 
 from stemcal.naming import FIRST
+from stemcal.study.model import solver_options
 from stemcal.study.model.frozen import Flag, Frozen, Share, Size
 from stemcal.study.model.result_readers import ResultReader, Text
-from stemcal.study.model.solver_options import (
-    BreakDrop,
-    Coarsening,
-    CoarseningAround,
-    EdgeOver,
-    FilterWindow,
-    HourglassCoefficient,
-    HourglassSection,
-    MassScaling,
-    Outputs,
-    ThroughWall,
-)
 from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole, complain
 from stemcal.study.types.lengths import Length, StemLength
 
@@ -104,10 +93,10 @@ class CommandSolver(ProgramOptions, Commanded):
         return self.replicates > 1 or self.deterministic is False
 
 
-class DeckHourglass(HourglassSection):
+class DeckHourglass(solver_options.HourglassSection):
     """Hourglass control of LS-DYNA: Flanagan and Belytschko's stiffness form (IHQ 4) or the viscous one (IHQ 1)."""
 
-    coefficient: HourglassCoefficient = 0.05
+    coefficient: solver_options.HourglassCoefficient = 0.05
 
 
 class DeckAt(Frozen):
@@ -131,24 +120,24 @@ class DeckSolver(ProgramOptions):
     """Number of the contact whose force is read."""
     scale: Number = 1.0
     """The force is multiplied by it: 4 for a quarter model."""
-    filter_window: FilterWindow = 0.010
-    break_drop: BreakDrop = 0.5
+    filter_window: solver_options.FilterWindow = 0.010
+    break_drop: solver_options.BreakDrop = 0.5
     nonlocal_failure: Flag = False
     """Whether the deck that stemcal writes carries the lengths of the study: failure by a nonlocal strain over an
     equivalent of `material.internal_length`, and a nose of radius `blade.edge_spread`. `false`: elements fail by their
     own strain and the edge is sharp, so that what is calibrated belongs to this mesh."""
     element_size: StemLength = Length(1.0)
     """Length of the elements under the edge of the deck that stemcal writes: a length, or a share of the diameter."""
-    elements_through_wall: ThroughWall = None
-    edge_over: EdgeOver = "elements"
-    coarsening: Coarsening = 1.0
-    coarsening_around: CoarseningAround = 1.0
+    elements_through_wall: solver_options.ThroughWall = None
+    edge_over: solver_options.EdgeOver = "elements"
+    coarsening: solver_options.Coarsening = 1.0
+    coarsening_around: solver_options.CoarseningAround = 1.0
     hourglass: DeckHourglass = DeckHourglass()
     """Hourglass control of the one-point elements."""
-    mass_scaling: MassScaling = 1e4
+    mass_scaling: solver_options.MassScaling = 1e4
     time_step_safety: Share = 0.8
     """Share of the stable time step that is taken."""
-    outputs: Outputs = 500
+    outputs: solver_options.Outputs = 500
 
 
 class LsDynaSolver(DeckSolver, Commanded):

@@ -42,6 +42,9 @@ from stemcal.study.types.named import naming_of
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
 
+AnySolver = EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver
+
+
 class StudyForm(Frozen):
     """What stands in a spec."""
 
@@ -74,10 +77,7 @@ class StudyForm(Frozen):
     """How the stem fails: by a plastic strain, or by the toughness of the plane of the cut (experimental)."""
     tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
     """Laboratory tests of pieces of the same stems beside cutting, which the sections above describe."""
-    solver: Annotated[
-        EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver,
-        Field(discriminator="kind"),
-    ] = EmbeddedSolver()
+    solver: Annotated[AnySolver, Field(discriminator="kind")] = EmbeddedSolver()
     """What answers which force a set of levels gives."""
     targets: Targets
     """What the laboratory measured."""

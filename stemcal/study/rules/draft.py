@@ -4,36 +4,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stemcal.naming import CUTTING, DIAMETER, Naming
-from stemcal.study.model import (
-    BladeSection,
-    ClimbOptions,
-    CommandSolver,
-    Condition,
-    ContactSection,
-    DeckSolver,
-    EmbeddedSolver,
-    Factor,
-    FailureSection,
-    Grades,
-    Growth,
-    InvertOptions,
-    LaboratorySection,
-    LsDynaSolver,
-    ManualSolver,
-    MaterialSection,
-    MeshOptions,
-    OpenRadiossSolver,
-    Published,
-    RefineOptions,
-    Response,
-    RsmOptions,
-    ScreenOptions,
-    SpecimenSection,
-    SupportsSection,
-    TableSolver,
-    Targets,
-    TransferOptions,
-)
+from stemcal.study import model
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean
 
@@ -54,41 +25,41 @@ class Draft:
     `factors` holds the valid ones by their index; `names` are the names of all, valid or not.
     """
 
-    factors: dict[int, Factor] = field(default_factory=dict)
+    factors: dict[int, model.Factor] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     naming: Naming = CUTTING
-    responses: tuple[Response, ...] | None = None
-    conditions: tuple[Condition, ...] | None = None
-    specimen: SpecimenSection | None = None
-    blade: BladeSection | None = None
-    supports: SupportsSection | None = None
-    contact: ContactSection | None = None
-    material: MaterialSection | None = None
-    failure: FailureSection | None = None
-    tests: tuple[LaboratorySection, ...] | None = None
-    solver: EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver | None = None
-    targets: Targets | None = None
-    screen: ScreenOptions | None = None
-    rsm: RsmOptions | None = None
-    invert: InvertOptions | None = None
-    published: Published | None = None
-    refine: RefineOptions | None = None
-    mesh: MeshOptions | None = None
-    climb: ClimbOptions | None = None
-    transfer: TransferOptions | None = None
+    responses: tuple[model.Response, ...] | None = None
+    conditions: tuple[model.Condition, ...] | None = None
+    specimen: model.SpecimenSection | None = None
+    blade: model.BladeSection | None = None
+    supports: model.SupportsSection | None = None
+    contact: model.ContactSection | None = None
+    material: model.MaterialSection | None = None
+    failure: model.FailureSection | None = None
+    tests: tuple[model.LaboratorySection, ...] | None = None
+    solver: model.AnySolver | None = None
+    targets: model.Targets | None = None
+    screen: model.ScreenOptions | None = None
+    rsm: model.RsmOptions | None = None
+    invert: model.InvertOptions | None = None
+    published: model.Published | None = None
+    refine: model.RefineOptions | None = None
+    mesh: model.MeshOptions | None = None
+    climb: model.ClimbOptions | None = None
+    transfer: model.TransferOptions | None = None
 
     @property
     def rate_law(self) -> str | None:
         """The rate law that the spec chooses, where its solver lets it."""
-        return self.solver.rate_law if isinstance(self.solver, EmbeddedSolver | OpenRadiossSolver) else None
+        return self.solver.rate_law if isinstance(self.solver, model.EmbeddedSolver | model.OpenRadiossSolver) else None
 
     @property
-    def embedded(self) -> EmbeddedSolver | None:
+    def embedded(self) -> model.EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
-        return self.solver if isinstance(self.solver, EmbeddedSolver) else None
+        return self.solver if isinstance(self.solver, model.EmbeddedSolver) else None
 
     @property
-    def growing(self) -> dict[str, Growth | Grades]:
+    def growing(self) -> dict[str, model.Growth | model.Grades]:
         """The material parameters that follow the diameter."""
         return self.material.growing() if self.material else {}
 
@@ -102,9 +73,9 @@ class Draft:
         """The name of the solver if its factors are parameters of the stem's material, else an empty text."""
         if self.embedded is not None:
             return "embedded"
-        if not isinstance(self.solver, DeckSolver):
+        if not isinstance(self.solver, model.DeckSolver):
             return ""
-        return "LS-DYNA" if isinstance(self.solver, LsDynaSolver) else "OpenRadioss"
+        return "LS-DYNA" if isinstance(self.solver, model.LsDynaSolver) else "OpenRadioss"
 
     @property
     def diameters(self) -> dict[NodePath, float]:

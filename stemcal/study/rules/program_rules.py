@@ -4,16 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stemcal.naming import CUTTING, DIAMETER, FORCE
-from stemcal.study.model import (
-    CommandSolver,
-    CsvResult,
-    JsonResult,
-    LsDynaSolver,
-    ManualSolver,
-    OpenRadiossSolver,
-    RegexResult,
-    ResultReader,
-)
+from stemcal.study import model
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types.placeholders import CHANCE, placeholders, template_bytes
 from stemcal.study.types.strict_yaml import NodePath
@@ -25,7 +16,7 @@ _RESERVED = {"program-output.txt"}
 
 def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
-    if not isinstance(draft.solver, CommandSolver | ManualSolver):
+    if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver):
         return
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
@@ -42,7 +33,7 @@ def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
 
 def _command(draft: Draft) -> tuple[str, ...]:
     """Return the arguments of the program; none where people start it."""
-    return draft.solver.command if isinstance(draft.solver, CommandSolver) else ()
+    return draft.solver.command if isinstance(draft.solver, model.CommandSolver) else ()
 
 
 def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
@@ -59,7 +50,7 @@ def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iter
 def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
     """Every factor stands in a template or an argument; one that does not has no effect."""
     solver = draft.solver
-    if not isinstance(solver, CommandSolver):
+    if not isinstance(solver, model.CommandSolver):
         return
     try:
         contents = [template_bytes(path) for path in solver.templates]
@@ -76,7 +67,7 @@ def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
 def chance_is_said(draft: Draft) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     solver = draft.solver
-    if not isinstance(solver, CommandSolver | ManualSolver):
+    if not isinstance(solver, model.CommandSolver | model.ManualSolver):
         return
     if solver.deterministic and solver.replicates > 1:
         message = f"a deterministic program gives {solver.replicates} times the same answer"
@@ -88,7 +79,7 @@ def chance_is_said(draft: Draft) -> Iterator[Finding]:
 
 
 def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterator[Finding]:
-    if not isinstance(draft.solver, CommandSolver | ManualSolver) or draft.solver.by_chance:
+    if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver) or draft.solver.by_chance:
         return
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
@@ -108,14 +99,14 @@ def mirrored_runs_stand_once(draft: Draft) -> Iterator[Finding]:
     """The two stages of a definitive screening take every run once."""
     solver, screen = draft.solver, draft.screen
     mirrored = screen is not None and screen.design == "definitive-screening"
-    if isinstance(solver, CommandSolver | ManualSolver) and mirrored and solver.replicates > 1:
+    if isinstance(solver, model.CommandSolver | model.ManualSolver) and mirrored and solver.replicates > 1:
         message = "definitive-screening is judged in pairs of single runs"
         yield Finding(("solver", "replicates"), message, "leave it out, or write screen.design: plackett-burman")
 
 
 def run_files_differ(draft: Draft) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count."""
-    if not isinstance(draft.solver, CommandSolver | ManualSolver):
+    if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver):
         return
     seen = set(_RESERVED)
     for key in ("templates", "files"):
@@ -128,7 +119,7 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
 
 def reduction_has_what_it_needs(draft: Draft) -> Iterator[Finding]:
     """``at``, ``mean_over`` and ``work`` know where, and what the numbers are plotted along."""
-    if not isinstance(draft.solver, CommandSolver):
+    if not isinstance(draft.solver, model.CommandSolver):
         return
     if draft.solver.result is not None:
         yield from _reduction(draft.solver.result, ("solver", "result"))
@@ -136,7 +127,7 @@ def reduction_has_what_it_needs(draft: Draft) -> Iterator[Finding]:
         yield from _reduction(result, ("solver", "result", name))
 
 
-def _reduction(result: ResultReader, path: NodePath) -> Iterator[Finding]:
+def _reduction(result: model.ResultReader, path: NodePath) -> Iterator[Finding]:
     if result.reduction == "at" and result.at is None:
         yield Finding(path, "reduction at needs a place", "add at: 2.5")
     if result.reduction == "mean_over" and (result.over is None or result.over[0] > result.over[1]):
@@ -149,7 +140,7 @@ def _reduction(result: ResultReader, path: NodePath) -> Iterator[Finding]:
 
 def every_response_is_read(draft: Draft) -> Iterator[Finding]:
     """A program leaves each response; a single reader serves a single one."""
-    if not isinstance(draft.solver, CommandSolver):
+    if not isinstance(draft.solver, model.CommandSolver):
         return
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
@@ -180,16 +171,16 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
             yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
 
 
-def _has_abscissa(result: ResultReader) -> bool:
+def _has_abscissa(result: model.ResultReader) -> bool:
     """Whether a reader knows what its numbers are plotted along; named readers do."""
-    if isinstance(result, RegexResult):
+    if isinstance(result, model.RegexResult):
         return "(?P<x>" in result.pattern
-    return result.along is not None if isinstance(result, JsonResult | CsvResult) else True
+    return result.along is not None if isinstance(result, model.JsonResult | model.CsvResult) else True
 
 
 def command_names_deck(draft: Draft) -> Iterator[Finding]:
     """LS-DYNA is told its deck."""
-    if not isinstance(draft.solver, LsDynaSolver):
+    if not isinstance(draft.solver, model.LsDynaSolver):
         return
     names = [name for argument in draft.solver.command[1:] for _, name in placeholders(argument.encode())]
     for name in names:
@@ -202,7 +193,7 @@ def command_names_deck(draft: Draft) -> Iterator[Finding]:
 def openradioss_hardens_isotropically(draft: Draft) -> Iterator[Finding]:
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
     for index, factor in draft.factors.items():
-        if isinstance(draft.solver, OpenRadiossSolver) and factor.name == "hardening_parameter":
+        if isinstance(draft.solver, model.OpenRadiossSolver) and factor.name == "hardening_parameter":
             message = "has no effect: OpenRadioss's deck hardens isotropically"
             yield Finding(("factors", index, "name"), message, "give it a fixed value under material")
 
