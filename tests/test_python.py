@@ -166,6 +166,7 @@ def test_one_simulation() -> None:
         ({"yield_stress": -5}, "yield_stress = -5 MPa must be above 0 MPa"),
         ({"yield_stress": "18 mm"}, "yield_stress: mm is a unit of length, not of stress"),
         ({"yield_stress": [18]}, "yield_stress: a list is not a number"),
+        ({"yield_stress": True}, "yield_stress: true is not a number"),
     ],
 )
 def test_values_from_python_are_checked_as_those_of_a_spec(given: dict[str, Any], said: str) -> None:
@@ -184,11 +185,20 @@ def test_values_with_units_and_the_path_of_a_spec() -> None:
 
 def test_calibrate_takes_the_path_of_a_spec_and_checks_what_it_is_given(tmp_path: Path) -> None:
     assert stemcal.calibrate(str(REPLAY), out=tmp_path / "o", workers=1).study.name == "paper-replay"
-    for wrong, said in {"workers": (0, "workers: 0 must not be below 1"), "out": ("", "out: is empty")}.items():
-        with pytest.raises(UsageError, match=re.escape(said[1])):
-            stemcal.calibrate(REPLAY, **{wrong: said[0]})
+    with pytest.raises(UsageError, match="workers: 0 must not be below 1"):
+        stemcal.calibrate(REPLAY, workers=0)
     with pytest.raises(UsageError, match="study: dict is not a study"):
         stemcal.calibrate({})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("given", ["", " ", "a\0b", 3, None, b"a.yaml", ["a.yaml"]])
+def test_what_names_no_file_is_refused(given: Any) -> None:
+    for called in (stemcal.load_study, stemcal.open_results):
+        with pytest.raises(UsageError, match=r"(path|folder): .* (names nothing|is no path); give"):
+            called(given)
+    if given is not None:
+        with pytest.raises(UsageError, match=r"out: .* (names nothing|is no path); give"):
+            stemcal.calibrate(REPLAY, out=given)
 
 
 def test_what_takes_too_much_is_refused(tmp_path: Path) -> None:

@@ -9,27 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from stemcal.by_hand import refusals as why
 from stemcal.by_hand.awaited import run_name
 from stemcal.by_hand.form import FAILED, REPLICATE, WITHDRAWN, entered_responses
 from stemcal.by_hand.numbers import Unread, number_in, readings
 from stemcal.by_hand.reading import Filled, narrow
-from stemcal.by_hand.refusals import (
-    BrokenRow,
-    FailedWithValue,
-    FarOff,
-    Incomplete,
-    KnownOtherwise,
-    NoReason,
-    NothingToWithdraw,
-    OtherLevels,
-    OtherReplicate,
-    OtherStudy,
-    Refused,
-    SeveralMeant,
-    ToldTwice,
-    UnknownRun,
-    Unreadable,
-)
 from stemcal.folder.study_folder import StudyFolder, now, provenance
 from stemcal.measured.outliers import grubbs
 from stemcal.naming import Named
@@ -64,7 +48,7 @@ class Entered:
     taken: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
     replaced: tuple[str, ...] = ()
-    refused: tuple[Refused, ...] = ()
+    refused: tuple[why.Refused, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -84,7 +68,7 @@ class _Sorted:
     new: list[_Result] = field(default_factory=list)
     known: list[_Result] = field(default_factory=list)
     others: list[_Result] = field(default_factory=list)
-    refused: list[Refused] = field(default_factory=list)
+    refused: list[why.Refused] = field(default_factory=list)
 
 
 def enter(
@@ -101,15 +85,11 @@ def enter(
     for result in (*found.new, *found.others):
         _record(result, solver, folder, how)
     return Entered(
-        taken=tuple(_name(result) for result in found.new),
-        known=tuple(_name(result) for result in found.known),
-        replaced=tuple(_name(result) for result in found.others),
+        taken=tuple(run_name(result.request) for result in found.new),
+        known=tuple(run_name(result.request) for result in found.known),
+        replaced=tuple(run_name(result.request) for result in found.others),
         refused=tuple(found.refused),
     )
-
-
-def _name(result: _Result) -> str:
-    return run_name(result.request)
 
 
 def _sorted(
@@ -119,16 +99,16 @@ def _sorted(
     found, seen = _Sorted(), dict[str, _Result]()
     for filled in sheet:
         result = _result(study, solver, runs, filled)
-        if isinstance(result, Refused):
+        if isinstance(result, why.Refused):
             found.refused.append(result)
         elif result.key not in seen:
             seen[result.key] = result
         elif not _agree(result.answer, seen[result.key].answer):
             found.refused += [
-                ToldTwice(filled.place, filled.run, seen[result.key].filled.place),
-                ToldTwice(seen[result.key].filled.place, filled.run, filled.place),
+                why.ToldTwice(filled.place, filled.run, seen[result.key].filled.place),
+                why.ToldTwice(seen[result.key].filled.place, filled.run, filled.place),
             ]
-    twice = {one.place for one in found.refused if isinstance(one, ToldTwice)}
+    twice = {one.place for one in found.refused if isinstance(one, why.ToldTwice)}
     for key, result in seen.items():
         if result.filled.place not in twice:
             _against_record(found, result, folder.load(key), study, how)
@@ -138,46 +118,46 @@ def _sorted(
 # ---- a row by itself
 
 
-def _result(study: Study, solver: Solver, runs: Sequence[Request], filled: Filled) -> _Result | Refused:
+def _result(study: Study, solver: Solver, runs: Sequence[Request], filled: Filled) -> _Result | why.Refused:
     place = filled.place, filled.run
     if filled.extra:
-        return BrokenRow(*place)
+        return why.BrokenRow(*place)
     if filled.study and filled.study != narrow(study.name):
-        return OtherStudy(*place, filled.study, study.name)
+        return why.OtherStudy(*place, filled.study, study.name)
     request = _request(study, runs, filled)
-    if isinstance(request, Refused):
+    if isinstance(request, why.Refused):
         return request
     answer = _answer(study, filled)
-    return answer if isinstance(answer, Refused) else _Result(filled, request, record_key(solver, request), answer)
+    return answer if isinstance(answer, why.Refused) else _Result(filled, request, record_key(solver, request), answer)
 
 
-def _request(study: Study, runs: Sequence[Request], filled: Filled) -> Request | Refused:
+def _request(study: Study, runs: Sequence[Request], filled: Filled) -> Request | why.Refused:
     """Return the run that is meant: of the same name, and of the same levels as far as they are told."""
     called = " ".join(filled.run.split()).casefold()
     named = [run for run in runs if run_name(run) == called]
     if not named:
-        return UnknownRun(filled.place, filled.run)
+        return why.UnknownRun(filled.place, filled.run)
     told = filled.levels.get(REPLICATE, "")
     replicates = [run for run in named if not told or told == str(run.replicate)]
     if not replicates:
-        return OtherReplicate(filled.place, filled.run, told)
+        return why.OtherReplicate(filled.place, filled.run, told)
     wrong = [_other_level(study, run, filled) for run in replicates]
     meant = [run for run, other in zip(replicates, wrong, strict=True) if other is None]
     if len({(run.condition, run.replicate) for run in meant}) > 1:
-        return SeveralMeant(filled.place, filled.run)
+        return why.SeveralMeant(filled.place, filled.run)
     return meant[0] if meant else wrong[0] or replicates[0]
 
 
-def _other_level(study: Study, run: Request, filled: Filled) -> OtherLevels | None:
+def _other_level(study: Study, run: Request, filled: Filled) -> why.OtherLevels | None:
     """Return the first level of a run that is told otherwise than it was asked for."""
     at = study.naming.condition
     for factor in study.factors:
         asked, near = run.levels[factor.name], _LEVEL * (factor.high - factor.low)
         if not _is_level(filled, factor.name, asked, near, factor.unit):
             unit = Named("", "", "", factor.unit).unit_suffix
-            return OtherLevels(filled.place, filled.run, factor.name, filled.levels[factor.name], asked, unit)
+            return why.OtherLevels(filled.place, filled.run, factor.name, filled.levels[factor.name], asked, unit)
     if at is not None and not _is_level(filled, at.name, run.condition, _LEVEL * abs(run.condition), at.unit):
-        return OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], run.condition, at.unit_suffix)
+        return why.OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], run.condition, at.unit_suffix)
     return None
 
 
@@ -191,7 +171,7 @@ def _is_level(filled: Filled, name: str, asked: float, near: float, unit: str) -
     return any(abs(value - asked) <= near for value in possible)
 
 
-def _answer(study: Study, filled: Filled) -> Answer | Refused:
+def _answer(study: Study, filled: Filled) -> Answer | why.Refused:
     """Return the result that a row tells: a value of every response, or why the run gave none."""
     place = filled.place, filled.run
     said = {text for text in (*filled.values.values(), filled.remark) if text.casefold().startswith(FAILED)}
@@ -201,17 +181,17 @@ def _answer(study: Study, filled: Filled) -> Answer | Refused:
     if said:
         reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
         if given:
-            return FailedWithValue(*place)
-        return Answer("failed", reason=NOT_RUN, message=reason) if reason else NoReason(*place)
+            return why.FailedWithValue(*place)
+        return Answer("failed", reason=NOT_RUN, message=reason) if reason else why.NoReason(*place)
     values: dict[str, float] = {}
     for response in entered_responses(study):
         text = filled.values.get(response.name, "")
         if not text:
-            return Incomplete(*place, response.name)
+            return why.Incomplete(*place, response.name)
         heading = filled.units.get(response.name, response.unit)
         value = number_in(text, filled.decimal, heading, response.unit)
         if isinstance(value, Unread):
-            return Unreadable(*place, response.name, text, value.why, value.unit, response.unit, value.readings)
+            return why.Unreadable(*place, response.name, text, value.why, value.unit, response.unit, value.readings)
         values[response.name] = value
     first, *others = values
     return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
@@ -227,7 +207,7 @@ def _against_record(
     before = None if record is None or not stands(record, study.runs) else answer_of(record)
     if result.answer.reason == TAKEN_BACK:
         if before is None:
-            found.refused.append(NothingToWithdraw(result.filled.place, result.filled.run))
+            found.refused.append(why.NothingToWithdraw(result.filled.place, result.filled.run))
             return
     elif before is None:
         found.new.append(result)
@@ -240,7 +220,7 @@ def _against_record(
     else:
         told = record["details"]
         found.refused.append(
-            KnownOtherwise(
+            why.KnownOtherwise(
                 result.filled.place,
                 result.filled.run,
                 _said(result.answer),
@@ -272,7 +252,7 @@ def _said(answer: Answer) -> str:
 
 def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sorted:
     """Refuse new values that are far from all others at their condition, by Grubbs' test, one after the other."""
-    doubted: dict[str, FarOff] = {}
+    doubted: dict[str, why.FarOff] = {}
     fresh = [result for result in (*found.new, *found.others) if result.answer.ok]
     for condition in {result.request.condition for result in fresh}:
         at = [result for result in fresh if result.request.condition == condition]
@@ -281,7 +261,7 @@ def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sort
             values = {result.key: _values(result.answer)[i] for result in at}
             for key, value, others in _suspects(values, [_values(answer)[i] for answer in before]):
                 filled = next(result.filled for result in at if result.key == key)
-                far = FarOff(filled.place, filled.run, response.name, value, min(others), max(others), len(others))
+                far = why.FarOff(filled.place, filled.run, response.name, value, min(others), max(others), len(others))
                 doubted.setdefault(key, far)
     return replace(
         found,
@@ -325,13 +305,9 @@ def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correctio
         entry = old | ({RESPONSES: further} if further else {}) | {"until": time, "because": how.reason}
         entry |= {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
         told["replaced"] = [*before["details"].get("replaced", []), entry]
-        folder.log("result_replaced", key=result.key, run=filled.run, reason=how.reason, **old_and_new(before, result))
+        values = {"before": before["response"], "now": result.answer.response}
+        folder.log("result_replaced", key=result.key, run=filled.run, reason=how.reason, **values)
     if result.answer.reason == TAKEN_BACK:
         message = how.reason
     answer = replace(result.answer, message=message, details={**result.answer.details, **told})
     keep(result.key, result.request, Computed(answer, {**provenance(), "finished": time}), solver, folder)
-
-
-def old_and_new(before: Mapping[str, Any], result: _Result) -> dict[str, Any]:
-    """Return both values for the log."""
-    return {"before": before["response"], "now": result.answer.response}

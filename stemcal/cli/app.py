@@ -60,41 +60,25 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-PANEL = "Stages of a study (each goes on where it stopped)"
-RESULTS = "Results to publish"
-FOLDER = "The study folder"
 AROUND = "Around a study"
-FIRST = "First steps and help"
-
-app.command(rich_help_panel=PANEL)(run.run)
-for _stage in STAGES:
-    if _stage.name != "audit":
-        app.command(rich_help_panel=PANEL)(stages.command_of(_stage))
-app.command(rich_help_panel=PANEL)(augment.augment)
-app.command(rich_help_panel=PANEL)(by_hand.enter_command())
-app.command(rich_help_panel=PANEL)(by_hand.ask)
-app.command(rich_help_panel=PANEL)(by_hand.tell_command())
-app.command(rich_help_panel=PANEL)(report.report)
-app.command(rich_help_panel=RESULTS)(export.export)
-app.command(rich_help_panel=RESULTS)(plot.plot)
-app.command(rich_help_panel=RESULTS)(stages.audit_command())
+COMMANDS: dict[str, tuple[Any, ...]] = {
+    "Stages of a study (each goes on where it stopped)": (
+        *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit"), augment.augment),
+        *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
+    ),
+    "Results to publish": (export.export, plot.plot, stages.audit_command()),
+    AROUND: (
+        *(init.init, check.check, plan.plan, simulate.simulate, export_deck.export_deck),
+        *(export_material.export_material, verify_transfer.verify_transfer, import_deck.import_deck),
+    ),
+    "The study folder": (status.status, runs.runs, retry.retry, verify.verify),
+    "First steps and help": (demo.demo, doctor.doctor, schema.schema, explain.explain),
+}
+"""The commands by the panel of the help that they stand in."""
+for _panel, _commands in COMMANDS.items():
+    for _command in _commands:
+        app.command(rich_help_panel=_panel)(_command)
 app.add_typer(measure.app, name="measure", rich_help_panel=AROUND)
-app.command(rich_help_panel=AROUND)(init.init)
-app.command(rich_help_panel=AROUND)(check.check)
-app.command(rich_help_panel=AROUND)(plan.plan)
-app.command(rich_help_panel=AROUND)(simulate.simulate)
-app.command("export-deck", rich_help_panel=AROUND)(export_deck.export_deck)
-app.command("export-material", rich_help_panel=AROUND)(export_material.export_material)
-app.command("verify-transfer", rich_help_panel=AROUND)(verify_transfer.verify_transfer)
-app.command("import-deck", rich_help_panel=AROUND)(import_deck.import_deck)
-app.command(rich_help_panel=FOLDER)(status.status)
-app.command(rich_help_panel=FOLDER)(runs.runs)
-app.command(rich_help_panel=FOLDER)(retry.retry)
-app.command(rich_help_panel=FOLDER)(verify.verify)
-app.command(rich_help_panel=FIRST)(demo.demo)
-app.command(rich_help_panel=FIRST)(doctor.doctor)
-app.command(rich_help_panel=FIRST)(schema.schema)
-app.command(rich_help_panel=FIRST)(explain.explain)
 
 
 def _version(wanted: bool) -> None:

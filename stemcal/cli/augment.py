@@ -7,7 +7,6 @@ import typer
 from stemcal.cli.console import note
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import existing_folder, opened, read_study
-from stemcal.cli.show import show_stage
 from stemcal.stages.base import stage_called
 
 
@@ -39,6 +38,7 @@ def augment(
 
     Example: [bold]stemcal augment my-stems.yaml --extra-runs 4[/bold]
     """
+    from stemcal.cli.show import show_stage
     from stemcal.overview import augment as augmenting
     from stemcal.stages.fresh import make
     from stemcal.stages.verdict.rules import verdict_of

@@ -14,8 +14,6 @@ from stemcal.cli.options import AsJson, Out, Quiet, Spec
 from stemcal.cli.session import Session, opened
 from stemcal.errors import UsageError
 from stemcal.files.plain import read_plain
-from stemcal.text.names import Names
-from stemcal.text.notes import sentence
 
 if TYPE_CHECKING:
     from stemcal.by_hand.entering import Correction, Entered
@@ -160,6 +158,8 @@ def _show(work: Session, found: Entered, as_json: bool) -> None:
     """Tell what was taken; refused rows end the command, and what was taken stays."""
     from stemcal.by_hand.face import entered_json
     from stemcal.text.by_hand import entered, refused
+    from stemcal.text.names import Names
+    from stemcal.text.notes import sentence
 
     names = Names(work.study.naming)
     if as_json:

@@ -10,7 +10,6 @@ from stemcal.cli.console import say, say_json, warn
 from stemcal.cli.options import AsJson, Spec
 from stemcal.cli.session import read_study
 from stemcal.errors import SpecError, UsageError
-from stemcal.solvers import make_solver
 from stemcal.text.language import all_of
 
 if TYPE_CHECKING:
@@ -61,6 +60,7 @@ def _problems(error: SpecError) -> Mapping[str, object]:
 
 def not_ready(study: Study) -> list[str]:
     """Say why the program that a spec names cannot be started here: the spec is right, but no run can begin."""
+    from stemcal.solvers import make_solver
     from stemcal.study.model import ProgramOptions
 
     if not isinstance(study.solver, ProgramOptions):

@@ -13,7 +13,6 @@ from stemcal.cli.session import read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
 from stemcal.outputs import write_output
-from stemcal.text.decks import forces_told, not_foretold
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -58,6 +57,7 @@ def export_deck(
     Example: [bold]stemcal export-deck configs/wild-chrysanthemum.yaml --set yield_stress=17.96 run.k[/bold]
     """
     from stemcal.study.reading.checked import typed_size
+    from stemcal.text.decks import forces_told
 
     study = read_study(spec)
     levels = chosen_levels(study, study.midlevels(), settings or [])
@@ -122,6 +122,7 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
     from stemcal.study.model import EmbeddedSolver
+    from stemcal.text.decks import not_foretold
     from stemcal.text.plan import objections
 
     of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)

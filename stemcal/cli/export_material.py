@@ -14,8 +14,6 @@ from stemcal.cli.session import opened
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
 from stemcal.outputs import make_folder, write_output
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Request
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -69,6 +67,7 @@ def export_material(
     Example: [bold]stemcal export-material configs/smoke.yaml --for lsdyna --element-size "1 mm" material[/bold]
     """
     from stemcal.report.tables.of_transfer import regularisation_table
+    from stemcal.solvers import make_solver
     from stemcal.stages.regularise import regularise
     from stemcal.stages.work import Work
     from stemcal.study.reading.checked import typed_size
@@ -151,6 +150,7 @@ def _check_deck(study: Study, found: Regularisation, row: Regularised, program: 
     """Return the shear test with the elements and the failure strain there."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
+    from stemcal.solvers.protocol import Request
     from stemcal.stages.regularise import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}

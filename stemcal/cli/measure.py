@@ -12,15 +12,13 @@ from stemcal.cli.console import note, say, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Quiet
 from stemcal.errors import UsageError
 from stemcal.files.decoding import decode
-from stemcal.files.durable import as_json as json_text
-from stemcal.files.durable import write_durably
 from stemcal.files.plain import read_plain
-from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stemcal.files.rows import Table
     from stemcal.measured.shear import ShearTests
     from stemcal.study.model import Study
 
@@ -154,6 +152,7 @@ def _finish_shear(
     tests: ShearTests, section: str, spec: Path | None, out: Path | None, as_json: bool, quiet: bool
 ) -> None:
     """Write what was asked for, show the rest."""
+    from stemcal.files.rows import Column, Rows, Table
     from stemcal.measured.shear import SpecimenRow
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
@@ -190,6 +189,7 @@ def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
 
 def replace_targets(spec: Path, section: str) -> Study:
     """Put a targets section into a spec, one that would then be wrong is left as it was; returns the study."""
+    from stemcal.files.durable import write_durably
     from stemcal.measured.target_entries import with_targets
     from stemcal.study.reading import read_study
     from stemcal.study.types.strict_yaml import MAX_BYTES
@@ -218,11 +218,12 @@ def _leave_files(
     folder: Path, content: Mapping[str, Any], rows: Table, figures: dict[str, Figure], section: str = ""
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
+    from stemcal.files.durable import as_json, write_durably
     from stemcal.report.figures.style import save_both
 
     folder.mkdir(parents=True, exist_ok=True)
     stage = content["stage"]
-    texts = {f"{stage}.json": json_text(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
+    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
     for name, text in texts.items():
         if text:
             write_durably(folder / name, text)

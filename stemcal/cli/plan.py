@@ -10,14 +10,12 @@ import typer
 from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Out, Quiet, Spec, Workers
 from stemcal.cli.session import folder_of, opened, read_study
-from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.solvers import make_solver
-from stemcal.text.names import Names
-from stemcal.text.numbers import duration
 
 if TYPE_CHECKING:
+    from stemcal.files.rows import Table
     from stemcal.overview.identify import Identified
+    from stemcal.text.names import Names
 
 
 def plan(
@@ -44,6 +42,10 @@ def plan(
 
     Example: [bold]stemcal plan configs/wild-chrysanthemum.yaml --workers 8[/bold]
     """
+    from stemcal.files.rows import Column, Table
+    from stemcal.text.names import Names
+    from stemcal.text.numbers import duration
+
     if identify:
         _identify(spec, specimens, out, workers, as_json, quiet)
         return
@@ -81,8 +83,10 @@ def _identify(
 ) -> None:
     from stemcal.overview.identify import SPECIMENS
     from stemcal.overview.identify import identify as foretell
+    from stemcal.solvers import make_solver
     from stemcal.stages.work import Work
     from stemcal.text.identification import sentences
+    from stemcal.text.names import Names
 
     with opened(spec, out, workers, "local", quiet) as session:
         work = Work(session.study, session.folder, session.executor, session.watch, make_solver(session.study))
@@ -99,6 +103,7 @@ def _identify(
 
 def _intervals(found: Identified, names: Names) -> Table:
     """Return a row per combination and number of specimens, with the expected interval of each factor."""
+    from stemcal.files.rows import Column, Table
     from stemcal.text.identification import expected, foot, place
     from stemcal.text.numbers import unit_written
 

@@ -10,7 +10,6 @@ from stemcal.cli.console import say, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Out, Spec
 from stemcal.cli.session import existing_folder, read_study
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Table
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
@@ -55,6 +54,7 @@ def plot(
     Example: [bold]stemcal plot contour configs/smoke.yaml --format pdf --width one[/bold]
     """
     from stemcal.cli.requested import CAPTIONS, is_requested, requestable, write_requested
+    from stemcal.files.rows import Column, Table
     from stemcal.report.figures.gallery import write_as
 
     millimetres = _width(width)

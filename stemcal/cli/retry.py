@@ -8,7 +8,6 @@ from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import opened
 from stemcal.files.typed import to_json
-from stemcal.text.names import Names
 
 SOME_RUNS_FAILED = 3
 
@@ -33,6 +32,7 @@ def retry(
     from stemcal.folder.study_folder import SCHEMA_VERSION
     from stemcal.overview.status import retry as again
     from stemcal.report.tables.of_designs import listed, runs_table
+    from stemcal.text.names import Names
 
     with opened(spec, out, workers, executor, quiet) as work:
         entries = again(work.study, work.folder, work.executor, keys or (), work.watch)

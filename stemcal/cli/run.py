@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from stemcal.cli.console import open_page
 from stemcal.cli.options import AsJson, ExecutorName, OpenPage, Out, Quiet, Spec, Workers, Yes
 from stemcal.cli.session import Session, opened
-from stemcal.cli.show import show_known, show_run
 from stemcal.errors import TargetUnreachable
 
 if TYPE_CHECKING:
@@ -40,6 +39,7 @@ def run(
 def go_through(work: Session, tell: bool) -> Callable[..., None]:
     """Take an open study through all stages and draw its page; return what shows it once the study is closed."""
     from stemcal import workflow
+    from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
@@ -67,6 +67,7 @@ def go_through(work: Session, tell: bool) -> Callable[..., None]:
 
 def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
     """Return what prints the table of the screening as soon as that is done, the progress bar aside."""
+    from stemcal.cli.show import show_known
 
     def show(result: StageResult) -> None:
         if tell and result.name == "screen":

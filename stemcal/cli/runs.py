@@ -12,7 +12,6 @@ from stemcal.errors import UsageError
 from stemcal.files.typed import to_json
 from stemcal.outputs import write_output
 from stemcal.stages.base import STAGES
-from stemcal.text.names import Names
 
 SIMULATING = tuple(stage.name for stage in STAGES if stage.simulates)
 
@@ -56,6 +55,7 @@ def runs(
     from stemcal.overview.status import ledger
     from stemcal.report.tables.of_designs import listed, runs_table
     from stemcal.text.language import say as say_text
+    from stemcal.text.names import Names
 
     study = read_study(spec)
     if csv_file and not csv_file.absolute().parent.is_dir():

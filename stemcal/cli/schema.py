@@ -7,7 +7,6 @@ import typer
 
 from stemcal.cli.console import note, say, say_json
 from stemcal.errors import UsageError
-from stemcal.files.durable import as_json, write_durably
 
 Target = Annotated[
     Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write it here.", show_default="stdout")
@@ -21,6 +20,7 @@ def schema(out: Target = None) -> None:
 
     Example: [bold]stemcal schema --out stemcal.schema.json[/bold]
     """
+    from stemcal.files.durable import as_json, write_durably
     from stemcal.study.reading.json_schema import json_schema
 
     if out is None:

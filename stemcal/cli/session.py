@@ -12,7 +12,6 @@ import typer
 
 from stemcal.cli.console import await_, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
-from stemcal.solvers import make_solver
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -38,6 +37,7 @@ class Session:
 
         The progress bar learns how many runs there will be.
         """
+        from stemcal.solvers import make_solver
         from stemcal.stages.fresh import finished
 
         if finished(self.study, self.folder, stage):

@@ -17,7 +17,6 @@ from stemcal.errors import UsageError
 from stemcal.files.showing import csv_text
 from stemcal.files.typed import to_json
 from stemcal.outputs import refuse_link, write_output
-from stemcal.text.numbers import duration
 from stemcal.words import nearest
 
 if TYPE_CHECKING:
@@ -129,6 +128,8 @@ def live(
     status: object, stroke: float, clock: Callable[[], float] = time.monotonic
 ) -> Callable[[float, float], None] | None:
     """Return what shows travel (of the stroke, mm), force and time left while a test goes on; None if nobody looks."""
+    from stemcal.text.numbers import duration
+
     if not hasattr(status, "update"):
         return None
     from stemcal.cli.sketch import sparkline

@@ -6,7 +6,6 @@ from inspect import cleandoc
 from stemcal.cli.console import warn
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers, Yes
 from stemcal.cli.session import opened
-from stemcal.cli.show import show_stage
 from stemcal.stages.base import Stage, stage_called
 
 
@@ -55,6 +54,7 @@ def _run(
     yes: bool = False,
 ) -> None:
     """Run one stage of a study and show what it came to."""
+    from stemcal.cli.show import show_stage
     from stemcal.stages.fresh import make
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.verdict.rules import verdict_of

@@ -3,9 +3,7 @@
 from stemcal.cli.console import say_json, say_tables
 from stemcal.cli.options import AsJson, Out, Spec
 from stemcal.cli.session import existing_folder, read_study
-from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.text.names import Names
 
 
 def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
@@ -15,7 +13,9 @@ def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal status configs/smoke.yaml[/bold]
     """
+    from stemcal.files.rows import Column, Table
     from stemcal.overview.status import status as count
+    from stemcal.text.names import Names
     from stemcal.text.status import lines
     from stemcal.text.verdict import verdict_json
 

@@ -8,11 +8,14 @@ import errno
 import io
 import os
 import sys
+import time
 from contextlib import suppress
 from typing import Any
 
 # A reader that has gone, as Windows calls it too.
 _GONE = (errno.EPIPE, errno.EINVAL) if sys.platform == "win32" else (errno.EPIPE,)
+# How long a reader of a pipe that never blocks may read nothing, s, and how often it is looked at.
+_PATIENCE_S, _POLL_S = 10.0, 0.01
 
 
 class _Dropping(io.RawIOBase):
@@ -27,11 +30,20 @@ class _Dropping(io.RawIOBase):
         whole = len(rest)
         try:
             while rest and self._is_open:
-                rest = rest[self._below.write(rest) or 0 :]
+                rest = rest[self._written(rest) :]
         except OSError as error:
             self._is_open = False
             self.lost = "" if error.errno in _GONE else error.strerror or "it cannot be written"
         return whole
+
+    def _written(self, content: Any) -> int:
+        """Write what there is room for, and return how much; a full pipe that does not block is waited for."""
+        patient_until = time.monotonic() + _PATIENCE_S
+        while not (count := self._below.write(content)):
+            if time.monotonic() > patient_until:
+                raise OSError(errno.EAGAIN, "its reader reads nothing")
+            time.sleep(_POLL_S)
+        return int(count)
 
     def writable(self) -> bool:
         """Return true."""

@@ -19,9 +19,8 @@ from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal.errors import UsageError
-from stemcal.executors.base import RunExecutor
+from stemcal.executors.base import ClusterLost, RunExecutor, WorkerDied
 from stemcal.executors.code import code_version
-from stemcal.executors.failures import ClusterLost, WorkerDied
 from stemcal.executors.local import LocalExecutor
 from stemcal.version import __version__
 

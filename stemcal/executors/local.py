@@ -15,8 +15,7 @@ from concurrent.futures import Future
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
-from stemcal.executors.base import RunExecutor
-from stemcal.executors.failures import RunTimedOut, WorkerDied
+from stemcal.executors.base import RunExecutor, RunTimedOut, WorkerDied
 from stemcal.executors.machine import available_cores
 from stemcal.executors.worker import Call, WorkerThread
 

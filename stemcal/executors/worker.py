@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from typing import Any, NamedTuple
 
 from stemcal.child import Child, ChildDied, ChildLate
-from stemcal.executors.failures import RunTimedOut, WorkerDied
+from stemcal.executors.base import RunTimedOut, WorkerDied
 
 # The runs share the cores.
 _ONE_THREAD = dict.fromkeys(

@@ -11,20 +11,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.fem.averaging import exchange
 from stemcal.fem.cohesive import cut_plane
 from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays
-from stemcal.fem.kernels.block import (
-    ALIVE,
-    CACHE_LINE,
-    ELEMENT_MASS,
-    FAILURE_STRAIN,
-    HOURGLASS_STIFFNESS,
-    LANES,
-    PLASTIC_STRAIN,
-    RATE_FACTOR,
-    SCRATCH_ROWS,
-    STATE_ROWS,
-    VISCOUS_LENGTH,
-    Seen,
-)
+from stemcal.fem.kernels import block
 from stemcal.fem.kernels.cohesive import CutPlane
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
@@ -107,7 +94,7 @@ def start(model: Model) -> State:
             shares,
             model.material.failure_strain,
             model.material.internal_length,
-            body.state[:, PLASTIC_STRAIN],
+            body.state[:, block.PLASTIC_STRAIN],
         ),
         lanes=lanes,
         shares=lanes.spread(shares, 0.0),
@@ -136,14 +123,14 @@ def start(model: Model) -> State:
 def aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
     """Return zeros that begin on a cache line: a vector read across two lines costs twice, a quarter of the kernel."""
     size = kind.itemsize * prod(shape)
-    raw = np.zeros(size + CACHE_LINE, dtype=np.uint8)
-    begin = -raw.ctypes.data % CACHE_LINE
+    raw = np.zeros(size + block.CACHE_LINE, dtype=np.uint8)
+    begin = -raw.ctypes.data % block.CACHE_LINE
     return raw[begin : begin + size].view(kind).reshape(shape)
 
 
 def scratch_like(state: Array) -> Array:
     """Return room for one block of elements whose state this is."""
-    return aligned_zeros((SCRATCH_ROWS * LANES,), state.dtype)
+    return aligned_zeros((block.SCRATCH_ROWS * block.LANES,), state.dtype)
 
 
 def _precision(model: Model) -> np.dtype[Any]:
@@ -169,7 +156,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
     x = nodal(mesh.nodes)
     element_state = _element_state(model, material, lanes, volumes)
     element_mass = _element_masses(model, material, element_state, topology, volumes)
-    element_state[:, ELEMENT_MASS] = lanes.spread(element_mass, 1.0)
+    element_state[:, block.ELEMENT_MASS] = lanes.spread(element_mass, 1.0)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
     v = nodal_zeros(len(x), x.dtype) if model.velocity is None else nodal(model.velocity)
@@ -215,12 +202,12 @@ def no_pushes(nodes: int, tools: int) -> Pushes:
     )
 
 
-def _seen(x: Array, v: Array, mesh: Mesh, kind: np.dtype[Any]) -> Seen:
+def _seen(x: Array, v: Array, mesh: Mesh, kind: np.dtype[Any]) -> block.Seen:
     """Return room for what elements of a precision see of the nodes."""
     if kind == np.float64:
-        return Seen(x, v, 1.0)
+        return block.Seen(x, v, 1.0)
     unit = kind.type(2.0 ** (np.ceil(np.log2(_STRETCH * mesh.largest_extent())) - 31))
-    return Seen(nodal_zeros(len(x), np.dtype(np.int32)), nodal_zeros(len(v), kind), unit)
+    return block.Seen(nodal_zeros(len(x), np.dtype(np.int32)), nodal_zeros(len(v), kind), unit)
 
 
 def _element_masses(model: Model, material: MaterialNumbers, state: Array, topology: Topology, volumes: Array) -> Array:
@@ -238,12 +225,12 @@ def _element_masses(model: Model, material: MaterialNumbers, state: Array, topol
 
 def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes, volumes: Array) -> Array:
     length = np.cbrt(volumes)
-    state = aligned_zeros((len(lanes.runs), STATE_ROWS, LANES), _precision(model))
-    state[:, ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
-    state[:, RATE_FACTOR] = 1.0
-    state[:, VISCOUS_LENGTH] = lanes.spread(length, 1.0)
-    state[:, FAILURE_STRAIN] = lanes.spread(model.material.failure_strains(length), 1.0)
-    state[:, HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, material, length), 0.0)
+    state = aligned_zeros((len(lanes.runs), block.STATE_ROWS, block.LANES), _precision(model))
+    state[:, block.ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
+    state[:, block.RATE_FACTOR] = 1.0
+    state[:, block.VISCOUS_LENGTH] = lanes.spread(length, 1.0)
+    state[:, block.FAILURE_STRAIN] = lanes.spread(model.material.failure_strains(length), 1.0)
+    state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, material, length), 0.0)
     return state
 
 

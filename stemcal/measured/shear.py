@@ -11,21 +11,12 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.files.typed import inline
+from stemcal.measured import remarks as lab
 from stemcal.measured.columns import find_column, matching, scale_of
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.numerals import shown
 from stemcal.measured.outliers import Grubbs, grubbs
-from stemcal.measured.remarks import (
-    EqualCurves,
-    EqualNames,
-    Excluded,
-    LabRemark,
-    NearGrades,
-    NotThere,
-    OfFiles,
-    Outlier,
-)
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.text_tables import Form, read_table
@@ -61,7 +52,7 @@ class SpecimenRow:
     work_to_max: float
     trimmed_points: int
     excluded: bool
-    remarks: tuple[LabRemark, ...]
+    remarks: tuple[lab.LabRemark, ...]
 
     @classmethod
     def of(cls, specimen: TestedSpecimen) -> SpecimenRow:
@@ -94,23 +85,23 @@ class ShearTests:
     grades: tuple[GradeForces, ...]
     power_law: PowerLaw | None
     synthetic: bool
-    notes: tuple[LabRemark, ...] = ()
+    notes: tuple[lab.LabRemark, ...] = ()
 
-    def remarks(self) -> list[LabRemark]:
+    def remarks(self) -> list[lab.LabRemark]:
         """Return what a careful reader must know before using the means."""
-        found: list[LabRemark] = [
-            Outlier(g.diameter, g.suspect, g.grubbs.statistic, g.grubbs.critical, g.grubbs.alpha)
+        found: list[lab.LabRemark] = [
+            lab.Outlier(g.diameter, g.suspect, g.grubbs.statistic, g.grubbs.critical, g.grubbs.alpha)
             for g in self.grades
             if g.grubbs and g.suspect
         ]
-        found += [Excluded(s.name) for s in self.specimens if s.excluded]
-        files: dict[LabRemark, list[str]] = {}
+        found += [lab.Excluded(s.name) for s in self.specimens if s.excluded]
+        files: dict[lab.LabRemark, list[str]] = {}
         for specimen in self.specimens:
             for remark in specimen.curve.of_file:
                 files.setdefault(remark, []).append(specimen.name.partition("#")[0])
             for remark in specimen.curve.remarks:
                 files.setdefault(remark, []).append(specimen.name)
-        return [*found, *(OfFiles(tuple(names), remark) for remark, names in files.items()), *self.notes]
+        return [*found, *(lab.OfFiles(tuple(names), remark) for remark, names in files.items()), *self.notes]
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -168,11 +159,11 @@ def measure_shear(
 
 def _not_there(
     index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]
-) -> list[LabRemark]:
+) -> list[lab.LabRemark]:
     """Return a remark on what the index names and is not there."""
     there = {path.name for path in files} | {path.stem for path in files} | {s.name for s in specimens}
     missing = [name for name in index if name not in there and _without_suffix(name) not in there]
-    return [NotThere(tuple(missing))] if missing else []
+    return [lab.NotThere(tuple(missing))] if missing else []
 
 
 def _without_suffix(name: str) -> str:
@@ -181,17 +172,17 @@ def _without_suffix(name: str) -> str:
     return f"{Path(file).stem}{mark}{label}"
 
 
-def _equal_names(files: Sequence[Path]) -> Iterator[LabRemark]:
+def _equal_names(files: Sequence[Path]) -> Iterator[lab.LabRemark]:
     """Yield a remark on files that differ in their ends only: an export beside the workbook, perhaps."""
     alike: dict[Path, list[str]] = {}
     for path in files:
         alike.setdefault(path.with_suffix(""), []).append(path.name)
     for names in alike.values():
         if len(names) > 1:
-            yield EqualNames(tuple(names))
+            yield lab.EqualNames(tuple(names))
 
 
-def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[LabRemark]:
+def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[lab.LabRemark]:
     """Yield a remark on specimens whose curves are the same to the last digit."""
     alike: dict[bytes, list[str]] = {}
     for specimen in specimens:
@@ -199,14 +190,14 @@ def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[LabRemark]:
             alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
     for names in alike.values():
         if len(names) > 1:
-            yield EqualCurves(tuple(names))
+            yield lab.EqualCurves(tuple(names))
 
 
-def _near_grades(grades: Sequence[float]) -> Iterator[LabRemark]:
+def _near_grades(grades: Sequence[float]) -> Iterator[lab.LabRemark]:
     """Yield a remark on neighbours, in ascending order, that are perhaps one grade written in two ways."""
     for lower, upper in pairwise(grades):
         if upper - lower < _APART * upper:
-            yield NearGrades(lower, upper)
+            yield lab.NearGrades(lower, upper)
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:

@@ -12,6 +12,7 @@ from stemcal.by_hand.reading import told
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder, default_place
 from stemcal.study.model import Study
+from stemcal.study.reading.checked import checked_path
 from stemcal.text.by_hand import refused
 from stemcal.text.names import Names
 
@@ -23,7 +24,7 @@ class ByHand:
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
         """Return the runs that are awaited."""
         require_manual(study)
-        with StudyFolder(default_place(study.name) if out is None else out) as folder:
+        with StudyFolder(default_place(study.name) if out is None else checked_path(out, "out")) as folder:
             waiting = gone_on(study, folder)
             return [] if waiting is None else asked_runs(study.by_hand, sheet_rows(study, folder, waiting))
 
@@ -34,7 +35,7 @@ class ByHand:
         if how:
             raise UsageError(f"tell: no parameter {', '.join(how)}; there are replace, who and sure")
         correction = Correction(bool(reason), str(reason), who or user_name(), bool(sure))
-        with StudyFolder(default_place(study.name) if out is None else out) as folder:
+        with StudyFolder(default_place(study.name) if out is None else checked_path(out, "out")) as folder:
             found = enter_filled(study, folder, told(list(runs), "tell", study.by_hand), correction)
         if found.refused:
             raise UsageError("\n".join(refused(found, Names(study.naming))))

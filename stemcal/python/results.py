@@ -89,7 +89,7 @@ class SurfacePlots:
         names = self._result.names
         for name in (across, up):
             if name is not None and name not in names:
-                raise UsageError(f"the surface has no factor {name!r}; {did_you_mean(name, names)}")
+                raise UsageError(f"the surface has no factor {name!r}; {did_you_mean(str(name), names)}")
         wanted = [name for name in (across, up) if name is not None]
         free = [name for name in names if name not in wanted]
         pair = (across or free.pop(0), up or (free.pop(0) if free else ""))
@@ -282,7 +282,7 @@ class StudyResults:
         """Draw the figure of that name."""
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
         if name not in plots:
-            raise UsageError(f"no figure {name!r}; {did_you_mean(name, plots)}")
+            raise UsageError(f"no figure {name!r}; {did_you_mean(str(name), plots)}")
         return plots[name].draw()
 
     # ---- how they show themselves

@@ -26,7 +26,7 @@ from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.frozen import Size
 from stemcal.study.reading import load_study as read_spec
-from stemcal.study.reading.checked import checked, level_of
+from stemcal.study.reading.checked import checked, checked_path, level_of
 from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.types.field_types import Whole
 from stemcal.text.plan import objections
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 def load_study(path: str | Path) -> Study:
     """Return the study in a YAML file; raise `SpecError` with everything that is wrong with it."""
-    study = read_spec(path)
+    study = read_spec(checked_path(path, "path"))
     study._hands = ByHand()
     return study
 
@@ -78,9 +78,7 @@ def calibrate(
         As the command line tells them.
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
-    if out is not None and not str(out).strip():
-        raise UsageError("out: is empty; name a folder, or leave it out")
-    folder = StudyFolder(default_place(study.name) if out is None else out)
+    folder = StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))
     with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
         _require_sense(demand_of_left(left_to_run(study, folder, solver), solver), executor.workers, yes)
@@ -120,7 +118,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     UsageError
         If the folder is not there, or does not know its spec.
     """
-    place = Path(folder)
+    place = checked_path(folder, "folder")
     if not place.is_dir():
         raise UsageError(f"{place} is not there; run `stemcal run SPEC` first, or name the folder with --out")
     found = StudyFolder(place)

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stemcal.errors import SimulationFailed
-from stemcal.executors.base import RunExecutor
-from stemcal.executors.failures import ClusterLost, RunTimedOut, WorkerDied
+from stemcal.executors.base import ClusterLost, RunExecutor, RunTimedOut, WorkerDied
 from stemcal.folder.study_folder import now, provenance
 from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming

@@ -7,20 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from stemcal import cutting
-from stemcal.cutting import (
-    Blade,
-    CuttingResult,
-    Discretisation,
-    Loading,
-    ShearTest,
-    Stem,
-    Supports,
-    Symmetry,
-    Toughness,
-    in_phases,
-    mean_over_phases,
-    perturbed,
-)
 from stemcal.cutting.build import through_wall
 from stemcal.cutting.end_state import LARGEST
 from stemcal.errors import SimulationFailed
@@ -92,7 +78,7 @@ class Embedded(OfSpecAlone):
             beside = perform_all(self._beside(request))
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
-        result = mean_over_phases(results)
+        result = cutting.mean_over_phases(results)
         result = replace(result, warnings=(*result.warnings, *beside.warnings))
         details = _details(result) | _over_phases(results)
         if beside.responses:
@@ -166,7 +152,7 @@ class Embedded(OfSpecAlone):
     def _identities(self, request: Request) -> list[dict[str, Any]]:
         return [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
 
-    def _tests(self, request: Request) -> tuple[ShearTest, ...]:
+    def _tests(self, request: Request) -> tuple[cutting.ShearTest, ...]:
         return shear_tests(meshed_as(self.study, request), request.levels, request.condition, request.row)
 
 
@@ -200,10 +186,10 @@ def simulate(
     study: Study,
     levels: Mapping[str, float],
     diameter: float | None = None,
-    symmetry: Symmetry | None = None,
+    symmetry: cutting.Symmetry | None = None,
     watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
-) -> CuttingResult:
+) -> cutting.CuttingResult:
     """Run one virtual shear test of a study.
 
     Parameters
@@ -225,7 +211,7 @@ def simulate(
         tests = tuple(replace(t, discretisation=replace(t.discretisation, symmetry=symmetry)) for t in tests)
     inspect = None if frames is None else FrameWriter(frames, max(1, tests[0].discretisation.integration.outputs // 50))
     first = cutting.shear(tests[0], watch, inspect)
-    return mean_over_phases([first, *(cutting.shear(test, watch) for test in tests[1:])])
+    return cutting.mean_over_phases([first, *(cutting.shear(test, watch) for test in tests[1:])])
 
 
 def simulate_test(
@@ -233,7 +219,7 @@ def simulate_test(
     name: str,
     levels: Mapping[str, float],
     diameter: float,
-    symmetry: Symmetry | None = None,
+    symmetry: cutting.Symmetry | None = None,
     watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> LaboratoryResult:
@@ -253,21 +239,21 @@ def simulate_test(
 
 def shear_tests(
     study: Study, levels: Mapping[str, float], diameter: float, replicate: int = 0
-) -> tuple[ShearTest, ...]:
+) -> tuple[cutting.ShearTest, ...]:
     """Return the shear tests whose mean answers: one, or one for each mesh phase the study asks for."""
     test = shear_test(study, levels, diameter)
     solver = _options(study)
     if solver.perturb is not None:
-        return (perturbed(test, solver.perturb, replicate),)
-    return in_phases(test, solver.phases)
+        return (cutting.perturbed(test, solver.perturb, replicate),)
+    return cutting.in_phases(test, solver.phases)
 
 
-def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
+def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
     solver, discretisation = _options(study), _discretisation(study, diameter)
     study = study.at(levels)
     blade, contact, failure = study.blade, study.contact, _toughness(study)
-    return ShearTest(
+    return cutting.ShearTest(
         material=Material(
             **study.parameters(levels, diameter),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
@@ -275,8 +261,8 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
             failure_length=solver.failure_length,
             internal_length=0.0 if failure else study.material.internal_length.at(diameter),
         ),
-        stem=Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
-        blade=Blade(
+        stem=cutting.Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
+        blade=cutting.Blade(
             blade.thickness,
             blade.width,
             blade.edge_angle,
@@ -284,8 +270,8 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
             blade.bevel,
             edge_spread=blade.edge_spread.at(diameter),
         ),
-        supports=Supports(study.supports.clearance, study.supports.fillet_radius),
-        loading=Loading(study.loading.speed, study.loading.duration, study.loading.gap),
+        supports=cutting.Supports(study.supports.clearance, study.supports.fillet_radius),
+        loading=cutting.Loading(study.loading.speed, study.loading.duration, study.loading.gap),
         contact=Contact(
             contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
         ),
@@ -294,10 +280,10 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
     )
 
 
-def _toughness(study: Study) -> Toughness | None:
+def _toughness(study: Study) -> cutting.Toughness | None:
     """Return what the plane of the cut opposes to the blade, None where elements fail by their strain."""
     law = study.failure
-    return Toughness(law.strength or 0.0, law.toughness or 0.0) if law.kind == "toughness" else None
+    return cutting.Toughness(law.strength or 0.0, law.toughness or 0.0) if law.kind == "toughness" else None
 
 
 def _options(study: Study) -> EmbeddedSolver:
@@ -316,7 +302,7 @@ def _told(length: Length, diameter: float) -> str:
     return str(length) if length.divisor is None else f"{length} ({length.at(diameter):.3g} mm)"
 
 
-def _discretisation(study: Study, diameter: float) -> Discretisation:
+def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     """Return the mesh; where the wall's thickness is a factor, with as many elements through each as the thickest has.
 
     Else the number would jump from one level to the next, and the force with it.
@@ -326,12 +312,14 @@ def _discretisation(study: Study, diameter: float) -> Discretisation:
     if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
         return how
     thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
-    return replace(how, through_wall=through_wall(Stem(diameter, thickest.diameter_ratio, thickest.length), how))
+    return replace(
+        how, through_wall=through_wall(cutting.Stem(diameter, thickest.diameter_ratio, thickest.length), how)
+    )
 
 
-def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> Discretisation:
+def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> cutting.Discretisation:
     """Return mesh and integration as the options have them."""
-    return Discretisation(
+    return cutting.Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
         symmetry=solver.symmetry,
@@ -360,14 +348,14 @@ def _precision(study: Study) -> Precision:
     return solver.precision if isinstance(solver, EmbeddedSolver) and solver.element == "one_point" else "double"
 
 
-def _determining(test: ShearTest) -> dict[str, Any]:
+def _determining(test: cutting.ShearTest) -> dict[str, Any]:
     """Return what determines the answer of a test: all of it but the number of threads."""
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
     return plain
 
 
-def _seconds(test: ShearTest) -> float:
+def _seconds(test: cutting.ShearTest) -> float:
     """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
     how, material = test.discretisation, test.material
     size = cutting.mesh_size(test.stem, how)
@@ -376,12 +364,12 @@ def _seconds(test: ShearTest) -> float:
     return test.loading.duration / step * _share(test) * (_STEP + _ELEMENT * size.elements) if step > 0.0 else inf
 
 
-def _share(test: ShearTest) -> float:
+def _share(test: cutting.ShearTest) -> float:
     """Return the share of the stroke that a run usually takes."""
     return _UNTIL_BROKEN if test.discretisation.stop_after_peak else 1.0
 
 
-def _small_enough(test: ShearTest) -> ShearTest | None:
+def _small_enough(test: cutting.ShearTest) -> cutting.ShearTest | None:
     """Return the test with elements so large that it is built in a moment; None if no size makes it so."""
     how = test.discretisation
     excess = cutting.mesh_size(test.stem, how).elements / _TRIED_ELEMENTS
@@ -392,7 +380,7 @@ def _small_enough(test: ShearTest) -> ShearTest | None:
     return replace(test, discretisation=coarse) if is_small else None
 
 
-def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
+def pictured(result: cutting.CuttingResult, film: Film) -> dict[str, Any]:
     """Return what pictures of a run are made from: energies over travel (mJ), thinned, its end and how it got there."""
     history, keep = result.history, kept_rows(len(result.history.time))
     rows = {name: values for name, values in vars(history).items() if name in _PICTURED}
@@ -404,7 +392,7 @@ def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
     return {"energies": energies, "shape": result.shape.packed(), **({"film": frames} if frames else {})}
 
 
-def _details(result: CuttingResult) -> dict[str, Any]:
+def _details(result: cutting.CuttingResult) -> dict[str, Any]:
     """Return the result's numbers and its curve, thinned, as JSON values."""
     scalars: dict[str, Any] = {k: v for k, v in vars(result).items() if isinstance(v, bool | int | float)}
     curve = kept_curve(result.history.travel, result.history.force_filtered)
@@ -413,7 +401,7 @@ def _details(result: CuttingResult) -> dict[str, Any]:
     return {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}
 
 
-def _over_phases(results: Sequence[CuttingResult]) -> dict[str, list[float]]:
+def _over_phases(results: Sequence[cutting.CuttingResult]) -> dict[str, list[float]]:
     """Return travel and work to the peak of each mesh phase; nothing for a single one, whose curve tells."""
     if len(results) == 1:
         return {}

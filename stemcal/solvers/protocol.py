@@ -44,15 +44,8 @@ class Request:
 
     def as_record(self) -> dict[str, Any]:
         """Return it as a record holds it: mesh and replicate only where another one is asked for."""
-        other = {"phases": self.phases, "element_size": self.element_size, "replicate": self.replicate or None}
-        return {
-            "stage": self.stage,
-            "row": self.row,
-            "levels": dict(self.levels),
-            "condition": self.condition,
-            "pictured": self.pictured,
-            **{name: value for name, value in other.items() if value is not None},
-        }
+        fields = {**vars(self), "levels": dict(self.levels), "replicate": self.replicate or None}
+        return {name: value for name, value in fields.items() if value is not None}
 
 
 RESPONSES = "responses"  # among the details of an answer: further responses by name
@@ -160,18 +153,10 @@ class Belonging(Protocol):
         """The settings by name, as they are at a stem diameter."""
 
 
-@runtime_checkable
-class Worded(Protocol):
-    """A solver that answers in a study's own words."""
-
-    @property
-    def naming(self) -> Naming:
-        """What the study calls what is asked and answered."""
-
-
 def words_of(solver: Solver) -> Naming:
     """Return what a solver's study calls its responses and condition; the shear test's words where it does not tell."""
-    return solver.naming if isinstance(solver, Worded) else CUTTING
+    naming: Naming = getattr(solver, "naming", CUTTING)
+    return naming
 
 
 class Immediate:

@@ -8,8 +8,7 @@ from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
 from stemcal.stages.invert.joint import FlatDirection, ProcessesTaken, UnequalScatter
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PriorRow, PublishedPoint
-from stemcal.stages.invert.single import PublishedIncomplete, SolvedByProcess
-from stemcal.stages.invert.stage import PriorUnused
+from stemcal.stages.invert.stage import PriorUnused, PublishedIncomplete, SolvedByProcess
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 from commanding import REPLAY, ROOT
+
+from stemcal.cli import streams
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="shells differ")
 full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device")
@@ -57,3 +61,28 @@ def test_texts_that_cannot_be_written(tmp_path: Path, asked: str) -> None:
         assert "Traceback" not in done.stderr
         assert "Exception ignored" not in done.stderr
     assert shell(tmp_path, f"{STEMCAL} {asked} 2>&1 | true").returncode == (2 if "nonsense" in asked else 0)
+
+
+@posix
+@pytest.mark.parametrize("is_read", [True, False])
+def test_a_full_pipe_that_does_not_block_is_waited_for(monkeypatch: pytest.MonkeyPatch, is_read: bool) -> None:
+    """Its reader gets all; where nobody reads, writing is given up."""
+    monkeypatch.setattr(streams, "_PATIENCE_S", 20.0 if is_read else 0.05)
+    source, target = os.pipe()
+    os.set_blocking(target, False)
+    size, found = 10**6, bytearray()
+
+    def read() -> None:
+        while len(found) < size:
+            found.extend(os.read(source, 4096))
+
+    reader = threading.Thread(target=read)
+    with io.FileIO(target, "wb") as below:
+        stream = streams._Dropping(below)
+        if is_read:
+            reader.start()
+        assert stream.write(bytes(size)) == size
+        if is_read:
+            reader.join()
+    os.close(source)
+    assert (len(found), stream.lost) == ((size, "") if is_read else (0, "its reader reads nothing"))

@@ -15,7 +15,7 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.refine.process import takes_process
+from stemcal.stages.refine.loop import takes_process
 from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

@@ -10,7 +10,7 @@ from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.files.typed import absent
 from stemcal.notes import Note
 from stemcal.stages.audit.found import Calibrated, Check, Found
-from stemcal.stages.invert.single import assess_published
+from stemcal.stages.invert.stage import assess_published
 from stemcal.stages.printed_tables import Contradiction, printed_terms, term_of
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult

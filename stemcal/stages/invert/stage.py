@@ -1,15 +1,27 @@
-"""The calibration as a stage: one measured force, or several measured means together."""
+"""The calibration as a stage: the point of the surface that gives one measured mean, or of several for theirs."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from stemcal.notes import Note
+import numpy as np
+
+from stemcal.doe.calibration.inversion import solve_target
+from stemcal.doe.calibration.misfit import Misfit
+from stemcal.doe.calibration.process_inversion import reach_of, solve_by_process
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.gaussian_process import GaussianProcess
+from stemcal.errors import TargetUnreachable
+from stemcal.naming import FIRST
+from stemcal.notes import Note, Weight
 from stemcal.solvers.protocol import Belonging
+from stemcal.stages.invert import certainty
 from stemcal.stages.invert.joint import solve_jointly
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.single import assess_published, solve
-from stemcal.stages.result import Head
+from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
+from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
+from stemcal.study.model import Study
 
 __all__ = ["InvertResult", "invert"]
 
@@ -30,3 +42,110 @@ def invert(work: Work, head: Head) -> InvertResult:
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*solved.notes, *([PriorUnused(idle)] if idle else []), *on_published)
     return replace(solved, belongs_to=belongs_to, published=published, notes=notes)
+
+
+class PublishedIncomplete(Note):
+    """The published solution lacks factors of the surface: their centres are taken."""
+
+    factors: tuple[str, ...]
+
+
+class SolvedByProcess(Note, weight=Weight.USE):
+    """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
+
+    `low` and `high` are what the quadratic reaches; both predicted R² are given.
+    """
+
+    low: float
+    high: float
+    quadratic_predicted_r2: float | None
+    process_predicted_r2: float | None
+
+
+def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+    """Return the calibrated point, what is known about it, and every factor's level there."""
+    coding, target = surface.scales, study.calibration_target
+    region, unit = surface.region(study), study.naming.response.unit_suffix
+    priors = certainty.priors_of(study, coding)
+    misfit = certainty.misfit_over(certainty.measured_of(target, [FIRST], study.naming), [surface.fitted], region)
+    misfit = misfit.with_priors(priors, region)
+    try:
+        ends, rule = (region.low, region.high, region.radius), study.invert.rule
+        found = solve_target(surface.fitted, target.response, *ends, rule, unit, region.within, priors)
+    except TargetUnreachable as unreachable:
+        if surface.process is None:
+            raise
+        return _solve_by_process(study, head, surface, surface.process, misfit, region, unreachable)
+    known = certainty.certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
+    point = Point.of(found.point, coding)
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
+        ranges=_by_factor(coding, found.ranges),
+        coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
+        reachable=found.reachable,
+        rule=found.rule,
+        share=found.share,
+        priors=certainty.prior_rows(study, coding, misfit, region),
+        notes=found.notes,
+    )
+
+
+def _solve_by_process(
+    study: Study,
+    head: Head,
+    surface: SurfaceResult,
+    process: GaussianProcess,
+    misfit: Misfit,
+    region: Region,
+    unreachable: TargetUnreachable,
+) -> InvertResult:
+    """Solve by the process, which predicts runs left out better than the quadratic that does not reach the target.
+
+    Raises
+    ------
+    TargetUnreachable
+        If the process, its errors counted, does not reach it either.
+    """
+    coding, target = surface.scales, study.calibration_target
+    low, high = reach_of(process, region)
+    if not low <= target.response <= high:
+        raise TargetUnreachable(target.response, low, high, study.naming.response.unit_suffix)
+    laboratory = float(sum(source.variance[0] for source in misfit.sources if source.name == "laboratory"))
+    df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
+    found = solve_by_process(process, coding.names, target.response, laboratory, df, region, misfit.priors)
+    known = certainty.certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
+    point = Point.of(surface.assess(study, found.coded, process), coding)
+    opinion = surface.second_opinion
+    note = SolvedByProcess(
+        unreachable.low,
+        unreachable.high,
+        surface.predicted_r2,
+        None if opinion is None else opinion.process_predicted_r2,
+    )
+    reachable, rule = found.reachable, "process_nearest_to_centre"
+    rows = certainty.prior_rows(study, coding, None, region)
+    more = {"reachable": reachable, "rule": rule, "priors": rows, "notes": (note,)}
+    return InvertResult.of(study, head, surface.radius, point, known, **more)
+
+
+def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:
+    natural = coding.to_natural(np.array(coded).T).T
+    return {name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)}
+
+
+def assess_published(study: Study, surface: SurfaceResult) -> tuple[PublishedPoint | None, list[Note]]:
+    """Return what the surface says of the published solution, and notes; (None, []) if there is none."""
+    if study.published is None or not study.published.solution:
+        return None, []
+    coding, given = surface.scales, study.published.solution
+    missing = tuple(name for name in coding.names if name not in given)
+    natural = [given.get(name, centre) for name, centre in zip(coding.names, coding.centre, strict=True)]
+    point = surface.assess(study, coding.to_coded(natural))
+    published = PublishedPoint(
+        point=Point.of(point, coding), difference=point.predicted - study.calibration_target.response
+    )
+    return published, [PublishedIncomplete(missing)] if missing else []

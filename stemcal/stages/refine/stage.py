@@ -4,8 +4,7 @@ from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.loop import Loop
-from stemcal.stages.refine.process import ProcessLoop, takes_process
+from stemcal.stages.refine.loop import Loop, ProcessLoop, takes_process
 from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult

@@ -2,6 +2,8 @@
 
 import re
 from numbers import Real
+from os import PathLike, fspath
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -31,10 +33,21 @@ def checked(kind: Any, given: object, name: str) -> Any:
         raise UsageError(f"{name}: {wrong.message}; {wrong.remedy}") from None
 
 
+def checked_path(given: object, name: str) -> Path:
+    """Return a path that Python gives; raise `UsageError` for what names no file or folder."""
+    text = fspath(given) if isinstance(given, str | PathLike) else None
+    if not isinstance(text, str):
+        raise UsageError(f"{name}: {type(given).__name__} is no path; give it as text or as a pathlib.Path")
+    if not text.strip() or "\0" in text:
+        raise UsageError(f"{name}: {text!r} names nothing; give a file or a folder")
+    return Path(text)
+
+
 def level_of(factor: Factor, given: float | str) -> float:
     """Return a level in the unit of its factor: a number, or a quantity such as ``"18 MPa"``."""
     if not isinstance(given, str):
-        return float(checked(Number, float(given) if isinstance(given, Real) else given, factor.name))
+        is_number = isinstance(given, Real) and not isinstance(given, bool)
+        return float(checked(Number, float(given) if is_number else given, factor.name))
     inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], given, factor.name)
     return from_internal(inside, factor.unit)
 

@@ -96,7 +96,7 @@ def _broken(draft: Draft) -> list[Finding]:
 
 
 def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:
-    """Yield findings until a rule asks for what could not be read (see `spec.partly`)."""
+    """Yield findings until a rule asks for what could not be read (see `reading.sections.partly`)."""
     try:
         yield from findings
     except AttributeError as error:
