@@ -171,8 +171,9 @@ class Plant:
         """Tell whether the parameters after are as near to the truth as before, or known to hold it."""
         if after.results is None or after.results.inversion is None:
             return False
-        ends = [after.results.inversion.certainty.coded_intervals[name] for name in NAMES]
-        held = all(low <= value <= high for value, (low, high) in zip(self.truth, ends, strict=True))
+        intervals = after.results.inversion.certainty.intervals
+        ends = [coded({name: intervals[name][side] for name in NAMES}) for side in (0, 1)]
+        held = all(low <= value <= high for value, low, high in zip(self.truth, *ends, strict=True))
         return held or self.off(after.results) <= self.off(before.results) + ROOM
 
     def force_off(self, found: Results | None) -> float:

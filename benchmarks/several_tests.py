@@ -43,13 +43,13 @@ FURTHER = """
     element_size: d/32
     elements_through_wall: 6
     targets:
-      - {diameter: 8 mm, slope: 100 N/mm, slope_sd: 6 N/mm, maximum_force: 100 N, maximum_force_sd: 6 N, n: 10}
+      - {diameter: 8 mm, slope: 570 N/mm, slope_sd: 34 N/mm, maximum_force: 130 N, maximum_force_sd: 8 N, n: 10}
   - name: crush
     kind: axial-compression
     ends: lubricated
-    stroke: 0.6 mm
+    stroke: 1 mm
     targets:
-      - {diameter: 8 mm, slope: 1000 N/mm, slope_sd: 60 N/mm, maximum_force: 600 N, maximum_force_sd: 36 N, n: 10}
+      - {diameter: 8 mm, slope: 2600 N/mm, slope_sd: 156 N/mm, work: 370 mJ, work_sd: 22 mJ, n: 10}
 """
 COMBINATIONS = (
     ("cutting",),

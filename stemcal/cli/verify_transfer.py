@@ -1,7 +1,5 @@
 """`stemcal verify-transfer`: does a deck give the force in the user's program that it is to give?"""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,15 +1,22 @@
-"""Frames of a simulation for ParaView: every so many outputs one .vtu file, and a .pvd file that lists them."""
+"""Frames of a simulation for ParaView and other VTK readers: a .vtu file every so many outputs, a .pvd file of them."""
 
+import base64
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import PLASTIC_STRAIN, STRESS
 from stemcal.fem.state import State
-from stemcal.fem.vtu import write_pvd, write_vtu
+from stemcal.outputs import write_output
 
 Array = NDArray[np.float64]
+Values = NDArray[np.generic]
+
+_VTK_HEXAHEDRON = 12
+_TYPES = {"float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": "UInt8"}
 
 
 class FrameWriter:
@@ -61,3 +68,66 @@ def von_mises(stress: Array) -> Array:
     mean = stress[..., :3].mean(axis=-1, keepdims=True)
     normal = np.sum((stress[..., :3] - mean) ** 2, axis=-1)
     return np.asarray(np.sqrt(1.5 * (normal + 2.0 * np.sum(stress[..., 3:] ** 2, axis=-1))))
+
+
+def write_vtu(
+    path: Path, nodes: Values, hexes: Values, point_data: Mapping[str, Values], cell_data: Mapping[str, Values]
+) -> None:
+    """Write hexahedra with data at nodes and in cells.
+
+    Parameters
+    ----------
+    nodes : array (N, 3)
+        mm.
+    hexes : array (E, 8)
+        In VTK's order, which is that of `fem.mesh`.
+    point_data, cell_data : mapping
+        Arrays (N,) or (N, c), and (E,) or (E, c), by name.
+    """
+    count = len(hexes)
+    cells = [
+        _data_array("connectivity", hexes.astype(np.int64).ravel()),
+        _data_array("offsets", np.arange(8, 8 * count + 1, 8, dtype=np.int64)),
+        _data_array("types", np.full(count, _VTK_HEXAHEDRON, dtype=np.uint8)),
+    ]
+    body = "\n".join(
+        [
+            "<Points>",
+            _data_array("Points", np.asarray(nodes, dtype=np.float64)),
+            "</Points>",
+            "<Cells>",
+            *cells,
+            "</Cells>",
+            "<PointData>",
+            *(_data_array(name, values) for name, values in point_data.items()),
+            "</PointData>",
+            "<CellData>",
+            *(_data_array(name, values) for name, values in cell_data.items()),
+            "</CellData>",
+        ]
+    )
+    piece = f'<Piece NumberOfPoints="{len(nodes)}" NumberOfCells="{count}">\n{body}\n</Piece>'
+    _write(path, "UnstructuredGrid", f"<UnstructuredGrid>\n{piece}\n</UnstructuredGrid>")
+
+
+def write_pvd(path: Path, frames: Sequence[tuple[float, str]]) -> None:
+    """Write the list of frames: time in s and the file's name beside the .pvd file."""
+    entries = "\n".join(f'<DataSet timestep="{time:.9g}" part="0" file={quoteattr(name)}/>' for time, name in frames)
+    _write(path, "Collection", f"<Collection>\n{entries}\n</Collection>")
+
+
+def _write(path: Path, kind: str, content: str) -> None:
+    opening = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
+    write_output(path, f'<?xml version="1.0"?>\n{opening}\n{content}\n</VTKFile>\n')
+
+
+def _data_array(name: str, values: Values) -> str:
+    """Return one array as base64 behind its length in bytes."""
+    values = np.ascontiguousarray(values)
+    if values.dtype.name not in _TYPES:
+        values = values.astype(np.float64)
+    raw = values.astype(values.dtype.newbyteorder("<")).tobytes()
+    text = base64.b64encode(np.uint64(len(raw)).astype("<u8").tobytes() + raw).decode("ascii")
+    components = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+    kind = _TYPES[values.dtype.name]
+    return f'<DataArray type="{kind}" Name={quoteattr(name)}{components} format="binary">{text}</DataArray>'

@@ -1,6 +1,6 @@
 """Axial compression and tension of a piece of stem, its ends held or lubricated."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -12,25 +12,35 @@ from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
 from stemcal.laboratory.parts import Array
 
+# How much thinner the middle is, as a share of the radius. With half of it, or twice, the work changes by 1 %.
+_WAIST = 0.001
+
 
 @dataclass(frozen=True)
 class Axial:
     """A piece of stem between two ends that move along its axis, each with half the speed.
 
     `held` ends keep the size of their section, as glued or clamped ones do; `lubricated` ones let it grow and shrink.
+    A pulled piece is a little thinner in its middle: a stem that hardens less than it narrows necks, and where nothing
+    says where, rounding does, which scattered the work until the break by 3 %.
     """
 
     sense: Literal["compression", "tension"]
     ends: Literal["held", "lubricated"] = "held"
     PERIODS: ClassVar[float] = 120.0
+    MOMENT: ClassVar[int | None] = 0
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of a wave along the piece and back."""
         return 2.0 * stem.length / wave_speed
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
-        """Return the mesh of any stem."""
-        return stem_mesh(stem, how)
+        """Return the mesh of any stem, in tension with a waist: r (1 − w cos² πx/L)."""
+        mesh = stem_mesh(stem, how)
+        if self.sense == "compression":
+            return mesh
+        thinner = 1.0 - _WAIST * np.cos(np.pi * mesh.nodes[:, :1] / stem.length) ** 2
+        return replace(mesh, nodes=np.hstack([mesh.nodes[:, :1], thinner * mesh.nodes[:, 1:]]))
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
         """Return none: the ends are moved."""

@@ -1,11 +1,12 @@
 """From a laboratory test to its finite element model."""
 
 from dataclasses import replace
-from math import sqrt
+from math import pi, sqrt
 
 import numpy as np
 
 from stemcal.cutting.build import mirrors
+from stemcal.cutting.parts import SHARES
 from stemcal.fem.model import Integration, Model
 from stemcal.laboratory.parts import LaboratoryTest
 
@@ -32,6 +33,27 @@ def build(test: LaboratoryTest) -> Model:
         velocity=np.where(mirrored, 0.0, velocity),
         settling=min(1.0, _SETTLING / how.integration.outputs),
     )
+
+
+def rounded(test: LaboratoryTest) -> LaboratoryTest:
+    """Return the test with its stem so much wider that the mesh has the section of the round one.
+
+    A polygon in the circle has less, and one point in the middle of an element misses how zᵐ varies over it: with
+    elements of d/12 an area is 0.5 % short, a second moment 2 %. Full elements have points at 1/√3 of the way to their
+    corners.
+    """
+    moment, how, stem = test.kind.MOMENT, test.discretisation, test.stem
+    if moment is None:
+        return test
+    mesh = test.kind.mesh(stem, how)
+    corners = mesh.nodes[mesh.hexes][:, :, 2]
+    middle = corners.mean(axis=1, keepdims=True)
+    points = middle + (0.0 if how.element == "one_point" else 3.0**-0.5) * (corners - middle)
+    meshed = float(mesh.volumes() @ (points**moment).mean(axis=1)) / (SHARES[how.symmetry] * stem.length)
+    outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
+    whole = pi * (outer ** (moment + 2) - inner ** (moment + 2)) / (1.0 if moment == 0 else 4.0)
+    wider = (whole / meshed) ** (1.0 / (moment + 2))
+    return replace(test, stem=replace(stem, outer_diameter=wider * stem.outer_diameter))
 
 
 def integration(test: LaboratoryTest) -> Integration:

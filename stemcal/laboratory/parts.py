@@ -18,10 +18,12 @@ class Kind(Protocol):
     """What is done to the piece, which lies along x about the axis; a room of this package for each.
 
     `PERIODS` is over how many of the piece's slowest natural periods the loading is spread at least: mass is scaled so
-    far and no farther.
+    far and no farther. `MOMENT` m is that of the section which the response goes by, ∫zᵐ dA: 0 its area, 2 its second
+    moment, None neither (`build.rounded`).
     """
 
     PERIODS: ClassVar[float]
+    MOMENT: ClassVar[int | None]
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the slowest natural period that the test excites, s; of a bar's wave speed √(E/ρ) in mm/s."""

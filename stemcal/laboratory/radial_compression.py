@@ -19,6 +19,7 @@ class RadialCompression:
     """Plates that reach beyond the piece on all sides."""
 
     PERIODS: ClassVar[float] = 60.0
+    MOMENT: ClassVar[int | None] = None
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R²; no less than that of a wave across."""

@@ -22,6 +22,7 @@ class ThreePointBending:
     nose_radius: float = 5.0
     support_radius: float = 5.0
     PERIODS: ClassVar[float] = 8.0
+    MOMENT: ClassVar[int | None] = 2
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of the first bending mode between the supports, 2 L²/π √(ρA/EI)."""

@@ -200,7 +200,7 @@ def central_differences(k: int) -> Array:
 def _simulated(work: Work, coding: Coding, points: Array, conditions: Sequence[float]) -> dict[float, list[Outcome]]:
     """Return the outcomes at the points, by condition."""
     study = every_test_measured(work.study, conditions)
-    levels = [{**study.midlevels(), **coding.levels(row)} for row in points]
+    levels = coding.runs(points, study.midlevels())
     solver = work.solver if study is work.study else make_solver(study)
     simulate = replace(work, study=study, solver=solver).simulating("identify")
     found = simulate(0, levels, conditions)

@@ -1,7 +1,5 @@
 """A deck with the force that it is to give, and the force that a program gives for it."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from dataclasses import dataclass

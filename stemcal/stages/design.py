@@ -149,7 +149,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
         corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
-        return Design("screen", kind, coding, coded, _levels(study, coding, coded)).repeated(study.replicates)
+        return Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels())).repeated(study.replicates)
     coded = _given_coded(coding, given)
     _require_two_levels(coding, coded, given)
     return Design("screen", "given", coding, coded.round(), _given_levels(study, given))
@@ -162,7 +162,7 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
     if given is None:
         options = replace(surface_options(study), within=half_spaces(study, coding, study.rsm.constraints))
         coded, blocks = catalogue.surface_runs(len(names), options), catalogue.surface_blocks(len(names), options)
-        levels = _levels(study, coding, coded)
+        levels = coding.runs(coded, study.midlevels())
         once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
         if study.rsm.coarse is not None:
             return _coarsened(once, study.rsm.coarse, solver)
@@ -259,12 +259,6 @@ def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[No
     if len(found) < least:
         return chosen, [FewSignificant(tuple(found), tuple(chosen))]
     return chosen, [ManySignificant(tuple(found), rsm.design, most)]
-
-
-def _levels(study: Study, coding: Coding, coded: Array) -> tuple[dict[str, float], ...]:
-    """Return every factor's level in each run; those that do not vary stay at mid-level."""
-    middle = study.midlevels()
-    return tuple({**middle, **coding.levels(row)} for row in coded)
 
 
 def _given_levels(study: Study, given: Sequence[Mapping[str, float]]) -> tuple[dict[str, float], ...]:

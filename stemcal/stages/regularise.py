@@ -28,7 +28,7 @@ from stemcal.study.types.lengths import Length
 STAGE = "regularise"
 STRAIN = "failure_strain"
 # Where the search ends, and up to where a size is valid, as shares of the force.
-_TOLERANCE, VALID, _MOST_RUNS = 0.02, 0.05, 12
+TOLERANCE, VALID, _MOST_RUNS = 0.02, 0.05, 12
 _ENDS = 3  # times that the ends of the band are run, each time farther out
 # The stroke to the same force is longer there, times.
 _STROKE = 3.0
@@ -134,7 +134,7 @@ def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, siz
     while place is not None and len(tried) < _MOST_RUNS:
         outcomes.append(_simulated(work, there, {**levels, **way.at(place)}, size, places, len(tried)))
         tried.append(Tried(place, outcomes[-1].number(FIRST)))
-        if abs(tried[-1].response / aim - 1.0) <= _TOLERANCE:
+        if abs(tried[-1].response / aim - 1.0) <= TOLERANCE:
             break
         step = next_step(tried, aim, way)
         place = None if step is None else step.place
@@ -184,7 +184,7 @@ def _bracketed(outcomes: Sequence[Outcome], aim: float) -> bool:
     forces = [outcome.phase_responses for outcome in outcomes if outcome.phase_responses]
     if not forces:
         return False
-    least, most = 1.0 - _TOLERANCE, 1.0 + _TOLERANCE
+    least, most = 1.0 - TOLERANCE, 1.0 + TOLERANCE
     return all(min(each) <= most * aim and max(each) >= least * aim for each in zip(*forces, strict=True))
 
 

@@ -53,7 +53,7 @@ def _high(step: Step) -> str:
 
 def loosest(one: Combination, units: Mapping[str, str], names: Names) -> str:
     """Say which change a combination tells least of."""
-    template = "{place} leaves free what changes so: {changes:all}."
+    template = "Left free by {place}: {changes:all} together."
     changes = [change(name, size, units[name], names) for name, size in one.loosest.items()]
     return say(template, place=place(one.tests, one.conditions, names), changes=changes)
 

@@ -22,6 +22,9 @@ def material_lines(study: Study, found: Regularisation, row: Regularised, force:
         ),
         say("check.k is to give {force:.4g} N; curve.csv has other element sizes.", force=force),
     ]
+    if study.material.growing():
+        grown = "Parameters of this study follow the stem's diameter: all values here hold for {at:g} mm."
+        lines.insert(3, say(grown, at=found.condition))
     if row.low is not None and row.high is not None:
         band = "Each place by itself would take {low:.3g} to {high:.3g}: where the edge comes down matters."
         lines.insert(3, say(band, low=row.low, high=row.high))

@@ -91,7 +91,8 @@ LINES = {
     "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
     # a transfer to another program
     "transferred": "Parameters for {there}",
-    "alone": "What is not named stays as calibrated.",
+    "alone": "What is not named stays as calibrated. The search ends at the first values within its tolerance; "
+    "others may come as near.",
     "range there": "95 % range: by the scatter of the measured mean, all else as it is.",
     "belongs": "They belong to {settings}.",
     "there": "The {response} in {there}",
@@ -106,9 +107,10 @@ LINES = {
     "error there": "Error = 100·(measured − there after)/measured.",
     "runs there": "Runs in {there}",
     "regularisation": "Failure strain over element size",
-    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N (stem of {at:g} mm). At one "
-    "place: what the places would take each by itself. Valid: the mean is within 5 %, its standard error over the "
-    "places is at most 5 %, and every place reaches the force within the strains searched, {lowest:g} to {highest:g}.",
+    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N (stem of {at:g} mm): the "
+    "search ends at the first strain within {tolerance:g} %, others may come as near. At one place: what the places "
+    "would take each by itself. Valid: the mean is within 5 %, its standard error over the places is at most 5 %, and "
+    "every place reaches the force within the strains searched, {lowest:g} to {highest:g}.",
     "valid": "yes",
     "not valid": "no",
     # audit and runs

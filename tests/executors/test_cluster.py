@@ -21,8 +21,9 @@ from test_local import Prepared
 import stemcal
 from stemcal import workflow
 from stemcal.errors import UsageError
-from stemcal.executors.base import ClusterLost, InlineExecutor, RunTimedOut, WorkerDied
+from stemcal.executors.base import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.executors.code import code_version
+from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")

@@ -8,12 +8,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from stemcal.fem.frames import FrameWriter, von_mises
+from stemcal.fem.frames import FrameWriter, von_mises, write_vtu
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick, hollow_cylinder
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
-from stemcal.fem.vtu import write_vtu
 
 
 def test_von_mises_of_known_states() -> None:

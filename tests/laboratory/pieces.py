@@ -11,7 +11,7 @@ from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration
 from stemcal.laboratory import Kind, LaboratoryTest
 
-E = 1000.0
+E, RATIO = 1000.0, 0.41
 
 
 def material(yield_stress: float = inf, tangent: float = 0.0, nu: float = 0.3, failure: float = inf) -> Material:
@@ -20,7 +20,7 @@ def material(yield_stress: float = inf, tangent: float = 0.0, nu: float = 0.3, f
 
 
 def piece(
-    kind: Kind, of: Material, length: float, travel: float, size: float, ratio: float = 0.41, **how: Any
+    kind: Kind, of: Material, length: float, travel: float, size: float, ratio: float = RATIO, **how: Any
 ) -> LaboratoryTest:
     """Return a test without friction that takes a second."""
     secant = how.pop("secant", (0.2, 0.5))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from math import exp, log
+from dataclasses import replace
+from math import exp, log, pi
 
 import numpy as np
 import pytest
-from pieces import E, material, piece
+from pieces import RATIO, E, material, piece
 
 from stemcal.laboratory import Axial, LaboratoryResult, LaboratoryTest, perform
 
@@ -14,10 +15,10 @@ LENGTH, YIELD, TANGENT, NU = 16.0, 15.0, 50.0, 0.3
 
 
 def pulled(sense: str, failure: float = np.inf, travel: float = 0.6, **how: object) -> tuple[LaboratoryTest, float]:
-    """Return a test, and the section of the meshed piece, mm²."""
+    """Return a test, and the section of the round piece, mm²."""
     kind = Axial(sense, "lubricated")  # type: ignore[arg-type]
     test = piece(kind, material(YIELD, TANGENT, NU, failure), LENGTH, travel, 1.3, **how)
-    return test, float(4.0 * kind.mesh(test.stem, test.discretisation).volumes().sum() / LENGTH)
+    return test, pi * 4.0**2 * (1.0 - RATIO**2)
 
 
 def stress(result: LaboratoryResult, area: float, sense: str) -> tuple[np.ndarray, np.ndarray]:
@@ -68,14 +69,26 @@ def test_it_breaks_at_the_failure_strain() -> None:
     assert result.stroke_was_enough
 
 
+def test_where_a_piece_necks_is_no_chance() -> None:
+    """Hardly any hardening: it necks at once, in its middle, and the work until the break is smooth in the modulus.
+
+    Without a waist it scattered by 3 % about the line. Found: 0.2 %.
+    """
+    moduli, works = np.array([900.0, 950.0, 1000.0, 1050.0, 1100.0]), []
+    for modulus in moduli.tolist():
+        soft = replace(material(YIELD, 0.5, NU, 0.03), elastic_modulus=modulus)
+        works.append(perform(piece(Axial("tension", "lubricated"), soft, LENGTH, 1.2, 1.0)).responses["work"])
+    line = np.polyval(np.polyfit(moduli, works, 1), moduli)
+    assert np.abs(np.array(works) / line - 1.0).max() < 0.006
+
+
 def test_held_ends_carry_more() -> None:
     """They keep the ends from narrowing: slope and force are above those of lubricated ends, by less than 10 %."""
-    test, area = pulled("tension")
+    test, _ = pulled("tension")
     free = perform(test)
     held = perform(piece(Axial("tension", "held"), test.material, LENGTH, 0.6, 1.3))
     for name in ("slope", "maximum_force"):
         assert 1.0 < held.responses[name] / free.responses[name] < 1.1
-    assert area == pytest.approx(41.8, rel=0.03)
 
 
 @pytest.mark.parametrize("symmetry", ["half", "none"])

@@ -21,6 +21,7 @@ from stemcal.solvers.deck.as_embedded import as_embedded
 from stemcal.solvers.deck.equivalents import contact_scale, nonlocal_length, nose_radius, shortest, wanted_step
 from stemcal.solvers.deck.fixed_width import fitted, keyword
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
+from stemcal.solvers.deck.writer import stem_material
 from stemcal.solvers.embedded import shear_test
 from stemcal.solvers.openradioss.files import engine_text, starter_text
 from stemcal.study.reading import load_study
@@ -422,6 +423,16 @@ def test_deck_as_the_embedded_solver_computes_it() -> None:
         assert build(test).tools[0].radius == edge
         assert (test.material.hardening_parameter, test.material.strain_rate_c) == (1.0, 0.0)
         assert (test.material.density, test.material.yield_stress) == (1.1e-9, 17.96)
+
+
+def test_rate_of_plastic_strain_is_for_ls_dyna_alone() -> None:
+    """OpenRadioss forgets the rate where VP is 1; the card of *MAT_024 ends with VP, that of *MAT_003 too."""
+    solver = STUDY.solver.model_copy(update={"rate_law": "cowper_symonds"})
+    for form, vp in ((DeckForm(), 0.0), (DeckForm("mat003"), 1.0), (DeckForm(lengths="lsdyna"), 1.0)):
+        deck = Deck.of(STUDY.model_copy(update={"solver": solver}), CALIBRATED, 8.0, form)
+        card = list(stem_material(deck.material, form))[4]
+        assert float(card[-10:]) == vp and deck.material["c"] > 0.0
+        assert any(f"(VP = {vp:g})" in note for note in deck.notes)
 
 
 def test_a_sharp_edge_has_four_nodes_to_an_element_and_their_stiffness_is_that_of_one() -> None:

@@ -28,9 +28,10 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.regularise import Regularisation, regularise, without_lengths
 from stemcal.stages.work import Work
 from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model.growth import Growth
 from stemcal.study.reading import load_study
 from stemcal.study.types.lengths import Length
-from stemcal.text.regularisation import not_valid
+from stemcal.text.regularisation import material_lines, not_valid
 
 ROOT = Path(__file__).parents[2]
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -127,6 +128,14 @@ def test_a_place_that_never_has_the_force_makes_no_valid_size(tmp_path: Path, mo
     assert "some places of the mesh do not reach 110 N at any failure strain from 0.001 to 2;" in not_valid(
         found, row, 50
     )
+
+
+def test_a_material_that_grows_names_its_diameter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found, study = found_for(tmp_path, monkeypatch, 1.0), make_study(tmp_path, TWO)
+    growing = {"material": study.material.model_copy(update={"density": Growth(at=8.0, exponent=0.5, value=1e-9)})}
+    said = "Parameters of this study follow the stem's diameter: all values here hold for 8 mm."
+    told = [material_lines(one, found, found.rows[0], 110.0) for one in (study, study.model_copy(update=growing))]
+    assert [said in lines for lines in told] == [False, True]
 
 
 def test_progress_tells_of_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -44,7 +44,7 @@ def test_the_foot_tells_runs_division_and_what_is_left_free() -> None:
         "5 runs: mid-levels, and one factor at a time at yield_stress 12.62 and 17.38 MPa and failure_strain 0.02290 "
         "and 0.03710.",
         "D-optimal division of the specimens: 100 % pull at 8 mm; an even one is worth 38 % of it.",
-        "cutting at 8 mm leaves free what changes so: yield_stress −0.36 MPa and failure_strain +0.00714.",
+        "Left free by cutting at 8 mm: yield_stress −0.36 MPa and failure_strain +0.00714 together.",
     ]
 
 

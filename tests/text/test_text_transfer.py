@@ -72,7 +72,8 @@ def test_what_became_of_the_parameters() -> None:
 
 def test_a_table_says_what_it_refers_to() -> None:
     parameters, responses, _ = transfer_tables(FOUND, STEM)
-    assert parameters.foot == ("What is not named stays as calibrated.",)
+    (kept,) = parameters.foot
+    assert kept.startswith("What is not named stays as calibrated. The search ends at the first values")
     (one,) = FOUND.adjusted
     known = replace(FOUND, adjusted=Rows([replace(one, interval=(0.2, 0.3))]))
     assert transfer_tables(known, STEM)[0].foot[1].startswith("95 % range: by the scatter")

@@ -123,11 +123,9 @@ def optimise(
         If given, ŷ(x) = target is a constraint.
     """
     starts = _distinct(seeds[np.argsort(objective.many(seeds), kind="stable")], _SPACING)[:_STARTS]
-    found = list(starts[:1])
-    for start in starts:
-        point = _local(objective, start, region, surface, target)
-        if point is not None:
-            found.append(point)
+    rule = None if surface is None else _on_level(surface, target)
+    ends = [search_from(start, objective, region, rule) for start in starts]
+    found = [*starts[:1], *(point for point in ends if point is not None)]
     values = [round(objective.value(x), 10) for x in found]
     order = sorted(range(len(found)), key=lambda i: (values[i], tuple(-np.round(found[i], 6))))
     return list(_distinct(np.array([found[i] for i in order]), 1e-3))
@@ -143,8 +141,10 @@ def _distinct(points: Array, spacing: float) -> Array:
     return np.array(kept)
 
 
-def _local(objective: Objective, start: Array, region: Region, surface: Surface | None, target: float) -> Array | None:
-    """Run SLSQP from one start; None if it ends outside the constraints."""
+def search_from(
+    start: Array, objective: Objective, region: Region, rule: dict[str, Any] | None = None, kept: float = 1e-7
+) -> Array | None:
+    """Run SLSQP from a point; None if it ends outside the region, or breaks a rule by more than `kept`."""
     from scipy.optimize import minimize
 
     low, high = region.bounds()
@@ -154,30 +154,21 @@ def _local(objective: Objective, start: Array, region: Region, surface: Surface 
         jac=objective.gradient,
         method="SLSQP",
         bounds=list(zip(low, high, strict=True)),
-        constraints=_constraints(region, surface, target),
+        constraints=[*([rule] if rule else []), *region.rules()],
         options={"maxiter": 300, "ftol": 1e-14},
     )
     point: Array = np.clip(np.asarray(result.x, dtype=float), low, high)
     if not np.all(np.isfinite(point)) or not region.contains(point[None, :], 1e-7)[0]:
         return None
-    if surface is not None and abs(float(surface.predict(point)[0]) - target) > 1e-7 * _scale(surface):
-        return None
-    return point
+    room = np.atleast_1d(rule["fun"](point)) if rule else np.zeros(1)
+    return point if np.all((-np.abs(room) if rule and rule["type"] == "eq" else room) >= -kept) else None
 
 
-def _scale(surface: Surface) -> float:
-    """Size of the surface's variation, to make the constraint of order one."""
-    return max(float(np.abs(surface.beta[1:]).max(initial=0.0)), 1e-300)
-
-
-def _constraints(region: Region, surface: Surface | None, target: float) -> list[dict[str, Any]]:
-    constraints: list[dict[str, Any]] = []
-    if surface is not None:
-        scale = _scale(surface)
-        on_level = {
-            "type": "eq",
-            "fun": lambda x: (surface.predict(x)[0] - target) / scale,
-            "jac": lambda x: surface.gradient(x) / scale,
-        }
-        constraints.append(on_level)
-    return [*constraints, *region.rules()]
+def _on_level(surface: Surface, target: float) -> dict[str, Any]:
+    """Return ŷ(x) = target as SLSQP takes it, of order one by the size of the surface's variation."""
+    scale = max(float(np.abs(surface.beta[1:]).max(initial=0.0)), 1e-300)
+    return {
+        "type": "eq",
+        "fun": lambda x: (surface.predict(x)[0] - target) / scale,
+        "jac": lambda x: surface.gradient(x) / scale,
+    }

@@ -20,7 +20,8 @@ weighted sum of the observations, whose variance adds up their own (after Welch,
 Satterthwaite's degrees of freedom for that factor (`Misfit.freedom`).
 
 So it is with the surfaces: those of a kind share one relative error, pooled by their degrees of freedom, which weighs
-them; a surface of few degrees of freedom that is sharp by luck would else have all the weight.
+them; a surface of few degrees of freedom that is sharp by luck would else have all the weight. Their lack of fit is
+tested together too: five tests by themselves would find one where there is none in three studies of four.
 
 The place of the mesh (`Misfit.with_mesh`) adds a variance to every force and one that they all share, uuᵀ: D = rᵀV⁻¹r
 with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. Travel and work have parts of their own, each kind its u.
@@ -42,7 +43,8 @@ from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.least_squares import Array, f_test
+from stemcal.doe.regression.mean_error import POOLED
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_gradient
 from stemcal.errors import UsageError
@@ -458,10 +460,33 @@ def misfit_of(observations: Sequence[Observation], region: Region | None = None)
 
     Within a `region` the surfaces have the error that they have at the point that fits best, where there is one.
     """
+    observations = _tested_together(observations)
     found = _weighed_at(observations, None)
     if region is None or found.df < 0 or not found.scale_known:
         return found
     return _weighed_at(observations, best_fit(found, region))
+
+
+def _tested_together(observations: Sequence[Observation]) -> list[Observation]:
+    """Return them with surfaces whose lack of fit does not count where that of all of a kind has a p of 0.25 or more.
+
+    F = Σ SS_L/m² / Σ df_L over Σ SS_E/m² / Σ df_E, m the measured means.
+    """
+    found = list(observations)
+    for kind in dict.fromkeys(o.kind for o in found):
+        mine = [i for i, o in enumerate(found) if o.kind == kind and o.process is None]
+        sums = np.zeros((2, 2))  # lack of fit and pure error: relative sum of squares, degrees of freedom
+        for i in mine:
+            rows = {row.source: row for row in found[i].surface.anova}
+            lack, pure = rows["Lack of fit"], rows["Pure error"]
+            if lack.f is not None:
+                sums += [[row.sum_of_squares / found[i].measured ** 2, row.df] for row in (lack, pure)]
+        (lack_ss, lack_df), (pure_ss, pure_df) = sums.tolist()
+        test = f_test(lack_ss / lack_df, int(lack_df), pure_ss / pure_df, int(pure_df)) if lack_df else None
+        if test and test[1] >= POOLED:
+            for i in mine:
+                found[i] = replace(found[i], surface=found[i].surface.without_lack_of_fit())
+    return found
 
 
 def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Misfit:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.calibration.levelset import Objective
+from stemcal.doe.calibration.levelset import Objective, search_from
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.profile import allowed_rise
 from stemcal.doe.calibration.region import Region
@@ -115,21 +115,5 @@ def below(misfit: Misfit, most: float) -> dict[str, Any]:
 
 def least_under(objective: Objective, start: Array, region: Region, rule: dict[str, Any]) -> Array:
     """Return where SLSQP ends under a rule, from a point that keeps it; its start where that is outside or worse."""
-    from scipy.optimize import minimize
-
-    low, high = region.bounds()
-    found = minimize(
-        objective.value,
-        start,
-        jac=objective.gradient,
-        method="SLSQP",
-        bounds=list(zip(low, high, strict=True)),
-        constraints=[rule, *region.rules()],
-        options={"maxiter": 300, "ftol": 1e-14},
-    )
-    z = np.clip(np.asarray(found.x, dtype=float), low, high)
-    if not np.all(np.isfinite(z)) or not region.contains(z[None, :], 1e-7)[0]:
-        return start
-    room = np.atleast_1d(rule["fun"](z))
-    kept = bool(np.all((room if rule["type"] == "ineq" else -np.abs(room)) >= -_KEPT))
-    return z if kept and objective.value(z) <= objective.value(start) else start
+    z = search_from(start, objective, region, rule, _KEPT)
+    return start if z is None or objective.value(z) > objective.value(start) else z

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,10 @@ class Coding:
         """Return one coded point as levels by name, twelve digits: an axial point is 20, not 19.999999999999996."""
         natural = self.to_natural(coded)
         return {name: float(f"{value:.12g}") for name, value in zip(self.names, natural, strict=True)}
+
+    def runs(self, coded: Iterable[ArrayLike], others: Mapping[str, float]) -> tuple[dict[str, float], ...]:
+        """Return every factor's level in each run; `others` has those of factors that do not vary."""
+        return tuple({**others, **self.levels(row)} for row in coded)
 
     def by_name(self, coded: Array) -> dict[str, float]:
         """Return one coded point by name."""

@@ -131,7 +131,7 @@ def _mean_and_variance(factor: Array, y: Array) -> tuple[float, float, Array]:
     solved = cho_solve((factor, True), np.column_stack([ones, y]))
     mean = float(ones @ solved[:, 1] / (ones @ solved[:, 0]))
     weights = solved[:, 1] - mean * solved[:, 0]
-    return mean, float((y - mean) @ weights) / len(y), np.asarray(weights)
+    return mean, max(float((y - mean) @ weights), 0.0) / len(y), np.asarray(weights)
 
 
 def _negative_log_likelihood(parameters: Array, design: Array, y: Array) -> float:

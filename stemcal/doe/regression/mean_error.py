@@ -20,7 +20,7 @@ from stemcal.doe.regression.anova import LackOfFit
 from stemcal.doe.regression.copies import same_points
 from stemcal.doe.regression.least_squares import Array, LeastSquares
 
-_POOLED = 0.25
+POOLED = 0.25
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def mean_error_of(coded: Array, fit: LeastSquares, split: LackOfFit, mean_square
     """Return the error of the mean response; `mean_square` with `df` is the error of the coefficients."""
     if not split.pure_df:
         return MeanError(mean_square, mean_square, df)
-    if split.p is None or split.p >= _POOLED:
+    if split.p is None or split.p >= POOLED:
         return MeanError(mean_square, 0.0, df)
     lack, pure = split.sum_of_squares / split.df, split.pure_sum_of_squares / split.pure_df
     return MeanError(lack, (lack - pure) / _runs_of_a_point(coded, fit, split), split.df)

@@ -1,8 +1,8 @@
 """The response surface: a full quadratic in coded units, with its ANOVA, intervals and diagnostics."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -128,6 +128,12 @@ class Surface:
         if self.mean_error is None:
             return np.full(len(np.atleast_2d(coded)), np.nan)
         return self.mean_error.of_terms * self.unscaled_variance(coded) + self.mean_error.missed
+
+    def without_lack_of_fit(self) -> Self:
+        """Return it with a residual that is scatter alone, where a lack of fit of its own counted."""
+        if self.mean_square is None or self.mean_error is None or self.mean_error.of_terms == self.mean_square:
+            return self
+        return replace(self, mean_error=MeanError(self.mean_square, 0.0, self.df))
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""

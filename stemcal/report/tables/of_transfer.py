@@ -2,7 +2,7 @@
 
 from stemcal.files.rows import Column, Table
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
-from stemcal.stages.regularise import HIGHEST, LOWEST, Regularisation, Regularised
+from stemcal.stages.regularise import HIGHEST, LOWEST, TOLERANCE, Regularisation, Regularised
 from stemcal.stages.transfer.result import TransferResult
 from stemcal.text.names import Names, program
 from stemcal.text.numbers import fixed, interval, short, significant
@@ -80,6 +80,6 @@ def regularisation_table(found: Regularisation) -> Table:
         Column("runs", "Runs", form=format),
         Column("found", "Valid", of=lambda row: line("valid" if row.found else "not valid")),
     ]
-    searched = {"lowest": LOWEST, "highest": HIGHEST}
+    searched = {"lowest": LOWEST, "highest": HIGHEST, "tolerance": 100.0 * TOLERANCE}
     foot = line("regularised", aim=found.aim, at=found.condition, places=found.rows[0].places, **searched)
     return Table.of(columns, found.rows, line("regularisation"), [foot])

@@ -31,6 +31,15 @@ class DeckForm:
     pictures: bool = True
     lengths: Literal["lsdyna", "openradioss"] | None = None
 
+    @property
+    def plastic_rate(self) -> bool:
+        """Whether the rate is that of plastic strain, as in the study (VP = 1), or of all strain.
+
+        With VP = 1 OpenRadioss forgets the rate (``sigeps44.F``): a stem gave 158.4 N with its effect, 158.2 N without,
+        where VP = 0 gives 220 N. So only decks for LS-DYNA say so.
+        """
+        return self.material == "mat003" or self.lengths == "lsdyna"
+
 
 def form_of(study: Study) -> DeckForm:
     """Return the form that the study's solver reads: all nine parameters and all digits for LS-DYNA."""

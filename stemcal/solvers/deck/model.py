@@ -243,9 +243,10 @@ class Deck:
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
             time = rate_filter(self.diameter, self.study.loading.speed)
+            of = "plastic strain (VP = 1)" if self.form.plastic_rate else "all strain (VP = 0)"
             yield (
-                f"the rate is that of plastic strain (VP = 1), which the study smooths over {time:.3g} s; no field of "
-                "this card does, and with little mass vibration counts as rate"
+                f"the rate is that of {of}, which the study smooths over {time:.3g} s; no field of this card does, and "
+                "with little mass vibration counts as rate"
             )
 
     def _rounded(self) -> Iterator[str]:

@@ -90,12 +90,17 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
     elastic = {"mid": part, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}
     if form.material == "mat003":
-        rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": _rate_of_plastic_flow(value)}
+        rate = {
+            "src": value["c"],
+            "srp": value["p"],
+            "fs": value["fail"],
+            "vp": float(value["c"] > 0.0 and form.plastic_rate),
+        }
         cards: list[Card] = [elastic | plastic | {"beta": value["beta"]}, rate]
         yield from keyword("MAT_PLASTIC_KINEMATIC", *cards, long=form.long)
         return
     failing = elastic | plastic | {"fail": value["fail"], "tdel": 0.0}
-    rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": _rate_of_plastic_flow(value)}
+    rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": float(value["c"] > 0.0 and form.plastic_rate)}
     curve: list[Card] = [{f"{name}{i}": 0.0 for i in range(1, 9)} for name in ("eps", "es")]
     yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve, long=form.long)
 
@@ -104,11 +109,6 @@ def _nonlocal(length: float) -> Iterator[str]:
     """Yield *MAT_NONLOCAL: the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents."""
     weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": float(fitted(length, 10)), "nfreq": 100}
     yield from keyword("MAT_NONLOCAL", {**weight, "nhv": 1, "nhvt": 0}, {"nl1": 1})
-
-
-def _rate_of_plastic_flow(value: Mapping[str, float]) -> float:
-    """Return VP: 1 makes both programs take the rate of plastic strain, as the study does; 0 without rate effect."""
-    return 1.0 if value["c"] > 0.0 else 0.0
 
 
 def _tool_materials(law: Material) -> Iterator[str]:

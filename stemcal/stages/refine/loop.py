@@ -76,7 +76,7 @@ class Loop:
 
     def _visit(self, points: Sequence[Array], how: str) -> None:
         """Simulate points at every diameter, keep what came of them, and refit the surfaces that learnt."""
-        levels = [{**self.solution.parameters, **self.coding.levels(point)} for point in points]
+        levels = self.coding.runs(points, self.solution.parameters)
         found = iter(self.simulate(len(self.iterations), levels, self.conditions))
         for point, at in zip(points, levels, strict=True):
             self._keep(point, how, at, {condition: next(found) for condition in self.conditions})

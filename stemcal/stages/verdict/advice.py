@@ -11,10 +11,9 @@ import numpy as np
 
 from stemcal.doe.calibration.levelset import extremes
 from stemcal.doe.calibration.process_inversion import reach_of
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.invert.result import Certainty
-from stemcal.stages.surface.result import SurfaceResult, constraints_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.result import Remedy
 from stemcal.study.model import EmbeddedSolver, Factor, Study
@@ -162,26 +161,14 @@ class SmoothResponse(Remedy):
     replicates: int | None = None
 
 
-def region_of(surface: SurfaceResult, study: Study | None = None) -> Region:
-    """Return the region of a surface: the factors' ranges within the design's radius, and a study's constraints."""
-    centre = np.array([entry.center for entry in surface.factors])
-    reach = surface.radius * np.array([entry.half_step for entry in surface.factors])
-    low = [end if entry.low is None else entry.low for entry, end in zip(surface.factors, centre - reach, strict=True)]
-    high = [
-        end if entry.high is None else entry.high for entry, end in zip(surface.factors, centre + reach, strict=True)
-    ]
-    within = () if study is None else constraints_of(study, surface.scales)
-    return Region(surface.scales.to_coded(low), surface.scales.to_coded(high), surface.radius, within)
-
-
 def reach(surface: SurfaceResult, study: Study) -> tuple[float, float]:
     """Return the least and the greatest response of a surface within ranges, design region and constraints.
 
     Where a Gaussian process predicts better, they are what that leaves possible.
     """
     if surface.process is not None:
-        return reach_of(surface.process, region_of(surface, study))
-    low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, region_of(surface, study)))
+        return reach_of(surface.process, surface.region(study))
+    low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region(study)))
     return float(low[0]), float(high[0])
 
 
@@ -191,12 +178,12 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
-    end = extremes(surface.fitted, region_of(surface, study))[0 if target < reach(surface, study)[0] else 1]
+    end = extremes(surface.fitted, surface.region(study))[0 if target < reach(surface, study)[0] else 1]
     found = [
         (width, _widened(factor, up, width))
         for factor in map(study.factor, surface.names)
         for up in (True, False)
-        if (width := _least_width(surface, end, factor, up, target)) is not None
+        if (width := _least_width(study, surface, end, factor, up, target)) is not None
     ]
     return min(found, key=lambda entry: entry[0])[1] if found else NoRangeReaches(surface.names)
 
@@ -219,12 +206,14 @@ def _outwards(value: float, up: bool) -> float:
     return float(f"{(np.ceil if up else np.floor)(round(value / step, 6)) * step:.6g}")
 
 
-def _least_width(surface: SurfaceResult, end: Array, factor: Factor, up: bool, target: float) -> float | None:
+def _least_width(
+    study: Study, surface: SurfaceResult, end: Array, factor: Factor, up: bool, target: float
+) -> float | None:
     """Return by how much of its width a range has to grow; None where no sensible width does."""
     at_end, slope = float(surface.fitted.predict(end)[0]), surface.fitted.gradient(end)
     missing = target - at_end
     goal, side = missing * (1.0 + _BEYOND), 1.0 if missing > 0.0 else -1.0
-    region, j = region_of(surface), surface.names.index(factor.name)
+    region, j = surface.region(study), surface.names.index(factor.name)
     low, high, inside = region.low, region.high, region.cloud(_CLOUD)
 
     def gained(width: float) -> float:
@@ -255,7 +244,7 @@ def _first(enough: Callable[[float], bool], most: float) -> float | None:
 
 def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) -> Remedy:
     """Return which range to widen by half, so that a solution on the edge of the region comes to lie inside."""
-    region = region_of(surface)
+    region = surface.region(study)
     place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
     order = np.argsort(-np.abs(place), kind="stable")
     for j in order:

@@ -80,6 +80,15 @@ def test_an_error_of_nothing_raises_no_warning(recwarn: pytest.WarningsRecorder)
     assert batch and not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
 
 
+def test_a_response_that_is_the_same_everywhere_raises_no_warning() -> None:
+    """Its variance is rounding, of either sign; a RuntimeWarning of ours is an error in these tests."""
+    for seed in range(8):
+        design = np.random.default_rng(seed).uniform(-1.0, 1.0, (9, 2))
+        process = fit_process(design, np.full(9, 5.0))
+        assert 0.0 <= process.variance < 1e-20
+        assert process.mean_interval(BOX.cloud(5)) == pytest.approx(5.0)
+
+
 def test_every_branch_stays_possible() -> None:
     """F = 100 + 20·cos(2πa) is 100 N on four lines, a = ±0.25 and ±0.75; from the middle one looks across two."""
     design = latin_hypercube(2, 40, 5)

@@ -65,6 +65,21 @@ def test_scatter_by_what_is_known() -> None:
     assert misfit(measured, None, fitted=fitted).without(0).scatter == "misfit"
 
 
+@pytest.mark.parametrize(("cubic", "counts"), [(0.0, False), (4.0, True)])
+def test_a_lack_of_fit_counts_where_all_diameters_together_show_one(cubic: float, counts: bool) -> None:
+    """Of five surfaces of a plane and noise three show one by themselves, p < 0.25; all of x₀²x₁ do."""
+    design, random = np.repeat(central_composite(2, 1, "face"), 3, axis=0), np.random.default_rng(4)
+    true = 100.0 + design @ [10.0, 3.0] + cubic * design[:, 0] ** 2 * design[:, 1]
+    fitted = [fit_surface(design, true + random.normal(0.0, 1.0, len(true)), ["a", "b"]) for _ in DIAMETERS]
+    alone = [s.mean_error.missed > 0.0 for s in fitted if s.mean_error]
+    found = misfit_of([Observation(s, 100.0, 5.0, 6) for s in fitted]).observations
+    assert sum(alone) == (5 if counts else 3)
+    for before, after in zip(fitted, found, strict=True):
+        s2, h = before.mean_square or 0.0, before.unscaled_variance(design)
+        expected = before.mean_variance(design) if counts else s2 * h
+        assert after.surface.mean_variance(design) == pytest.approx(expected)
+
+
 def test_gradient_is_the_slope_of_the_misfit() -> None:
     fitted = surfaces()
     d = misfit(exact(fitted, TRUTH) * 1.1, 0.05, fitted=fitted)
