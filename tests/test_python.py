@@ -66,6 +66,18 @@ def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
     assert list(rows["condition"]) == [7, 8, 9, 10, 11]
 
 
+@pytest.mark.parametrize(
+    "changed", [{"yield_stress": float("nan")}, {"yield_stress": "15"}, {"yield_stress": True}, {"yield_stress": None}]
+)
+def test_predictions_take_levels_that_a_spec_could_have(results: stemcal.StudyResults, changed: dict[str, Any]) -> None:
+    with pytest.raises(UsageError, match="yield_stress: "):
+        results.surface.predict({**AT_SOLUTION, **changed})
+    with pytest.raises(UsageError, match="no level of failure_strain, strain_rate_c; give one by name"):
+        results.surface.predict({"yield_stress": 18.0})
+    with pytest.raises(UsageError, match="not yield_stress twice"):
+        results.surface.plot.contour("yield_stress", "yield_stress")
+
+
 def test_predictions(results: stemcal.StudyResults) -> None:
     """159.07 N at the printed solution; at the calibrated one the target."""
     found = results.surface.predict(AT_SOLUTION)

@@ -103,7 +103,7 @@ def _taking(name: str, help_text: str, *, goes_on: bool) -> Callable[..., None]:
     ) -> None:
 
         content, how = _content(file), _correction(replace, reason, who, sure)
-        with opened(spec, out, 1, "local", quiet) as work:
+        with opened(spec, out, None if goes_on else 1, "local", quiet) as work:
             _show(work, _entered(work, content, file, how), as_json)
             show = _gone_on(work, as_json) if goes_on else None
         if show is not None and not as_json:

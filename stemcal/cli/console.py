@@ -54,10 +54,8 @@ def say_whole(*lines: str) -> None:
 
 def height(line: str) -> int:
     """Return how many lines of the terminal a sentence takes."""
-    from rich.text import Text
-
     console = stdout()
-    return len(Text(line).wrap(console, console.width))
+    return len(console.render_str(line).wrap(console, console.width))
 
 
 def open_page(page: Path) -> None:
@@ -132,7 +130,8 @@ class _Waiting:
 def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
     from rich.text import Text
 
-    stderr().print(Text.assemble((f"{label}: ", f"bold {colour}"), text), soft_wrap=whole)
+    console = stderr()
+    console.print(Text.assemble((f"{label}: ", f"bold {colour}"), console.render_str(text)), soft_wrap=whole)
 
 
 def can_show(text: str) -> bool:

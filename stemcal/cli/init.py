@@ -40,7 +40,9 @@ def init(
         write_new(file, text)
         say_whole(str(file))
     given = f'"{path}"' if " " in str(path) else path
-    note(f"edit it, then: stemcal check {given}; stemcal plan {given}; stemcal run {given}")
+    note("edit it, then")
+    for verb in ("check", "plan", "run"):
+        note(f"  stemcal {verb} {given}")
 
 
 def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -24,12 +25,13 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.result import Prediction, SurfaceResult
 from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
+from stemcal.study.reading.checked import checked_number
 from stemcal.text.names import Names
 from stemcal.text.verdict import lines
 from stemcal.words import did_you_mean
@@ -90,6 +92,8 @@ class SurfacePlots:
         for name in (across, up):
             if name is not None and name not in names:
                 raise UsageError(f"the surface has no factor {name!r}; {did_you_mean(str(name), names)}")
+        if across == up and across is not None:
+            raise UsageError(f"a contour needs two factors, not {across} twice")
         wanted = [name for name in (across, up) if name is not None]
         free = [name for name in names if name not in wanted]
         pair = (across or free.pop(0), up or (free.pop(0) if free else ""))
@@ -148,6 +152,15 @@ class Surface(SurfaceResult):
     """A surface with its figures."""
 
     plot: SurfacePlots
+
+    def predict(self, levels: Mapping[str, float]) -> Prediction:
+        """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
+        known = levels if isinstance(levels, Mapping) else {}
+        if missing := [name for name in self.names if name not in known]:
+            raise UsageError(
+                f"predict: no level of {', '.join(missing)}; give one by name, as in {{{missing[0]!r}: …}}"
+            )
+        return super().predict({name: checked_number(known[name], name) for name in self.names})
 
 
 class Inversion(InvertResult):

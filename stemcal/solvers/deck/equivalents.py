@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 # that it parts stems of 8 mm too early, at 0.76 and 0.92 of the force with d/16 and d/12; with 0.76 ℓ too late.
 _RADIOSS_LENGTH = 0.68
 # With 1.15 ℓ the embedded solver parts a stem under a nose at the force of OpenRadioss. Chosen by three stems of 8 and
-# 9 mm, to −2, 5, 0 %; of 7, 10 and 11 mm it is then −1, −6, −7 %.
+# 9 mm with d/12, to 2, 4, 4 %; of 7, 10 and 11 mm it is then 2, −4, −6 %, of 8 mm with d/16 12 %.
 _RADIOSS_HERE = 1.15 / _RADIOSS_LENGTH
 # LS-DYNA's L over ℓ: ⟨r²⟩ is 3/5 L² for its weight (1 + (r/L)⁸)⁻², as of a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)

@@ -33,6 +33,12 @@ def checked(kind: Any, given: object, name: str) -> Any:
         raise UsageError(f"{name}: {wrong.message}; {wrong.remedy}") from None
 
 
+def checked_number(given: object, name: str) -> float:
+    """Return a number of any of Python's kinds, a truth value excepted; raise `UsageError` for another thing."""
+    is_number = isinstance(given, Real) and not isinstance(given, bool)
+    return float(checked(Number, float(given) if is_number else given, name))  # type: ignore[arg-type]
+
+
 def checked_path(given: object, name: str) -> Path:
     """Return a path that Python gives; raise `UsageError` for what names no file or folder."""
     text = fspath(given) if isinstance(given, str | PathLike) else None
@@ -46,8 +52,7 @@ def checked_path(given: object, name: str) -> Path:
 def level_of(factor: Factor, given: float | str) -> float:
     """Return a level in the unit of its factor: a number, or a quantity such as ``"18 MPa"``."""
     if not isinstance(given, str):
-        is_number = isinstance(given, Real) and not isinstance(given, bool)
-        return float(checked(Number, float(given) if is_number else given, factor.name))
+        return checked_number(given, factor.name)
     inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], given, factor.name)
     return from_internal(inside, factor.unit)
 

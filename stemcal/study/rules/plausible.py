@@ -188,7 +188,7 @@ def _scatters(study: Study) -> Iterator[Finding]:
 def _outliers(study: Study) -> Iterator[Finding]:
     """Question a cutting force that is far from what the others suggest, whatever power of the diameter it has."""
     targets = study.targets.means
-    if len(targets) < 3 or not isinstance(study.solver, EmbeddedSolver | DeckSolver):
+    if len(targets) < 2 or not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
     for index, target in enumerate(targets):
         expected = [
@@ -199,8 +199,8 @@ def _outliers(study: Study) -> Iterator[Finding]:
         ]
         if target.response > _FAR * max(expected) or target.response < min(expected) / _FAR:
             message = (
-                f"{target.response:g} N at {target.condition:g} mm, where the other diameters suggest about "
-                f"{median(expected):.0f} N"
+                f"{target.response:g} N at {target.condition:g} mm, where the other targets suggest about "
+                f"{median(expected):.3g} N"
             )
             yield Finding(("targets", "forces", index, "force"), message, "look for a slip of the point or the unit")
 

@@ -232,6 +232,14 @@ def test_a_force_far_from_its_neighbours_is_questioned(given: str, doubted: bool
     assert not doubted or re.search(r"suggest about 2[01]\d N; look for a slip", warnings[0])
 
 
+def test_of_two_forces_that_contradict_each_other_both_are_questioned() -> None:
+    """7 mm with four times the force of 8 mm; half of it is scatter."""
+    text = (ROOT / "configs" / "smoke.yaml").read_text(encoding="utf-8")
+    text = text.replace("    - {diameter: 9 mm, force: 213.8 N}\n", "")
+    assert len(study_of(text.replace("force: 120 N", "force: 640 N")).warnings) == 2
+    assert not study_of(text.replace("force: 120 N", "force: 80 N")).warnings
+
+
 @pytest.mark.parametrize("factor", [1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9])
 def test_a_force_of_another_magnitude_is_refused(factor: float) -> None:
     text = MINIMAL.replace("159.2 N", f"{159.2 * factor:.6g} N")
