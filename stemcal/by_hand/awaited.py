@@ -5,7 +5,8 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import ledger
-from stemcal.runs.answer import Watch, ignore, record_key
+from stemcal.runs.answer import Watch, ignore
+from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import Request

@@ -17,9 +17,9 @@ from stemcal.by_hand.reading import Filled, narrow
 from stemcal.folder.study_folder import StudyFolder, now, provenance
 from stemcal.measured.outliers import grubbs
 from stemcal.naming import Named
-from stemcal.runs.answer import answer_of, keep, record_key
-from stemcal.runs.policy import NOT_RUN, stands
-from stemcal.runs.policy import WITHDRAWN as TAKEN_BACK
+from stemcal.runs.answer import keep
+from stemcal.runs.outcome import NOT_RUN, answer_of, record_key, stands
+from stemcal.runs.outcome import WITHDRAWN as TAKEN_BACK
 from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver

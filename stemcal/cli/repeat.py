@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def recorded_run(study: Study, out: Path | None, short: str) -> tuple[dict[str, float], float]:
     """Return levels and diameter of the run whose key begins with `short`; warn if the spec has changed since."""
     from stemcal.overview.status import complete_key
-    from stemcal.runs.answer import record_key
+    from stemcal.runs.outcome import record_key
 
     folder = existing_folder(study, out)
     key = complete_key(short, folder.keys())

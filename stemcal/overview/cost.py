@@ -13,7 +13,7 @@ from itertools import islice
 from typing import Literal
 
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.runs.answer import record_key
+from stemcal.runs.outcome import record_key
 from stemcal.solvers.protocol import ByHand, Estimating, Immediate, Request, Solver, Timed
 
 _MOST_RECORDS = 50  # that are looked at

@@ -11,8 +11,8 @@ from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
 from stemcal.folder.study_folder import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
-from stemcal.runs.answer import Watch, answer_all, answer_of, ignore, record_key
-from stemcal.runs.policy import is_censored, judged, stands
+from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.outcome import answer_of, is_censored, judged, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import ByHand, Request, Solver
 from stemcal.stages.base import STAGES, stage_called

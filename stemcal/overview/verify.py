@@ -6,7 +6,7 @@ from pathlib import Path
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import Asked, asked
-from stemcal.runs.answer import record_key
+from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage

@@ -10,17 +10,13 @@ import math
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
-from stemcal.files.showing import in_a_line, visible
-from stemcal.folder.record import key_of
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.naming import FIRST
-from stemcal.runs.policy import judged, stands
+from stemcal.runs.outcome import answer_of, judged, readable, record_key, stands
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
 from stemcal.study.model import RunsOptions
@@ -199,24 +195,6 @@ def keep(key: str, request: Request, computed: Computed, solver: Solver, folder:
     if not answer.ok:
         folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)
     return answer
-
-
-# ---- records
-
-
-def record_key(solver: Solver, request: Request) -> str:
-    """Return the name of the record that answers a request: a hash of what determines the answer."""
-    return key_of(solver.identity(request))
-
-
-def answer_of(record: Mapping[str, Any]) -> Answer:
-    """Return the answer that a record holds."""
-    return readable(Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}))
-
-
-def readable(answer: Answer) -> Answer:
-    """Return an answer whose words have no control characters: they may be a program's."""
-    return replace(answer, reason=in_a_line(answer.reason), message=visible(answer.message))
 
 
 # ---- when a stage must not go on, and why

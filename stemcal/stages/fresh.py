@@ -19,8 +19,8 @@ from stemcal.files.durable import digest
 from stemcal.files.plain import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
-from stemcal.runs.answer import Progress, Watch, answer_of
-from stemcal.runs.policy import judged, stands
+from stemcal.runs.answer import Progress, Watch
+from stemcal.runs.outcome import answer_of, judged, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.solvers.protocol import RESPONSES, OfSpecAlone, Request, Solver

@@ -7,17 +7,15 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
 from stemcal.doe.screening.analysis import Screening, analyse_screening
-from stemcal.doe.screening.curvature import Curvature
-from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto
+from stemcal.doe.screening.effect_sizes import AliasMatrix, Curvature, Effect, HalfNormalPoint, Pareto
 from stemcal.doe.screening.two_stage_analysis import TwoStages
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.outcome import Outcome
-from stemcal.runs.policy import lower_bounds
-from stemcal.stages.design import Design, runs_of, screening_design
+from stemcal.runs.outcome import Outcome, lower_bounds
+from stemcal.stages.design import runs_of, screening_design
 from stemcal.stages.printed_tables import Audited, audit_screening
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
 from stemcal.stages.work import Work, a_stage
@@ -217,27 +215,22 @@ class ScreenResult(StageResult):
 def screen(work: Work, head: Head) -> ScreenResult:
     """Run the screening design and find the factors that move the response."""
     study, design = work.study, screening_design(work.study, work.solver)
+    error, factors = error_asked(study), study.factors
+    symbols = [factor.symbol for factor in factors]
+    expected = {factor.name: factor.expected_sign for factor in factors if factor.expected_sign}
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
-    runs = runs_of(design, requests, answers, work.solver)
+    bounds = lower_bounds(answers)
     with reasons_given(requests, answers):
-        found = _analysed(study, design, runs, FIRST)
-        further = {name: FurtherScreening.of(_analysed(study, design, runs, name)) for name in study.own_further}
-    notes = (*found.notes, *lower_bounds(answers), *unexpected_signs(found))
-    fields = FurtherScreening.of(found).as_record() | {"notes": notes, "responses": further or None}
-    return ScreenResult(head=head, design=runs, aliases=found.aliases(), alpha=found.alpha, **fields)
-
-
-def _analysed(study: Study, design: Design, runs: DesignRuns, response: str) -> Screening:
-    return analyse_screening(
-        design.coded,
-        [run.number(response) for run in runs.runs],
-        design.names,
-        [factor.symbol for factor in study.factors],
-        study.screen.alpha,
-        error_asked(study),
-        {factor.name: factor.expected_sign for factor in study.factors if factor.expected_sign},
-    )
+        runs = runs_of(design, requests, answers, work.solver)
+        first, *others = (
+            analyse_screening(design.coded, numbers, design.names, symbols, study.screen.alpha, error, expected)
+            for numbers in ([run.number(name) for run in runs.runs] for name in (FIRST, *study.own_further))
+        )
+    further = dict(zip(study.own_further, map(FurtherScreening.of, others), strict=True))
+    notes = (*first.notes, *bounds, *unexpected_signs(first))
+    fields = FurtherScreening.of(first).as_record() | {"notes": notes, "responses": further or None}
+    return ScreenResult(head=head, design=runs, aliases=first.aliases(), alpha=first.alpha, **fields)
 
 
 def error_asked(study: Study) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from stemcal import run_warnings as of_runs
 from stemcal.run_warnings import RunWarning
-from stemcal.runs.policy import LowerBound
+from stemcal.runs.outcome import LowerBound
 from stemcal.stages.result import StageResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names

@@ -7,9 +7,8 @@ from stemcal.doe.designs import aliases
 from stemcal.doe.designs.definitive_screening import OneSpareColumn
 from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening import notes
-from stemcal.doe.screening.curvature import Curvature
-from stemcal.doe.screening.effect_sizes import Effect
-from stemcal.doe.screening.fold import FoldOverPays
+from stemcal.doe.screening.effect_sizes import Curvature, Effect
+from stemcal.doe.screening.lenth import FoldOverPays
 from stemcal.doe.screening.two_stage_analysis import ErrorSource, TwoStages
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign

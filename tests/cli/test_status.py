@@ -263,7 +263,7 @@ def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:
 def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from stemcal.cli.repeat import recorded_run
     from stemcal.errors import UsageError
-    from stemcal.runs.answer import record_key
+    from stemcal.runs.outcome import record_key
     from stemcal.solvers.embedded import Embedded
     from stemcal.solvers.protocol import Request
     from stemcal.study.reading import load_study

@@ -8,7 +8,7 @@ import pytest
 from stemcal.cutting.result import moving_mean
 from stemcal.cutting.stroke import stroke_end
 from stemcal.run_warnings import StrokeTooShort
-from stemcal.runs.policy import LowerBound, judged, lower_bounds
+from stemcal.runs.outcome import LowerBound, judged, lower_bounds
 from stemcal.solvers.protocol import Answer
 from stemcal.study.model import RunsOptions
 

@@ -12,7 +12,7 @@ from fakes import FakeSolver, make_study
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.cost import costs_of, elapsed, overhead
 from stemcal.overview.plan import InAnotherProgram, plan
-from stemcal.runs.answer import record_key
+from stemcal.runs.outcome import record_key
 from stemcal.solvers.protocol import Answer, Request
 
 

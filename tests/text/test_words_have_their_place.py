@@ -20,7 +20,7 @@ SPARED = {
     "solvers/deck/model.py": "comments in decks: what these cannot say of the study",
     "solvers/deck/writer.py": "comments in decks",
     "solvers/deck_import": "comments in a spec that is read from a deck",
-    "runs/policy.py": "failures of runs",
+    "runs/outcome.py": "failures of runs",
     "runs/retries.py": "failures of runs",
     "executors": "failures of runs",
     "folder/study_folder.py": "what is wrong with a file",

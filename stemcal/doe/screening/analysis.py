@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.regression.least_squares import (
+    NEGLIGIBLE,
     ROUNDING,
     Array,
     LeastSquares,
@@ -18,14 +19,12 @@ from stemcal.doe.regression.least_squares import (
     stars,
     t_quantile,
 )
-from stemcal.doe.screening.curvature import Curvature, centre_runs, curvature_of, with_centre
-from stemcal.doe.screening.effect_sizes import AliasMatrix, Effect, HalfNormalPoint, Pareto, ParetoRow
+from stemcal.doe.screening.effect_sizes import AliasMatrix, Curvature, Effect, HalfNormalPoint, Pareto, ParetoRow
 from stemcal.doe.screening.error_term import ErrorTerm, choose_error
 from stemcal.doe.screening.holm import adjusted_p
-from stemcal.doe.screening.lenth import Lenth, lenth
+from stemcal.doe.screening.lenth import Lenth, lenth, unused_contrasts
 from stemcal.doe.screening.notes import conclusion, margin_decides, screening_notes, stands_out
 from stemcal.doe.screening.two_stage_analysis import TwoStages, two_stages
-from stemcal.doe.screening.unused import unused_contrasts
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.notes import Note
 
@@ -223,3 +222,46 @@ def _significant(effects: Sequence[Effect], size: Lenth, alpha: float, weak: boo
         for effect, margin in zip(effects, by_margin, strict=True)
         if (stands_out(effect, size) if margin else effect.p is not None and effect.p < alpha)
     )
+
+
+# ---- centre points: is the response curved within the ranges?
+#
+# A plane has the same value at the centre as the corners have on average. The difference, with n_F corner runs and n_C
+# centre runs, has the sum of squares n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C) with one degree of freedom. Source: D. C.
+# Montgomery, Design and Analysis of Experiments, 8th ed., section 6.8. Centre runs that agree exactly are one run.
+
+
+def centre_runs(design: Array) -> NDArray[np.bool_]:
+    """Return which runs of a two-level design are its centre points, (n,); none in any other design."""
+    centre = ~np.any(design, axis=1)
+    two_level = bool(np.all(np.abs(design[~centre]) == 1.0))
+    return np.asarray(centre if two_level and not centre.all() else np.zeros(len(design), dtype=bool))
+
+
+def with_centre(error: ErrorTerm, centre: Array) -> ErrorTerm:
+    """Return the error term with the scatter of the centre runs in it; without it where they agree."""
+    pure = _pure(centre)
+    if error.source == "lenth" or not pure:
+        return error
+    if error.exact or not error.df:
+        return replace(error, sum_of_squares=pure, df=len(centre) - 1, centre_df=len(centre) - 1, exact=False)
+    total, df = error.sum_of_squares + pure, error.df + len(centre) - 1
+    return replace(error, sum_of_squares=total, df=df, centre_df=len(centre) - 1)
+
+
+def curvature_of(corners: Array, centre: Array, error: ErrorTerm, alpha: float) -> Curvature | None:
+    """Return how far the centre lies off the plane of the corners; None without centre runs."""
+    if not len(centre):
+        return None
+    n_f, n_c = len(corners), len(centre) if _pure(centre) else 1
+    high, middle = float(corners.mean()), float(centre.mean())
+    square = n_f * n_c * (high - middle) ** 2 / (n_f + n_c)
+    test = f_test(square, 1, error.mean_square, error.df)
+    f, p = test if test else (None, None)
+    return Curvature(high, middle, n_c, high - middle, square, f, p, error.df, p is not None and p < alpha)
+
+
+def _pure(centre: Array) -> float:
+    """Return the scatter of centre runs; 0 where they agree but for rounding."""
+    pure = float(np.sum((centre - centre.mean()) ** 2)) if len(centre) > 1 else 0.0
+    return pure if pure > NEGLIGIBLE * float(centre @ centre) else 0.0

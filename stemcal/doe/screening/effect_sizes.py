@@ -1,4 +1,4 @@
-"""What a screening finds: effects, and the charts that judge them."""
+"""What a screening finds: effects, curvature, and the charts that judge effects."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -61,6 +61,24 @@ class Effect:
         """Whether the study expected the other sign."""
         expected = None if self.conclusion is None else self.conclusion.expected_sign
         return expected is not None and expected != self.sign
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """Mean of the corners, mean of so many centre runs, what they differ by (corners − centre), and its test.
+
+    `df` are the degrees of freedom of the error; `curved` tells whether p is below the level of significance.
+    """
+
+    corners: float
+    centre: float
+    runs: int
+    difference: float
+    sum_of_squares: float
+    f: float | None
+    p: float | None
+    df: int
+    curved: bool
 
 
 @dataclass(frozen=True)

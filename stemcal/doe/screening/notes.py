@@ -10,8 +10,7 @@ from stemcal.doe.regression.least_squares import Array, LeastSquares
 from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening.effect_sizes import Conclusion, Effect
 from stemcal.doe.screening.error_term import ErrorTerm
-from stemcal.doe.screening.fold import fold_over_gain
-from stemcal.doe.screening.lenth import Lenth
+from stemcal.doe.screening.lenth import Lenth, fold_over_gain
 from stemcal.notes import Note, Weight
 
 # With so few residual degrees of freedom an F test says little.

@@ -15,7 +15,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.policy import lower_bounds
+from stemcal.runs.outcome import lower_bounds
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult

@@ -8,9 +8,8 @@ import pytest
 from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.designs.power import judge_design
 from stemcal.doe.screening.analysis import analyse_screening
-from stemcal.doe.screening.fold import fold_over_gain
+from stemcal.doe.screening.lenth import fold_over_gain, unused_columns, unused_contrasts
 from stemcal.doe.screening.notes import UnusedContrasts
-from stemcal.doe.screening.unused import unused_columns, unused_contrasts
 
 
 @pytest.mark.parametrize("k", [5, 9])

@@ -13,9 +13,8 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.designs.plackett_burman import cyclic_design
 from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening.analysis import analyse_screening
-from stemcal.doe.screening.fold import FoldOverPays
 from stemcal.doe.screening.holm import adjusted_p
-from stemcal.doe.screening.lenth import critical_t, lenth, null_t
+from stemcal.doe.screening.lenth import FoldOverPays, critical_t, lenth, null_t
 from stemcal.doe.screening.notes import (
     ExactResidual,
     InteractionOfStrongest,
