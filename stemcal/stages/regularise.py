@@ -18,7 +18,6 @@ from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch, answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
-from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import Request
 from stemcal.stages.validate import calibrated_parameters
 from stemcal.stages.work import Work
@@ -161,6 +160,8 @@ def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, siz
 
 def _simulated(work: Work, there: Study, levels: dict[str, float], size: float, places: int, row: int) -> Outcome:
     """Simulate one failure strain at some places of a mesh."""
+    from stemcal.solvers.embedded import Embedded  # a curve is shown without the solver
+
     solver = Embedded(there)
     at = there.targets.calibrate_at
     request = Request(STAGE, row, levels, at, phases=places, element_size=f"{size:g} mm")

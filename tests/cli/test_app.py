@@ -64,6 +64,15 @@ def test_starting_imports_nothing_heavy() -> None:
     assert not set(HEAVY) & set(done.stdout.split())
 
 
+def test_showing_what_is_finished_loads_no_solver() -> None:
+    shown = "stemcal.report.tables.terminal, stemcal.report.page.render, stemcal.stages.verdict.rules"
+    code = f"import sys, {shown}; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, timeout=60
+    )
+    assert not {"numba", "scipy", "pandas"} & set(done.stdout.split())
+
+
 def test_every_command_has_help_with_an_example() -> None:
     for name in COMMANDS:
         shown = command(name, "--help")

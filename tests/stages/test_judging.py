@@ -29,7 +29,7 @@ from stemcal.stages.verdict.advice import (
     WidenRange,
     for_physics,
 )
-from stemcal.stages.verdict.physics import LIMITS, Doubt
+from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt
 from stemcal.stages.verdict.result import Judged, Use, Verdict
 from stemcal.stages.verdict.rules import (
     Conflict,
@@ -244,7 +244,7 @@ def test_an_unfinished_study_says_what_is_missing(tmp_path: Path) -> None:
 
 def test_limits_are_those_the_solver_warns_of() -> None:
     warned = (cutting_result._MOST_HOURGLASS, cutting_result._MOST_INERTIA, cutting_result._MOST_DRIFT)
-    assert tuple(LIMITS.values()) == warned
+    assert tuple(LIMITS.values()) == warned and NEGLIGIBLE_MASS == cutting_result.NEGLIGIBLE_MASS
 
 
 def test_half_the_step_is_half_of_a_step_that_is_set(tmp_path: Path) -> None:

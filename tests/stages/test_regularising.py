@@ -78,7 +78,7 @@ def calibrated(folder: Path) -> Work:
 
 
 def found_for(folder: Path, monkeypatch: pytest.MonkeyPatch, *sizes: float) -> Regularisation:
-    monkeypatch.setattr("stemcal.stages.regularise.Embedded", WithoutLengths)
+    monkeypatch.setattr("stemcal.solvers.embedded.Embedded", WithoutLengths)
     return regularise(calibrated(folder), sizes, 5)
 
 
@@ -139,7 +139,7 @@ def test_a_material_that_grows_names_its_diameter(tmp_path: Path, monkeypatch: p
 
 
 def test_progress_tells_of_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.stages.regularise.Embedded", WithoutLengths)
+    monkeypatch.setattr("stemcal.solvers.embedded.Embedded", WithoutLengths)
     lines: list[str] = []
     regularise(replace(calibrated(tmp_path), watch=lambda progress: lines.append(describe(progress))), [1.0, 0.5], 5)
     title = "Failure strain over element size"
@@ -152,7 +152,7 @@ def test_progress_tells_of_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_runs_are_recorded_and_belong_to_no_stage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.stages.regularise.Embedded", WithoutLengths)
+    monkeypatch.setattr("stemcal.solvers.embedded.Embedded", WithoutLengths)
     work = calibrated(tmp_path)
     first = regularise(work, [1.0], 5)
     records = len(work.folder.keys())

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal
 
-from stemcal.cutting.result import NEGLIGIBLE_MASS
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.results import Results
 
@@ -13,6 +12,7 @@ DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 Doubts = dict[DoubtKind, float | None]
 # Shares from which a solver doubts a run itself, percent: the same as `cutting.result` warns of.
 LIMITS: dict[DoubtKind, float] = {"hourglass": 10.0, "inertia": 5.0, "drift": 2.0}
+NEGLIGIBLE_MASS = 1.0  # percent of added mass up to which inertia is the stem's own, there too
 _DETAILS: dict[DoubtKind, str] = {
     "hourglass": "hourglass_ratio_percent",
     "inertia": "inertia_percent",
