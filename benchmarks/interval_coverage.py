@@ -48,7 +48,7 @@ from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.prior_conflict import agreements
 from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.fidelity import corrected, correction_of, spread_runs

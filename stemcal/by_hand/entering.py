@@ -11,9 +11,9 @@ from typing import Any
 
 from stemcal.by_hand import refusals as why
 from stemcal.by_hand.awaited import run_name
-from stemcal.by_hand.form import FAILED, REPLICATE, WITHDRAWN, entered_responses
 from stemcal.by_hand.numbers import Unread, number_in, readings
 from stemcal.by_hand.reading import Filled, narrow
+from stemcal.by_hand.sheet import FAILED, REPLICATE, WITHDRAWN, entered_responses
 from stemcal.folder.study_folder import StudyFolder, now, provenance
 from stemcal.measured.outliers import grubbs
 from stemcal.naming import Named

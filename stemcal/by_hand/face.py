@@ -6,9 +6,9 @@ from typing import Any
 
 from stemcal.by_hand.awaited import gone_on, known_runs, run_name
 from stemcal.by_hand.entering import Correction, Entered, enter
-from stemcal.by_hand.form import entered_responses
 from stemcal.by_hand.reading import Filled
 from stemcal.by_hand.refusals import Refused
+from stemcal.by_hand.sheet import entered_responses
 from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder

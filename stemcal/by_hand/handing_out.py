@@ -5,8 +5,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from stemcal.by_hand.awaited import run_name
-from stemcal.by_hand.form import ASKED, cells, fields_of, plain, sheet_text
 from stemcal.by_hand.reading import MAX_BYTES, filled
+from stemcal.by_hand.sheet import ASKED, cells, fields_of, plain, sheet_text
 from stemcal.by_hand.workbook import written
 from stemcal.errors import UsageError
 from stemcal.files.plain import read_plain

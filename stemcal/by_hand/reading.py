@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stemcal.by_hand import workbook
-from stemcal.by_hand.form import ASKED, REMARK, REPLICATE, RUN, STUDY, WHEN, WHO, Field, entered_responses, fields_of
+from stemcal.by_hand.sheet import ASKED, REMARK, REPLICATE, RUN, STUDY, WHEN, WHO, Field, entered_responses, fields_of
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
-from stemcal.measured.encodings import decoded
+from stemcal.measured.guessed_encoding import decoded
 from stemcal.measured.workbook import is_foreign, is_workbook, text_of_cell
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed

@@ -10,7 +10,7 @@ from stemcal.errors import UsageError
 from stemcal.measured.workbook import MAX_CELLS, opening, text_of_cell
 
 if TYPE_CHECKING:
-    from stemcal.by_hand.form import Field
+    from stemcal.by_hand.sheet import Field
 
 _WIDE = 24  # of columns for words, in characters
 _FILLED = ("response", "said")

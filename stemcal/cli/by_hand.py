@@ -40,8 +40,8 @@ def ask(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = Fal
     """
     from stemcal.by_hand.awaited import gone_on, sheet_rows
     from stemcal.by_hand.face import asked_json, require_manual
-    from stemcal.by_hand.form import sheet_text
     from stemcal.by_hand.handing_out import hand_out
+    from stemcal.by_hand.sheet import sheet_text
     from stemcal.text.by_hand import nothing_awaited, waiting_for
 
     with opened(spec, out, 1, "local", quiet) as work:

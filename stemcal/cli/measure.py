@@ -11,7 +11,7 @@ import typer
 from stemcal.cli.console import note, say, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Quiet
 from stemcal.errors import UsageError
-from stemcal.files.decoding import decode
+from stemcal.files.encodings import decode
 from stemcal.files.plain import read_plain
 from stemcal.files.typed import to_json
 

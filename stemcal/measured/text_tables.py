@@ -11,7 +11,7 @@ from pathlib import Path
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB, read_plain
 from stemcal.measured import workbook
-from stemcal.measured.encodings import decoded
+from stemcal.measured.guessed_encoding import decoded
 from stemcal.measured.lines import Line, broken_line, data_rows, data_run, heading_of, like_data, split
 from stemcal.measured.numerals import as_number, shown
 

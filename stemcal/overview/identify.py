@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from stemcal.doe.calibration.misfit import Observation, misfit_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.d_optimal import d_optimal_shares
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array

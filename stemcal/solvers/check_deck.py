@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.files.decoding import lenient
+from stemcal.files.encodings import lenient
 from stemcal.files.plain import MIB, read_plain
 from stemcal.outputs import write_output
 from stemcal.solvers.deck.settings import settings_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.files.decoding import decode
+from stemcal.files.encodings import decode
 from stemcal.files.plain import MIB, read_plain
 from stemcal.words import nearest
 

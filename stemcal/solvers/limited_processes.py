@@ -19,7 +19,7 @@ from typing import IO
 
 import psutil
 
-from stemcal.files.decoding import lenient
+from stemcal.files.encodings import lenient
 from stemcal.interrupts import wait_until
 
 GRACE_S = 2.0  # between asking a group to end and killing it

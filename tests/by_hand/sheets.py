@@ -11,8 +11,8 @@ from pathlib import Path
 from stemcal.by_hand.awaited import gone_on, sheet_rows
 from stemcal.by_hand.entering import Correction, Entered
 from stemcal.by_hand.face import enter_filled
-from stemcal.by_hand.form import sheet_text
 from stemcal.by_hand.reading import filled
+from stemcal.by_hand.sheet import sheet_text
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import Study
 

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.doe.calibration.profile import allowed_rise, holds
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.programs.inputs import values_of

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.calibration.profile import allowed_rise, holds
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST

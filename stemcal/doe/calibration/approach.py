@@ -19,8 +19,8 @@ from typing import Literal
 import numpy as np
 
 from stemcal.doe.calibration.misfit import Misfit
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.ridge import settled
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.gaussian_process import fit_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface

@@ -15,8 +15,8 @@ import numpy as np
 from stemcal.doe.calibration.levelset import extremes, height
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.profile import allowed_rise
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.ridge import below, least_under
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array
 
 LEVEL = 0.05

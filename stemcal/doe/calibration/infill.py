@@ -11,7 +11,7 @@ L. Carraro, in Computational Intelligence in Expensive Optimization Problems (20
 import numpy as np
 
 from stemcal.doe.calibration.levelset import neighbours_across
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 

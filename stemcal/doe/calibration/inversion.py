@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.levelset import extremes, level_points
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.gaussian_process import GaussianProcess

@@ -12,8 +12,8 @@ import numpy as np
 
 from stemcal.doe.calibration.levelset import squared_distance
 from stemcal.doe.calibration.misfit import Misfit, best_fit
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.ridge import least_under, settled
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array
 
 _CLOUD, _STARTS = 11, 4

@@ -41,7 +41,7 @@ from numpy.typing import NDArray
 from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array, f_test
 from stemcal.doe.regression.mean_error import POOLED

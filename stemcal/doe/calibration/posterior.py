@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stemcal.doe.calibration.misfit import Misfit, VarianceSource
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 

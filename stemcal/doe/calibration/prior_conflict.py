@@ -11,8 +11,8 @@ import numpy as np
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.profile import profiles_of
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.ridge import with_scatter
+from stemcal.doe.calibration.search_region import Region
 
 LEVEL = 0.05
 

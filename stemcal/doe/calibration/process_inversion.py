@@ -13,7 +13,7 @@ import numpy as np
 from stemcal.doe.calibration.infill import crossings, nearest_crossing
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.profile import GRID, Profile
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import away_from
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array, t_quantile

@@ -21,7 +21,7 @@ import numpy as np
 
 from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array
 
 GRID = 25

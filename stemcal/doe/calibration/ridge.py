@@ -21,7 +21,7 @@ import numpy as np
 from stemcal.doe.calibration.levelset import Objective, search_from
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.profile import allowed_rise
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import away_from
 from stemcal.doe.regression.least_squares import Array
 

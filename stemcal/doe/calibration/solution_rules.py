@@ -7,7 +7,7 @@ import numpy as np
 
 from stemcal.doe.calibration.levelset import Objective, coordinate, optimise, squared_distance
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_gradient

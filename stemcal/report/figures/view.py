@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
-from stemcal.files.decoding import lenient
+from stemcal.files.encodings import lenient
 from stemcal.outputs import write_output
 from stemcal.report.figures.fracture import EDGE, PLASTIC, TOOL, colour_bar, exposed_faces, strain_scale
 from stemcal.report.figures.style import Figure, new_figure, save

@@ -12,7 +12,7 @@ from stemcal.cutting import Blade, Stem, mesh_size, stem_mesh
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.files.decoding import decode
+from stemcal.files.encodings import decode
 from stemcal.files.plain import MIB, read_plain
 from stemcal.solvers.deck.equivalents import contact_scale, nose_radius, wanted_step
 from stemcal.solvers.deck.model import MOST_ELEMENTS

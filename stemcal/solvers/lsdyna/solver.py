@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.decoding import lenient
+from stemcal.files.encodings import lenient
 from stemcal.files.plain import open_plain
 from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, deck_text

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from stemcal.files.decoding import lenient
+from stemcal.files.encodings import lenient
 from stemcal.files.plain import MIB, read_plain
 from stemcal.solvers.fortran import number_of
 from stemcal.solvers.programs.calculix import printed_series

@@ -13,7 +13,7 @@ from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.prior_conflict import Agreement, agreements
 from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import better_process
 from stemcal.doe.regression.least_squares import Array

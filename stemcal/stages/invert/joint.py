@@ -9,8 +9,8 @@ from stemcal.doe.calibration.contradiction import allowed_by_others, contradicti
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit
-from stemcal.doe.calibration.region import Region
 from stemcal.doe.calibration.ridge import presses_outwards
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface

@@ -8,7 +8,7 @@ import numpy as np
 from stemcal.doe.calibration.inversion import solve_target
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.process_inversion import reach_of, solve_by_process
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.errors import TargetUnreachable

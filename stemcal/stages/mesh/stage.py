@@ -14,7 +14,7 @@ from stemcal.notes import Note
 from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.carried import Carried
+from stemcal.stages.mesh.error_budget import Carried
 from stemcal.stages.mesh.result import MeshResult, MeshRun
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head

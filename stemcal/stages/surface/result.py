@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stemcal.doe.calibration.inversion import Assessment, assess_point
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding

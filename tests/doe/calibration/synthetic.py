@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface

@@ -10,7 +10,7 @@ from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import sample_posterior
 from stemcal.doe.calibration.profile import profiles_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.surface import Surface, fit_surface

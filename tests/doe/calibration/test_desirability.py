@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
 from stemcal.doe.calibration.desirability import Aim, most_desirable
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
 

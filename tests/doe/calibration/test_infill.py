@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.calibration.infill import crossings, nearest_crossing, next_batch, possible
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.space_filling import latin_hypercube
 from stemcal.doe.regression.gaussian_process import fit_process
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution, assess_point, solve_target
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import RULES
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface

@@ -10,7 +10,7 @@ from stemcal.doe.calibration.contradiction import allowed_by_others
 from stemcal.doe.calibration.joint_fit import best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.profile import allowed_rise
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import UsageError

@@ -12,7 +12,7 @@ from stemcal.doe.calibration.mesh_scatter import MeshScatter, scatter_of, size_f
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.naming import FIRST

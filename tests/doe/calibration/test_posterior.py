@@ -12,7 +12,7 @@ from synthetic import exact, misfit, region, surfaces
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import LONG_ENOUGH, log_posterior, sample_posterior
 from stemcal.doe.calibration.profile import profiles_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import UsageError

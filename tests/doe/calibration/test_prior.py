@@ -14,7 +14,7 @@ from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.prior_conflict import agreements
 from stemcal.doe.calibration.process_inversion import solve_by_process
 from stemcal.doe.calibration.profile import holds, profiles_of, unseen_directions
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.gaussian_process import fit_process
 from stemcal.doe.regression.least_squares import Array

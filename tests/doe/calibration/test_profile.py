@@ -9,7 +9,7 @@ from synthetic import exact, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
 from stemcal.doe.calibration.profile import holds, profiles_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
 

@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.misfit import Observation, misfit_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
 

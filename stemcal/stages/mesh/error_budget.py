@@ -12,7 +12,7 @@ from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.profile import profiles_of
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.files import decoding
+from stemcal.files import encodings
 from stemcal.measured.numerals import shown
 from stemcal.measured.vocabulary import familiarity
 
@@ -26,7 +26,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
     ('Сила, Н', 'cp1251')
     """
     try:
-        found = decoding.decoded(content, [encoding] if encoding else _guesses(content))
+        found = encodings.decoded(content, [encoding] if encoding else _guesses(content))
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {shown(encoding or '')[1:-1]}: unknown; take utf-8, utf-16, gbk or another of Python's"
@@ -39,7 +39,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
 
 def _guesses(content: bytes) -> Iterator[str]:
     """Yield Unicode, then, unless it is UTF-16, the encodings of one or two bytes a letter, the likeliest first."""
-    yield from (unicode := list(decoding.unicodes(content)))
+    yield from (unicode := list(encodings.unicodes(content)))
     if unicode != ["utf-8"]:
         return
     begin = content[:_BEGINNING]
