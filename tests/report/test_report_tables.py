@@ -9,8 +9,9 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
+from stemcal.files.rows import Column, Table
 from stemcal.report.tables.stages import tables_of
-from stemcal.report.tables.terminal import stage_tables
+from stemcal.report.tables.terminal import drawn, stage_tables
 
 
 def printed(stage: Any, width: int = 80) -> str:
@@ -37,6 +38,21 @@ def test_long_and_chinese_names_fold(stages: dict[str, Any], edited: Any) -> Non
 
     stage = edited(stages["screen"], rename)
     assert max(map(cell_len, printed(stage).splitlines())) <= 80
+
+
+def test_a_table_too_wide_keeps_every_word() -> None:
+    heads = ("Response", "Diameter, mm", "Measured ± SD (n)", "95 % of the mean", "Simulated", "p different", "p equal")
+    rows = [
+        ("bending slope", "8", "43.3 ± 2.6 (10) N/mm", "41.44 to 45.16 N/mm", "43.30 N/mm", "0.9996", "0.0003"),
+        ("pull maximum force", "8", "621 ± 37 (10) N", "594.5 to 647.5 N", "621.1 N", "0.9954", "0.0002"),
+    ]
+    table = Table(tuple(Column(head, head, form=None if head == "Response" else str) for head in heads), tuple(rows))
+    out = io.StringIO()
+    for part in drawn(table):
+        Console(file=out, width=80).print(part)
+    assert max(map(cell_len, out.getvalue().splitlines())) <= 80
+    for text in (*heads, *rows[0], *rows[1]):
+        assert set(text.split()) <= set(out.getvalue().split())
 
 
 def test_screening_as_in_table_7(stages: dict[str, Any]) -> None:

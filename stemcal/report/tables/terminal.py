@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -83,28 +83,43 @@ def drawn(table: Table) -> list[RenderableType]:
         pad_edge=False,
         show_edge=False,
     )
-    for column, head in zip(table.columns, _heads(table), strict=True):
-        shown.add_column(
-            Text(head), justify="left" if column.left else "right", overflow="fold", no_wrap=not column.left
-        )
-    for index, row in enumerate(table.cells):
+    for column, texts in zip(table.columns, columns := _fitted(table), strict=True):
+        shown.add_column(Text(texts[0]), justify="left" if column.left else "right", overflow="fold")
+    for index, row in enumerate(zip(*(texts[1:] for texts in columns), strict=True)):
         style = "bold" if index in table.strong else ""
         shown.add_row(*(Text(cell, style=style) for cell in row))
     foot = [Padding(Text(line, style="dim"), (0, 0, 0, 2), expand=False) for line in (*table.foot, *table.claimed)]
     return [shown, *foot, Text("")]
 
 
-def _heads(table: Table) -> list[str]:
-    """Return the headings, on several lines where one is too wide for a terminal."""
-    columns = [[head, *cells] for head, *cells in zip(table.heads, *table.cells, strict=True)]
-    if sum(max(map(cell_len, texts)) + 2 for texts in columns) <= WIDTH:
-        return list(table.heads)
-    return [_wrapped(head, max(map(cell_len, cells), default=0)) for head, *cells in columns]
+def _fitted(table: Table) -> list[list[str]]:
+    """Return each column, its heading first, on several lines where a terminal is too narrow: headings before cells."""
+    columns = [[str(text) for text in texts] for texts in zip(table.heads, *table.cells, strict=True)]
+    if sum(_widest(texts) + 2 for texts in columns) <= WIDTH:
+        return columns
+    room = WIDTH - (2 if len(columns) < CROWDED else 1) * len(columns)
+    least = [max(_widest(word) for word in map(str.split, texts)) for texts in columns]
+    whole = [max(words, _widest(cells)) for words, (_, *cells) in zip(least, columns, strict=True)]
+    widths = whole if sum(whole) <= room else _shared(least, whole, room)
+    return [[_wrapped(text, width) for text in texts] for texts, width in zip(columns, widths, strict=True)]
 
 
-def _wrapped(head: str, width: int) -> str:
-    """Return a heading on as many lines as a column so wide needs; no word is broken."""
-    return "\n".join(textwrap.wrap(head, max(width, *map(len, head.split()), 1), break_long_words=False))
+def _widest(texts: Iterable[str]) -> int:
+    return max(map(cell_len, texts), default=1)
+
+
+def _shared(least: Sequence[int], whole: Sequence[int], room: int) -> list[int]:
+    """Return columns' widths: the longest word of each, then what each needs of the rest, small needs first."""
+    widths, left = list(least), max(room - sum(least), 0)
+    for done, i in enumerate(sorted(range(len(widths)), key=lambda i: whole[i] - least[i])):
+        more = min(whole[i] - least[i], left // (len(widths) - done))
+        widths[i], left = widths[i] + more, left - more
+    return widths
+
+
+def _wrapped(text: str, width: int) -> str:
+    """Return a text on as many lines as a column so wide needs; no word is broken."""
+    return "\n".join(textwrap.wrap(text, max(width, 1), break_long_words=False, break_on_hyphens=False)) or text
 
 
 def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:

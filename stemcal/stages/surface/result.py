@@ -273,8 +273,14 @@ class SurfaceResult(StageResult):
         return assess_point(process or self.fitted, coded, *box_of(study, self.scales), self.radius)
 
     def region(self, study: Study) -> Region:
-        """Return where a solution may lie."""
-        return region_in(study, self.scales, self.radius)
+        """Return where a solution may lie: within the ranges that the surface was made in."""
+        far = self.radius * np.array([entry.half_step for entry in self.factors])
+        low = [entry.center - r if entry.low is None else entry.low for entry, r in zip(self.factors, far, strict=True)]
+        high = [
+            entry.center + r if entry.high is None else entry.high for entry, r in zip(self.factors, far, strict=True)
+        ]
+        coded = self.scales.to_coded
+        return Region(coded(low), coded(high), self.radius, constraints_of(study, self.scales))
 
     def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
