@@ -2,6 +2,13 @@
 
 from stemcal.files.typed import Tagged
 
+# Shares above which a result is to be looked at before it is used, percent.
+MOST_INERTIA = 5.0
+MOST_HOURGLASS = 10.0
+MOST_DRIFT = 2.0
+# With less added mass than this inertia is the stem's own and no doubt, percent.
+NEGLIGIBLE_MASS = 1.0
+
 
 class RunWarning(Tagged):
     """A doubt about a run's force, with the values it speaks of; in records ``{"kind": …, ...values}``."""

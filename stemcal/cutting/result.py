@@ -13,7 +13,17 @@ from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 from stemcal.fem.kernels.nodes import COHESION, EDGE, FRICTION, SURFACE
-from stemcal.run_warnings import EnergyDrifts, ForceAfterBreak, HourglassEnergy, InertiaInForce, RunWarning
+from stemcal.run_warnings import (
+    MOST_DRIFT,
+    MOST_HOURGLASS,
+    MOST_INERTIA,
+    NEGLIGIBLE_MASS,
+    EnergyDrifts,
+    ForceAfterBreak,
+    HourglassEnergy,
+    InertiaInForce,
+    RunWarning,
+)
 
 Array = NDArray[np.float64]
 
@@ -237,12 +247,6 @@ class BreakWatch:
 
 # Ratios of energies mean nothing before the blade has done this share of its work.
 _BEGINNING = 0.1
-# Shares above which a result is to be looked at before it is used, percent.
-_MOST_INERTIA = 5.0
-_MOST_HOURGLASS = 10.0
-_MOST_DRIFT = 2.0
-# With less added mass than this inertia is the stem's own and no doubt, percent.
-NEGLIGIBLE_MASS = 1.0
 
 
 def evaluate(
@@ -329,10 +333,10 @@ def _warnings(
 ) -> list[RunWarning]:
     """Return the doubts that the end of the stroke and the energies leave."""
     found = end.warnings
-    if energy_drift_percent > _MOST_DRIFT:
+    if energy_drift_percent > MOST_DRIFT:
         found.append(EnergyDrifts(energy_drift_percent))
-    if inertia_percent > _MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
+    if inertia_percent > MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
         found.append(InertiaInForce(inertia_percent, kinetic_ratio_percent))
-    if hourglass_ratio_percent > _MOST_HOURGLASS:
+    if hourglass_ratio_percent > MOST_HOURGLASS:
         found.append(HourglassEnergy(hourglass_ratio_percent))
     return found

@@ -243,7 +243,7 @@ def test_an_unfinished_study_says_what_is_missing(tmp_path: Path) -> None:
 
 
 def test_limits_are_those_the_solver_warns_of() -> None:
-    warned = (cutting_result._MOST_HOURGLASS, cutting_result._MOST_INERTIA, cutting_result._MOST_DRIFT)
+    warned = (cutting_result.MOST_HOURGLASS, cutting_result.MOST_INERTIA, cutting_result.MOST_DRIFT)
     assert tuple(LIMITS.values()) == warned and NEGLIGIBLE_MASS == cutting_result.NEGLIGIBLE_MASS
 
 

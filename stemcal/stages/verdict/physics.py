@@ -6,13 +6,12 @@ from math import inf
 from typing import Any, Literal
 
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.run_warnings import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS
 from stemcal.stages.results import Results
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 Doubts = dict[DoubtKind, float | None]
-# Shares from which a solver doubts a run itself, percent: the same as `cutting.result` warns of.
-LIMITS: dict[DoubtKind, float] = {"hourglass": 10.0, "inertia": 5.0, "drift": 2.0}
-NEGLIGIBLE_MASS = 1.0  # percent of added mass up to which inertia is the stem's own, there too
+LIMITS: dict[DoubtKind, float] = {"hourglass": MOST_HOURGLASS, "inertia": MOST_INERTIA, "drift": MOST_DRIFT}
 _DETAILS: dict[DoubtKind, str] = {
     "hourglass": "hourglass_ratio_percent",
     "inertia": "inertia_percent",
