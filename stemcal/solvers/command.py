@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.naming import FIRST
-from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.programs.helper_process import LEAST_READING_S
-from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
+from stemcal.solvers.programs.inputs import Inputs, values_of
 from stemcal.solvers.programs.program_base import OneCommand
 from stemcal.solvers.programs.readers import read_number_within
+from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import CommandSolver
 
 
