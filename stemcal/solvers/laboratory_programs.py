@@ -7,8 +7,8 @@ from pathlib import Path
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.command import Command
 from stemcal.solvers.laboratory_runs import Performed
-from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import LaboratorySection, Study
 
 
