@@ -19,6 +19,7 @@ from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
@@ -34,7 +35,6 @@ from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
-    from stemcal.stages.mesh.result import MeshResult
 
 
 WIDTH = 80
