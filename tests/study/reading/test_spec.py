@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from stemcal.errors import SpecError
+from stemcal.errors import SpecError, UsageError
 from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, Study, StudyForm, TableSolver
 from stemcal.study.reading import load_study, read_study
 from stemcal.study.types.lengths import Length
@@ -81,8 +81,8 @@ def test_factors_keep_their_unit_and_convert_levels() -> None:
     assert stress.internal(17_960) == pytest.approx(17.96, rel=1e-14)
     assert study.factor("failure_strain").internal(3) == pytest.approx(0.03, rel=1e-14)
     assert study.factor("density").internal(1.1) == pytest.approx(1.1e-9, rel=1e-14)
-    with pytest.raises(KeyError):
-        study.factor("absent")
+    with pytest.raises(UsageError, match="no factor 'yeild_stress'; did you mean yield_stress"):
+        study.factor("yeild_stress")
 
 
 def test_parameters_join_levels_midlevels_and_fixed_values() -> None:
