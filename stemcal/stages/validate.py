@@ -18,7 +18,8 @@ from stemcal.files.typed import absent, inline
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import DIAMETER, FIRST
 from stemcal.notes import Note, Weight
-from stemcal.runs.outcome import Outcome, Replicates, Scatter, lower_bounds, merged, pooled, repeated
+from stemcal.runs.outcome import Outcome, Replicates, lower_bounds
+from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over

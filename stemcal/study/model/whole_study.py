@@ -77,10 +77,10 @@ class StudyForm(Frozen):
     """Fixed values of the parameters that are no factors, and the length behind failure."""
     failure: FailureSection = FailureSection()
     """How the stem fails: by a plastic strain, or by the toughness of the plane of the cut (experimental)."""
-    tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
-    """Laboratory tests of pieces of the same stems beside cutting, which the sections above describe."""
     solver: Annotated[AnySolver, Field(discriminator="kind")] = EmbeddedSolver()
     """What answers which force a set of levels gives."""
+    tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
+    """Laboratory tests of pieces of the same stems beside cutting, which the sections above describe."""
     targets: Targets
     """What the laboratory measured."""
     screen: ScreenOptions = ScreenOptions()
