@@ -68,8 +68,8 @@ states(
 )
 states(
     lab.PreloadOfWeakStems,
-    "the preload of {preload:g} N is {percent:.0f} % of the maximum at {grade:g} mm, {force:.3g} N: travel and work are "
-    "counted from there only, the maximum is as measured; --preload {lower:.1g} is a hundredth of it",
+    "the preload of {preload:g} N is {percent:.0f} % of the maximum at {grade:g} mm, {force:.3g} N: travel and work "
+    "are counted from there only, the maximum is as measured; --preload {lower:.1g} is a hundredth of it",
     percent=lambda remark, _names: 100.0 * remark.preload / remark.force,
     lower=lambda remark, _names: 0.01 * remark.force,
 )
