@@ -55,7 +55,7 @@ def measured_band(modes: CurveModes, simulated: Curve) -> Figure:
         axes.set_ylabel("force, N")
         axes.set_ylim(bottom=0)
         below.set_ylabel("off by, SD")
-        below.set_xlabel("travel, as a share of that to the maximum; in mm of the measured mean")
+        below.set_xlabel("travel, mm")
         axes.margins(x=0)
         legend_above(axes)
     return figure

@@ -151,8 +151,10 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 
 
 def _has_means(targets: Any) -> TypeGuard[Targets]:
-    """Tell whether targets, perhaps read in part only, have their means."""
-    return targets is not None and "means" in targets.__dict__
+    """Tell whether targets, perhaps read in part only, have their means, each with what is made of it here."""
+    if targets is None or "means" not in targets.__dict__:
+        return False
+    return all({"condition", "further", "modes"} <= target.__dict__.keys() for target in targets.means)
 
 
 def _readers_by_response(solver: Any) -> Any:

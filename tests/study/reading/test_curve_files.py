@@ -16,6 +16,7 @@ from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import inputs_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.study.reading.json_schema import json_schema
 
 SMOKE = Path(__file__).parents[3] / "configs" / "smoke.yaml"
 FORCES = (165.0, 172.0, 178.0, 180.0, 186.0, 195.0)
@@ -55,6 +56,12 @@ def test_their_maximum_is_the_force_and_what_they_tell_beside_it_is_fitted_too(t
     assert study.invert.responses == ("response", *names[1:])
     assert target.mean_of("curve_1")[0] == pytest.approx(fmean(FORCES), rel=1e-4)
     assert target.count_of("curve_1") == 6
+
+
+def test_an_editor_takes_curves_in_place_of_a_force() -> None:
+    target = json_schema()["$defs"]["Target"]
+    assert target["required"] == ["diameter"]
+    assert target["anyOf"] == [{"required": ["force"]}, {"required": ["curves"]}]
 
 
 def test_a_force_that_is_given_stays(tmp_path: Path) -> None:
