@@ -29,7 +29,7 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
 from stemcal.fem.kernels.nodes import kick_and_drift, leave_pushes
-from stemcal.fem.kernels.numbers import ONE, ZERO
+from stemcal.fem.kernels.precision import ONE, ZERO
 from stemcal.fem.state import State, start
 from stemcal.fem.threads import march_to
 from stemcal.fem.warm import warm

@@ -33,7 +33,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
-from stemcal.stages.invert.joint import ProcessesTaken
+from stemcal.stages.invert.result import ProcessesTaken
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.result import Verdict

@@ -59,7 +59,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
-    "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.limited_processes"),
+    "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.time_limited_program"),
     "emcee": ("stemcal.doe",),
     "sklearn": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),

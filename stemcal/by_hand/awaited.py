@@ -8,7 +8,7 @@ from stemcal.overview.status import ledger
 from stemcal.runs.answer import Watch, ignore
 from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver
-from stemcal.solvers.programs.inputs import seed_of
+from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.base import stages_of
 from stemcal.stages.fresh import make

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Read what the laboratory measured: stem diameters, shear tests.\n\n"
+    help="Read what the laboratory measured: stem diameters, shear tests, other tests of a spec.\n\n"
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
@@ -37,6 +37,17 @@ Separator = Annotated[
 ]
 Decimal = Annotated[str | None, typer.Option(metavar="point|comma", help="Decimal mark.", show_default="found out")]
 SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Which of a workbook.")]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force before which the tool only settles.")]
+ForceColumn = Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")]
+DisplacementColumn = Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")]
+TimeColumn = Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")]
+Speed = Annotated[
+    str | None,
+    typer.Option(metavar="SPEED", help="Of the tool, as 20mm/min, where files hold time and force alone."),
+]
+ForceUnit = Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")]
+DisplacementUnit = Annotated[str | None, typer.Option(metavar="mm|cm|...", show_default="the header's, else mm")]
+TimeUnit = Annotated[str | None, typer.Option(metavar="s|ms|min", show_default="the header's, else s")]
 
 
 @app.command()
@@ -82,9 +93,7 @@ def shear(
     index: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table with columns file, diameter and perhaps grade.")
     ] = None,
-    preload: Annotated[
-        float, typer.Option(metavar="N", min=0, help="Force before which the blade only settles.")
-    ] = 5.0,
+    preload: Preload = 5.0,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="SPECIMEN", help="Leave a specimen out; repeatable.")
     ] = None,
@@ -98,18 +107,13 @@ def shear(
     travel_and_work: Annotated[
         bool, typer.Option("--travel-and-work", help="Targets for travel to the maximum and work done by then, too.")
     ] = False,
-    force_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
-    displacement_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
-    time_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
-    speed: Annotated[
-        str | None,
-        typer.Option(metavar="SPEED", help="Of the blade, as 20mm/min, where files hold time and force alone."),
-    ] = None,
-    force_unit: Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")] = None,
-    displacement_unit: Annotated[
-        str | None, typer.Option(metavar="mm|cm|...", show_default="the header's, else mm")
-    ] = None,
-    time_unit: Annotated[str | None, typer.Option(metavar="s|ms|min", show_default="the header's, else s")] = None,
+    force_column: ForceColumn = None,
+    displacement_column: DisplacementColumn = None,
+    time_column: TimeColumn = None,
+    speed: Speed = None,
+    force_unit: ForceUnit = None,
+    displacement_unit: DisplacementUnit = None,
+    time_unit: TimeUnit = None,
     encoding: Encoding = None,
     separator: Separator = None,
     decimal: Decimal = None,
@@ -146,6 +150,65 @@ def shear(
     tests = measure_shear(files, how, listed, exclude or [], alpha)
     section = targets_section(tests, calibrate_at, travel_and_work)
     _finish_shear(tests, section, spec, out, as_json, quiet)
+
+
+@app.command()
+def tests(
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="The study whose tests they are.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder of sheets for each test, by its name.")],
+    preload: Preload = 5.0,
+    exclude: Annotated[
+        list[str] | None, typer.Option(metavar="TEST/SPECIMEN", help="Leave a specimen out; repeatable.")
+    ] = None,
+    write: Annotated[bool, typer.Option("--write", help="Put the targets of the tests into the spec.")] = False,
+    force_column: ForceColumn = None,
+    displacement_column: DisplacementColumn = None,
+    time_column: TimeColumn = None,
+    speed: Speed = None,
+    force_unit: ForceUnit = None,
+    displacement_unit: DisplacementUnit = None,
+    time_unit: TimeUnit = None,
+    encoding: Encoding = None,
+    separator: Separator = None,
+    decimal: Decimal = None,
+    sheet: SheetName = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find slope, maximum force and work of every specimen of the tests of a spec, and turn the means into targets.
+
+    Means are taken of what the targets of a test have already, else of what such a test usually tells.
+
+    Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
+    """
+    from stemcal.cli.session import read_study
+    from stemcal.measured.shear_curves import CurveOptions, speed_of
+    from stemcal.measured.text_tables import Form
+    from stemcal.overview.measured_tests import measure_tests
+    from stemcal.report.tables.laboratory import tests_table
+    from stemcal.study.reading.amend import with_test_targets
+    from stemcal.text.laboratory import remark_text
+
+    how = CurveOptions(
+        form=Form(encoding, separator, decimal, sheet),
+        force_column=force_column,
+        displacement_column=displacement_column,
+        time_column=time_column,
+        force_unit=force_unit,
+        displacement_unit=displacement_unit,
+        time_unit=time_unit,
+        speed=speed_of(speed) if speed is not None else None,
+        preload=preload,
+    )
+    found = measure_tests(read_study(spec), folder, how, exclude or [])
+    section = "\n".join("\n  - ".join([f"{name}:", *entries]) for name, entries in found.targets.items())
+    content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
+    if write:
+        _rewrite(spec, lambda text: with_test_targets(text, found.targets))
+    remarks = [remark_text(one) for one in found.remarks]
+    _show(content, found.synthetic, [tests_table(found)], remarks, as_json, quiet, section)
+    if write and not quiet:
+        note(f"wrote targets of tests into {spec}; see what is right and wrong: stemcal check {spec}")
 
 
 def _finish_shear(
@@ -188,9 +251,15 @@ def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
 
 
 def replace_targets(spec: Path, section: str) -> Study:
-    """Put a targets section into a spec, one that would then be wrong is left as it was; returns the study."""
-    from stemcal.files.durable import write_durably
+    """Put a targets section into a spec; returns the study."""
     from stemcal.measured.target_entries import with_targets
+
+    return _rewrite(spec, lambda text: with_targets(text, section))
+
+
+def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
+    """Change the text of a spec; one that would then be wrong is left as it was."""
+    from stemcal.files.durable import write_durably
     from stemcal.study.reading import read_study
     from stemcal.study.types.strict_yaml import MAX_BYTES
 
@@ -200,7 +269,7 @@ def replace_targets(spec: Path, section: str) -> Study:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
         raise UsageError(f"{spec} is not text; save it in UTF-8")
-    text = with_targets(before, section)
+    text = change(before)
     study = read_study(text.encode("utf-8"), spec)
     write_durably(spec, text)
     return study

@@ -15,7 +15,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 
 if TYPE_CHECKING:
-    from stemcal.study.model import Study
+    from stemcal.study.model import LaboratorySection, Study
 
 
 def one_run(
@@ -46,6 +46,29 @@ def one_run(
         _write_curve(answer, csv_file)
         if not quiet:
             note(f"wrote {csv_file}")
+
+
+def one_test_run(
+    study: Study, section: LaboratorySection, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool
+) -> None:
+    """Let the program of a test do it once and show its responses, beside each what was measured."""
+    from stemcal.solvers.laboratory_programs import program_of
+    from stemcal.study.model.laboratory_tests import RESPONSES as KNOWN
+    from stemcal.text.laboratory import response_text
+
+    program = program_of(study, section)
+    program.prepare()
+    with waiting(f"test {section.name}", quiet):
+        answer = program.solve(Request("simulate", 0, dict(levels), at))
+    if not answer.ok:
+        raise RunsFailed(f"the run failed ({answer.reason}): {answer.message}")
+    found, measured = answer.details[RESPONSES], section.means_at(at)
+    if as_json:
+        say_json({"schema_version": 2, "stage": "simulate", "test": section.name, "responses": found})
+        return
+    for name, value in found.items():
+        _, unit, words = KNOWN[name]
+        say(f"{words[:1].upper()}{words[1:]}: {response_text(value, unit, measured.get(name))}")
 
 
 def _lines(study: Study, answer: Answer) -> list[str]:

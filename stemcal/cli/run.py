@@ -38,15 +38,15 @@ def run(
 
 def go_through(work: Session, tell: bool) -> Callable[..., None]:
     """Take an open study through all stages and draw its page; return what shows it once the study is closed."""
-    from stemcal import workflow
     from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
+    from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
     unreachable: TargetUnreachable | None = None
     try:
-        workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
+        make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
     except TargetUnreachable as error:
         unreachable = error
     work.folder.remember_spec(work.study.source)

@@ -92,7 +92,14 @@ def simulate(
         at = study.targets.calibrate_at if diameter is None and from_run is None else at
         one_run(study, levels, at, as_json, quiet, csv_file)
         return
-    stroke = stroke_of(study, test, at)
+    section = test_called(study, test)
+    if section is not None and section.solver is not None:
+        from stemcal.cli.one_run import one_test_run
+
+        _for_embedded_alone({"--symmetry": symmetry, "--frames": frames, "--csv": csv_file, "--figure": figure})
+        one_test_run(study, section, levels, at, as_json, quiet)
+        return
+    stroke = stroke_of(study, section, at)
 
     from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.embedded import seconds_to_prepare, simulate_test
@@ -111,11 +118,11 @@ def simulate(
     if csv_file:
         write_history(result, csv_file)
     if figure:
-        _write_figure(result, figure, of_blade=test_called(study, test) is None)
+        _write_figure(result, figure, of_blade=section is None)
     if as_json:
         say_json(summary(result, test or CUTTING))
     else:
-        _show(result, test_called(study, test), at)
+        _show(result, section, at)
     for warning in result.warnings:
         warn(warning_text(warning))
     if not quiet:
@@ -182,9 +189,7 @@ def _suggestion(name: str, known: Iterable[str], what: str) -> str:
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     if study.solver.kind != "embedded":
-        embedded_only = {**others, "--figure": figure}
-        if given := [name for name, value in embedded_only.items() if value is not None]:
-            raise UsageError(f"{', '.join(given)}: for `solver: {{kind: embedded}}`; this spec has {study.solver.kind}")
+        _for_embedded_alone({**others, "--figure": figure})
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
@@ -194,10 +199,15 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
 
-def stroke_of(study: Study, test: str | None, diameter: float) -> float:
-    """Return how far the tool of a test moves, mm; refuse the name of no test."""
-    section = test_called(study, test)
-    return study.loading.stroke if section is None else section.stroke.at(diameter)
+def _for_embedded_alone(options: Mapping[str, object]) -> None:
+    """Refuse what a program that the spec names cannot do."""
+    if given := [name for name, value in options.items() if value is not None]:
+        raise UsageError(f"{', '.join(given)}: for the embedded solver alone; here a program answers")
+
+
+def stroke_of(study: Study, section: LaboratorySection | None, diameter: float) -> float:
+    """Return how far the tool of a test moves, mm."""
+    return study.loading.stroke if section is None else section.stroke_at(diameter)
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:

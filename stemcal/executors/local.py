@@ -17,7 +17,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from stemcal.executors.base import RunExecutor, RunTimedOut, WorkerDied
 from stemcal.executors.machine import available_cores
-from stemcal.executors.worker import Call, WorkerThread
+from stemcal.executors.time_limited_worker import Call, WorkerThread
 
 P = ParamSpec("P")
 T = TypeVar("T")

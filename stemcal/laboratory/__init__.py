@@ -19,7 +19,7 @@ from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import build, rounded
 from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
-from stemcal.laboratory.result import Gauges, LaboratoryResult, responses_of, secant
+from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
 from stemcal.laboratory.three_point_bending import ThreePointBending
 from stemcal.run_warnings import MaximumNotPassed, RunWarning, StrokeTooShort
 
@@ -32,6 +32,7 @@ __all__ = [
     "RadialCompression",
     "ThreePointBending",
     "build",
+    "curve_responses",
     "perform",
     "secant",
 ]

@@ -84,16 +84,33 @@ def responses_of(
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]
     line = secant(travel, force, test.secant)
     along = None if deflection is None else secant(deflection[:broken], force, test.secant)
-    asked = test.deflection
-    found = {
-        "slope": None if line is None else line.slope,
-        "axis_slope": None if along is None else along.slope,
-        "maximum_force": result.peak_force,
-        "travel": result.peak_travel,
-        "work": float(np.trapezoid(force, travel)),
-        "force_at_deflection": None if asked is None or travel[-1] < asked else float(np.interp(asked, travel, force)),
-    }
-    return {name: value for name, value in found.items() if value is not None}, None if line is None else line.r2
+    found = curve_responses(travel, force, test.secant, test.deflection)
+    found |= {"maximum_force": result.peak_force, "travel": result.peak_travel}
+    found |= {} if along is None else {"axis_slope": along.slope}
+    return found, None if line is None else line.r2
+
+
+def curve_responses(
+    travel: Array, force: Array, shares: tuple[float, float], deflection: float | None = None
+) -> dict[str, float]:
+    """Return what a curve until the break tells by itself, simulated or measured; what it does not have is left out.
+
+    Parameters
+    ----------
+    travel, force : (R,)
+        mm and N.
+    shares : (low, high)
+        Of the largest force, between which the slope is taken.
+    deflection : float, optional
+        Where the force is asked for, mm.
+    """
+    line, peak = secant(travel, force, shares), int(np.argmax(force))
+    found = {} if line is None else {"slope": line.slope}
+    found |= {"maximum_force": float(force[peak]), "travel": float(travel[peak])}
+    found["work"] = float(np.trapezoid(force, travel))
+    if deflection is not None and travel[-1] >= deflection:
+        found["force_at_deflection"] = float(np.interp(deflection, travel, force))
+    return found
 
 
 class Gauges:

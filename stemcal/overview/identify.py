@@ -9,6 +9,7 @@ tests as the calibration fits them, so the intervals are of its kind and end whe
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -29,15 +30,13 @@ from stemcal.stages.design import design_radius, surface_coding
 from stemcal.stages.invert.certainty import certainty_of, priors_of
 from stemcal.stages.surface.result import region_in
 from stemcal.stages.work import Work, needs_simulation
-from stemcal.study.model import LaboratoryMeans, Study
+from stemcal.study.model import LaboratoryMeans, LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
 
 CUTTING = "cutting"
 SPECIMENS = (5, 10, 20)
 ASSUMED_CV = 0.1
 """Coefficient of variation of a response, where the spec has no scatter at all."""
-USUAL = ("slope", "maximum_force", "work")
-"""What a test may measure that has no targets."""
 _EVERY_SUBSET = 4  # tests beside the first of which every combination is tried; of more, pairs and all together
 
 
@@ -211,11 +210,14 @@ def _simulated(work: Work, coding: Coding, points: Array, conditions: Sequence[f
 
 def every_test_measured(study: Study, conditions: Sequence[float]) -> Study:
     """Return the study as if what a test usually tells had been measured wherever a test has no targets."""
-    means = tuple(
-        LaboratoryMeans.model_construct(diameter=at, slope=1.0, maximum_force=1.0, work=1.0) for at in conditions
-    )
-    tests = tuple(test if test.targets else test.model_copy(update={"targets": means}) for test in study.tests)
+    tests = tuple(test if test.targets else _measured(test, conditions) for test in study.tests)
     return study.model_copy(update={"tests": tests})
+
+
+def _measured(test: LaboratorySection, conditions: Sequence[float]) -> LaboratorySection:
+    told: dict[str, Any] = dict.fromkeys(test.told, 1.0)
+    means = [LaboratoryMeans.model_construct(diameter=at, **told) for at in conditions]
+    return test.model_copy(update={"targets": tuple(means)})
 
 
 def _measurable(
@@ -249,7 +251,7 @@ def _beyond_stroke(work: Work, outcome: Outcome) -> set[str]:
         test.called(response)
         for test in work.study.tests
         if not test.targets and any(one["kind"] == MaximumNotPassed.kind for one in told[test.name]["warnings"])
-        for response in USUAL
+        for response in test.told
         if response not in BEFORE_MAXIMUM
     }
 
@@ -261,7 +263,7 @@ def _responses(study: Study, condition: float) -> Iterator[tuple[str, str]]:
             stem = study.naming.is_cutting or bool(study.tests)
             yield (CUTTING if stem else study.naming.named(response).name), response
     for test in study.tests:
-        for response in test.means_at(condition) if test.targets else USUAL:
+        for response in test.means_at(condition) if test.targets else test.told:
             yield test.name, test.called(response)
 
 

@@ -12,21 +12,16 @@ from stemcal.files.encodings import lenient
 from stemcal.files.plain import MIB, read_plain
 from stemcal.outputs import write_output
 from stemcal.solvers.deck.settings import settings_of
-from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.lsdyna.solver import force_of_finished_run
+from stemcal.solvers.openradioss.failure_reasons import starter_accepted
+from stemcal.solvers.openradioss.files import DECK, STARTER_INPUT
 from stemcal.solvers.openradioss.installation import installation
-from stemcal.solvers.openradioss.solver import (
-    DECK,
-    STARTER_INPUT,
-    force_of_run,
-    leave_engine_input,
-    run_programs,
-    starter_accepted,
-)
+from stemcal.solvers.openradioss.solver import force_of_run, leave_engine_input, run_programs
 from stemcal.solvers.programs.rcforc import FILE as RCFORC
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.run_folders import discard, run_folder
 from stemcal.solvers.protocol import Answer
+from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import LoadingSection, LsDynaSolver, OpenRadiossSolver
 
 _SUFFIXES = (".k", ".key", ".dyn")

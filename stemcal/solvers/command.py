@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.naming import FIRST
-from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.programs.helper_process import LEAST_READING_S
-from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
+from stemcal.solvers.programs.inputs import Inputs, values_of
 from stemcal.solvers.programs.program_base import OneCommand
 from stemcal.solvers.programs.readers import read_number_within
+from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import CommandSolver
 
 
@@ -48,8 +49,11 @@ class Command(OneCommand):
         return seed_of(request, self.options.seed)
 
     def _read(self, folder: Path, ended: Ended) -> Answer:
-        left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
-        readers, naming = self.options.readers, self.study.naming
-        found = {name: read_number_within(left, reader, folder) for name, reader in readers.items()}
+        found, naming = self._numbers(folder, ended), self.study.naming
         first = found.pop(naming.response.name if naming.response.name in found else FIRST)
         return Answer("ok", response=first, details={RESPONSES: found} if found else {})
+
+    def _numbers(self, folder: Path, ended: Ended) -> dict[str, float]:
+        """Return what each reader finds."""
+        left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
+        return {name: read_number_within(left, reader, folder) for name, reader in self.options.readers.items()}

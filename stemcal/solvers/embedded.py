@@ -1,10 +1,10 @@
 """The embedded finite element solver: a study's levels become a virtual shear test."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from stemcal import cutting
 from stemcal.cutting.build import through_wall
@@ -20,6 +20,7 @@ from stemcal.files.typed import to_json
 from stemcal.laboratory import LaboratoryResult, LaboratoryTest, perform
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
+from stemcal.solvers.laboratory_programs import TestProgram, program_of, run_all
 from stemcal.solvers.laboratory_runs import doubts, identity, laboratory_test, measured_at, perform_all, seconds
 from stemcal.solvers.measures import kept_curve, kept_rows, work_until
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
@@ -46,9 +47,27 @@ class Embedded(OfSpecAlone):
     """Answers requests by explicit finite element simulation; same request, same bits."""
 
     study: Study
+    place: Path | None = None
+    programs: tuple[tuple[LaboratorySection, TestProgram], ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        programs = ((test, program_of(self.study, test, self.place)) for test in self.study.tests if test.solver)
+        object.__setattr__(self, "programs", tuple(programs))
+
+    def placed(self, place: Path) -> Self:
+        """Return the same solver with the folders of programs that do tests below `place`."""
+        return replace(self, place=place)
 
     def prepare(self) -> None:
-        """Compile the kernels before workers load them, unless the cache has them."""
+        """Compile the kernels before workers load them, unless the cache has them; see that tests' programs are there.
+
+        Raises
+        ------
+        UsageError
+            If one is not.
+        """
+        for _, program in self.programs:
+            program.prepare()
         compile_once(_precision(self.study))
 
     def get_ready(self) -> None:
@@ -75,7 +94,7 @@ class Embedded(OfSpecAlone):
             tests = self._tests(request)
             film = Film(tests[0].discretisation.integration.outputs) if request.pictured else None
             results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
-            beside = perform_all(self._beside(request))
+            beside = perform_all(self._beside(request)).beside(run_all(self._programs(request), request))
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         result = cutting.mean_over_phases(results)
@@ -145,12 +164,22 @@ class Embedded(OfSpecAlone):
 
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, LaboratoryTest]]:
         """Return the laboratory tests that a run does beside cutting; their own meshes stay as they are."""
-        wanted = measured_at(self.study, request.condition)
+        wanted = [test for test in measured_at(self.study, request.condition) if test.solver is None]
         sheared = shear_test(self.study, request.levels, request.condition) if wanted else None
         return [(section, laboratory_test(section, sheared)) for section in wanted if sheared is not None]
 
+    def _programs(self, request: Request) -> list[tuple[LaboratorySection, TestProgram]]:
+        """Return the tests of a run that programs do."""
+        wanted = {test.name for test in measured_at(self.study, request.condition)}
+        return [(section, program) for section, program in self.programs if section.name in wanted]
+
     def _identities(self, request: Request) -> list[dict[str, Any]]:
-        return [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
+        simulated = [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
+        done = [
+            {"name": section.name, "measured": list(section.measured), **program.identity(request)}
+            for section, program in self._programs(request)
+        ]
+        return [*simulated, *done]
 
     def _tests(self, request: Request) -> tuple[cutting.ShearTest, ...]:
         return shear_tests(meshed_as(self.study, request), request.levels, request.condition, request.row)

@@ -1,5 +1,7 @@
 """The laboratory tests that a spec lists: virtual ones of the material and the stem of a shear test."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
@@ -39,7 +41,7 @@ def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
 def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> LaboratoryTest:
     """Return a test of a piece of the stem that a shear test cuts."""
     diameter, how = sheared.stem.outer_diameter, sheared.discretisation
-    duration = section.stroke.at(diameter) / section.speed
+    duration = section.stroke_at(diameter) / section.speed
     ring = section.kind == "radial-compression"
     return LaboratoryTest(
         kind=_kind(section, diameter),
@@ -90,6 +92,14 @@ class Performed:
     responses: dict[str, float]
     warnings: tuple[RunWarning, ...]
     details: dict[str, Any]
+
+    def beside(self, other: Performed) -> Performed:
+        """Return both."""
+        return Performed(
+            {**self.responses, **other.responses},
+            (*self.warnings, *other.warnings),
+            {**self.details, **other.details},
+        )
 
 
 def perform_all(tests: Sequence[tuple[LaboratorySection, LaboratoryTest]]) -> Performed:

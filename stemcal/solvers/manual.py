@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.solvers.programs.inputs import Inputs, file_hash, seed_of, values_of
+from stemcal.solvers.programs.inputs import Inputs, file_hash, values_of
+from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import Answer, ByHand, Request
 from stemcal.solvers.table import ReplaySolver
 from stemcal.study.model import ManualSolver, Study, TableSolver

@@ -129,6 +129,7 @@ LINES = {
     "not normal": "{value:.4f}, p {p:p}, normality rejected",
     "grades": "Together {share:.1f} % of the stems; the upper limit belongs to the next grade.",
     "shear": "Maximum shear force by grade",
+    "measured tests": "What was measured in the tests",
     "outlier": "Outlier: by Grubbs' test, still included.",
     "growth": "F = {factor:significant 3}·d^{exponent:.2f}, F in N, d in mm, R² {r2:.3f} of the logarithms.",
     "known growth": "F = {factor:significant 3}·d^{exponent:.2f} (95 % {range}), F in N, d in mm, R² {r2:.3f} of the "

@@ -293,8 +293,15 @@ states(advice.SimulateValidation, "Validate with a solver that simulates.")
 states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
 states(
     advice.IntegrateFully,
-    "`element: full` under `solver` has no hourglass energy, at about six times the time; elements of {element_size} "
-    "or smaller may bring it under {limit_percent:g} %.",
+    {
+        "": "`element: full` under `solver` has no hourglass energy, at about six times the time.",
+        "size": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "{finer.element_size}` may bring it under {limit_percent:g} %, at about {finer.times:g} times.",
+        "both": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "{finer.element_size}` and `time_step: {finer.time_step:g} us` may bring it under "
+        "{limit_percent:g} %, at about {finer.times:g} times.",
+    },
+    by=lambda remedy: "" if remedy.finer is None else "size" if remedy.finer.time_step is None else "both",
 )
 states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` doubles the stroke.")
 states(
@@ -392,8 +399,9 @@ states(
 states(
     advice.ScaleMassLess,
     "`mass_scaling: {mass_scaling:g}` and `time_step: {time_step:g} us` under `solver` bring inertia under "
-    "{limit_percent:g} % in most runs.",
-    otherwise="`mass_scaling: {mass_scaling:g}` under `solver` brings inertia under {limit_percent:g} % in most runs.",
+    "{limit_percent:g} % in most runs, at about {times:g} times the time.",
+    otherwise="`mass_scaling: {mass_scaling:g}` under `solver` brings inertia under {limit_percent:g} % in most runs, "
+    "at about {times:g} times the time.",
     by="time_step",
 )
 states(

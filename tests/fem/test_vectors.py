@@ -14,7 +14,7 @@ import pytest
 from numba import njit
 
 from stemcal.fem.kernels import llvm, plain
-from stemcal.fem.kernels.numbers import RUN
+from stemcal.fem.kernels.precision import RUN
 from stemcal.fem.lanes import nodal_zeros
 
 STRIDE = 32

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from stemcal.runs.outcome import Outcome, Replicates, merged, pooled, repeated
+from stemcal.runs.outcome import Outcome, Replicates
+from stemcal.runs.replicates import merged, pooled, repeated
 from stemcal.solvers.protocol import Request
 
 

@@ -18,7 +18,14 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
 from stemcal.solvers.deck.as_embedded import as_embedded
-from stemcal.solvers.deck.equivalents import contact_scale, nonlocal_length, nose_radius, shortest, wanted_step
+from stemcal.solvers.deck.equivalents import (
+    contact_scale,
+    nonlocal_length,
+    nose_radius,
+    share_in_openradioss,
+    shortest,
+    wanted_step,
+)
 from stemcal.solvers.deck.fixed_width import fitted, keyword
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import stem_material
@@ -435,19 +442,48 @@ def test_rate_of_plastic_strain_is_for_ls_dyna_alone() -> None:
         assert any(f"(VP = {vp:g})" in note for note in deck.notes)
 
 
-def test_a_sharp_edge_has_four_nodes_to_an_element_and_their_stiffness_is_that_of_one() -> None:
-    for program, points in ((None, 4), ("openradioss", 1)):
+def test_a_sharp_edge_bears_by_four_nodes_to_an_element_and_by_no_others() -> None:
+    """Of elements of 0.5 mm: nodes 0.125 mm apart where the embedded solver samples, the next row 0.15 · 2.3 mm up."""
+    edge = carrying(None).parts.blade.nodes
+    lowest = edge[np.isclose(edge[:, 2], 4.001)]
+    y = np.sort(lowest[:, 1])
+    assert np.abs(lowest[:, 0]).max() == 0.0
+    assert np.diff(y) == pytest.approx(0.125)
+    assert np.abs(y).min() == pytest.approx(0.0625)
+    assert y[-1] >= 6.0
+    assert np.unique(np.round(edge[:, 2], 9))[1] == pytest.approx(4.346)
+    blunt = carrying("openradioss").parts.blade.nodes
+    assert np.diff(np.unique(np.round(blunt[:, 1], 9))) == pytest.approx(0.5)
+
+
+def test_openradioss_takes_the_mean_of_segment_and_node_and_half_of_it() -> None:
+    """Cubes of side 1: A²/V = 1. In bars of 1 × 2 × 4 a node has (2 · 8)^⅓ inside, 2^⅓ at a corner."""
+    bars = brick((2.0, 4.0, 8.0), (2, 2, 2))
+    middle, corner = (1.0, 2.0, 4.0), (0.0, 0.0, 0.0)
+    assert share_in_openradioss(CUBE, bars, middle) == pytest.approx(0.25 * (1.0 + 16.0 ** (1.0 / 3.0)), rel=1e-12)
+    assert share_in_openradioss(CUBE, bars, corner) == pytest.approx(0.25 * (1.0 + 2.0 ** (1.0 / 3.0)), rel=1e-12)
+
+
+def test_contact_of_a_sharp_edge_is_as_stiff_as_the_embedded_solvers_sample() -> None:
+    """A quarter of p m/Δt² for each of four, π/4 for the shape functions between the nodes; a nose has p m/Δt²."""
+    pattern = r"\n *([\d.e+-]+) +[\d.e+-]+ +0.0 +0.0 +1.0 +1.0 +1.0 +1.0\n"
+    top = (0.0, 0.0, 4.0)
+    for program in (None, "lsdyna", "openradioss"):
         deck = carrying(program)
-        edge = deck.parts.blade.nodes[np.isclose(deck.parts.blade.nodes[:, 2], 4.001)]
-        assert np.diff(np.unique(np.round(edge[:, 1], 9))) == pytest.approx(0.5 / points)
-        (blade, _) = re.findall(r"\n *([\d.e+-]+) +[\d.e+-]+ +0.0 +0.0 +1.0 +1.0 +1.0 +1.0\n", deck_text(deck))
-        whole = contact_scale(deck.solver, deck.parts.stem, deck.law, 0.25, (0.0, 0.0, 4.0))
-        assert float(blade) == pytest.approx(whole / points, rel=1e-3)
+        (blade, _) = re.findall(pattern, deck_text(deck))
+        whole = contact_scale(deck.solver, deck.parts.stem, deck.law, 0.25, top)
+        taken = share_in_openradioss(deck.parts.stem, deck.parts.blade, top) if program is None else 1.0
+        share = 0.25 * np.pi / 4.0 if program is None else 1.0
+        assert float(blade) * taken == pytest.approx(whole * share, rel=1e-3)
+    sharp = Deck.of(STUDY, CALIBRATED, 8.0, DeckForm("mat003"))
+    (blade, _) = re.findall(pattern, deck_text(sharp))
+    whole = contact_scale(sharp.solver, sharp.parts.stem, sharp.law, 0.25, top)
+    assert float(blade) == pytest.approx(whole * np.pi / 16.0, rel=1e-3)
 
 
 def test_tools_are_meshed_where_they_touch_and_the_stem_rests_on_nodes() -> None:
     parts = carrying(None).parts
-    assert np.ptp(parts.blade.nodes, axis=0) == pytest.approx([2.3, 12.0, 28.0])
+    assert np.ptp(parts.blade.nodes, axis=0) == pytest.approx([2.3, 12.125, 28.0])
     assert len(parts.blade.hexes) < 4000
     layers = np.unique(np.round(parts.stem.nodes[:, 0], 9))
     assert {-11.0, 11.0} <= set(layers.tolist())

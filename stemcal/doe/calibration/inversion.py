@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from stemcal.doe.calibration.levelset import extremes, level_points
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.calibration.solution_rules import RULES, SolutionProblem
+from stemcal.doe.calibration.solution_rules import RULES
+from stemcal.doe.calibration.solution_set import SolutionSet
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
@@ -103,19 +104,19 @@ def solve_target(
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
-    problem = SolutionProblem(surface, target, region, level_points(surface, target, region, ends), priors)
-    solutions = RULES[rule](problem)
+    found = SolutionSet(surface, target, region, level_points(surface, target, region, ends), priors)
+    solutions = RULES[rule](found)
     point = assess_point(surface, solutions[0], low, high, radius)
-    ranges = tuple(problem.coded_range(j) for j in range(region.k))
+    ranges = found.coded_ranges()
     return Calibration(
         target=float(target),
         point=point,
         ranges=ranges,
         reachable=(bottom, top),
         rule=rule,
-        share=_share(problem),
+        share=_share(found),
         radius=radius,
-        notes=(*_free_factors(problem, ranges), *_second_solution(solutions)),
+        notes=(*_free_factors(found, ranges), *_second_solution(solutions)),
     )
 
 
@@ -150,16 +151,16 @@ def _interval(ends: Array) -> Interval | None:
     return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
 
 
-def _share(problem: SolutionProblem) -> float | None:
+def _share(solutions: SolutionSet) -> float | None:
     """Part of the region whose 95 % prediction interval holds the target."""
-    if problem.surface.mean_square is None:
+    if solutions.surface.mean_square is None:
         return None
-    low, high = problem.surface.prediction_interval(problem.region.spread(_SHARE_POINTS)).T
-    return float(np.mean((low <= problem.target) & (problem.target <= high)))
+    low, high = solutions.surface.prediction_interval(solutions.region.spread(_SHARE_POINTS)).T
+    return float(np.mean((low <= solutions.target) & (solutions.target <= high)))
 
 
-def _free_factors(problem: SolutionProblem, ranges: Sequence[Interval]) -> list[Note]:
-    ends = zip(problem.surface.names, ranges, *problem.region.bounds(), strict=True)
+def _free_factors(solutions: SolutionSet, ranges: Sequence[Interval]) -> list[Note]:
+    ends = zip(solutions.surface.names, ranges, *solutions.region.bounds(), strict=True)
     free = tuple(name for name, (lo, hi), low, high in ends if lo <= low + 1e-6 and hi >= high - 1e-6)
     return [FreeFactors(free)] if free else []
 

@@ -1,47 +1,26 @@
 """Rules that pick one point from all those where the surface takes the target value."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.calibration.levelset import Objective, coordinate, optimise, squared_distance
+from stemcal.doe.calibration.levelset import Objective, squared_distance
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.solution_set import SolutionSet
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.surface import Surface
 from stemcal.doe.regression.terms import term_columns, term_gradient
 from stemcal.errors import UsageError
 
 
-@dataclass(frozen=True, eq=False)
-class SolutionProblem:
-    """What every rule is given: the surface, the target, the region, and points of the solution set."""
-
-    surface: Surface
-    target: float
-    region: Region
-    seeds: Array
-    priors: Sequence[Prior] = ()
-
-    def best(self, objective: Objective) -> list[Array]:
-        """Local optima over the solution set, best first."""
-        return optimise(objective, self.seeds, self.region, self.surface, self.target)
-
-    def coded_range(self, j: int) -> tuple[float, float]:
-        """Least and greatest value of factor j over the solution set."""
-        least, greatest = (self.best(coordinate(j, sign, self.region.k))[0][j] for sign in (1.0, -1.0))
-        return float(least), float(greatest)
-
-
-def least_coded_distance(problem: SolutionProblem) -> list[Array]:
+def least_coded_distance(solutions: SolutionSet) -> list[Array]:
     """Stay as near the centre of the design as the target allows."""
-    return problem.best(squared_distance())
+    return solutions.best(squared_distance())
 
 
-def most_probable(problem: SolutionProblem) -> list[Array]:
+def most_probable(solutions: SolutionSet) -> list[Array]:
     """Stay as near to what priors say as the target allows, along factors without one near the centre."""
-    return problem.best(away_from(problem.priors))
+    return solutions.best(away_from(solutions.priors))
 
 
 def away_from(priors: Sequence[Prior]) -> Objective:
@@ -60,36 +39,36 @@ def away_from(priors: Sequence[Prior]) -> Objective:
     return Objective(lambda x: float(many(x[None])[0]), gradient, many)
 
 
-def least_prediction_variance(problem: SolutionProblem) -> list[Array]:
+def least_prediction_variance(solutions: SolutionSet) -> list[Array]:
     """Go where the surface is known best: make φᵀ(XᵀX)⁻¹φ small; its gradient is 2·φᵀ(XᵀX)⁻¹·∂φ/∂x."""
-    surface = problem.surface
+    surface = solutions.surface
     covariance = surface.unscaled_covariance
     objective = Objective(
         lambda x: float(surface.unscaled_variance(x)[0]),
         lambda x: np.asarray(2.0 * (term_columns(x)[0] @ covariance) @ term_gradient(x)),
         surface.unscaled_variance,
     )
-    return problem.best(objective)
+    return solutions.best(objective)
 
 
-def others_at_centre(problem: SolutionProblem) -> list[Array]:
+def others_at_centre(solutions: SolutionSet) -> list[Array]:
     """Hold every factor but the leading one at 0 and solve the quadratic that is left.
 
     The result stays in the box and keeps the constraints, but may leave the sphere.
     """
-    surface, region, j = problem.surface, problem.region, problem.surface.leading
+    surface, region, j = solutions.surface, solutions.region, solutions.surface.leading
     line = np.zeros((3, region.k))
     line[:, j] = (-1.0, 0.0, 1.0)
     minus, middle, plus = surface.predict(line)
     # ŷ − target = q₂x² + q₁x + q₀ along the leading factor
-    roots = _real_roots(0.5 * (minus + plus) - middle, 0.5 * (plus - minus), middle - problem.target)
+    roots = _real_roots(0.5 * (minus + plus) - middle, 0.5 * (plus - minus), middle - solutions.target)
     inside = sorted((r for r in roots if region.low[j] <= r <= region.high[j]), key=lambda r: (abs(r), -r))
     points = [np.where(np.arange(region.k) == j, r, 0.0) for r in inside]
     points = [x for x in points if replace(region, radius=None).contains(x[None])[0]]
     if not points:
         raise UsageError(
             f"invert.rule others_at_centre: with the other factors at their centres no {surface.names[j]} "
-            f"within its range gives the target {problem.target:g}; choose least_coded_distance"
+            f"within its range gives the target {solutions.target:g}; choose least_coded_distance"
         )
     return points
 
@@ -108,7 +87,7 @@ def _real_roots(q2: float, q1: float, q0: float) -> list[float]:
     return [w / q2, q0 / w] if w else [0.0]
 
 
-RULES: dict[str, Callable[[SolutionProblem], list[Array]]] = {
+RULES: dict[str, Callable[[SolutionSet], list[Array]]] = {
     "least_coded_distance": least_coded_distance,
     "others_at_centre": others_at_centre,
     "least_prediction_variance": least_prediction_variance,

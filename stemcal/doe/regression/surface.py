@@ -103,8 +103,16 @@ class Surface:
 
     @property
     def own_scatter(self) -> float:
-        """Variance of a run about the mean response in units of s²: none where smooth runs are the response itself."""
-        return 0.0 if self.deterministic and not self.rough else 1.0
+        """Variance of a run about the mean response in units of s²: the chance that the response is rough.
+
+        A run of a smooth deterministic solver is the response itself. It is rough where σ is above c = `ROUGH_PERCENT`,
+        by P(χ²(ν) < ν·(s/c)²) where s with ν degrees of freedom tells all that is known of σ (p(σ) ∝ 1/σ).
+        """
+        from scipy.special import chdtr
+
+        if not self.deterministic or self.cv_percent is None:
+            return 1.0
+        return float(chdtr(self.df, self.df * (self.cv_percent / ROUGH_PERCENT) ** 2))
 
     def predict(self, coded: ArrayLike) -> Array:
         """Evaluate ŷ."""
@@ -140,7 +148,7 @@ class Surface:
         return self._interval(coded, level, self.unfitted)
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = `own_scatter`, 0 or 1."""
+        """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = `own_scatter`, from 0 to 1."""
         return self._interval(coded, level, max(self.own_scatter, self.unfitted))
 
     def _s2(self) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.numbers import ZERO
+from stemcal.fem.kernels.precision import ZERO
 from stemcal.fem.kernels.vectors import (
     RUN,
     counting,

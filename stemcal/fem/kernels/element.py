@@ -59,7 +59,6 @@ from stemcal.fem.kernels.hexahedron import (
     velocity_gradient,
 )
 from stemcal.fem.kernels.hourglass import damped, dot3, modal_rate, resist, taken_by_stress, taken_from_stress
-from stemcal.fem.kernels.numbers import HALF, ONE, TINY, ZERO, like
 from stemcal.fem.kernels.plasticity import (
     double_dot,
     elastic_trial,
@@ -67,6 +66,7 @@ from stemcal.fem.kernels.plasticity import (
     rate_factor,
     smoothed,
 )
+from stemcal.fem.kernels.precision import HALF, ONE, TINY, ZERO, like
 
 Array = NDArray[np.float64]
 Floats = Any

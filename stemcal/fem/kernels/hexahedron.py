@@ -21,7 +21,7 @@ from __future__ import annotations
 from typing import Any
 
 from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.numbers import EIGHT, EIGHTH, HALF, ONE, QUARTER, ZERO, like
+from stemcal.fem.kernels.precision import EIGHT, EIGHTH, HALF, ONE, QUARTER, ZERO, like
 
 # Numba infers these tuples of floats; the alias says what they are for a reader.
 Floats = Any

@@ -24,7 +24,7 @@ from numpy import sqrt
 
 from stemcal.fem.kernels.compile import inlined
 from stemcal.fem.kernels.hexahedron import rotate_vector
-from stemcal.fem.kernels.numbers import like
+from stemcal.fem.kernels.precision import like
 
 Floats = Any
 # How many times what a pressure takes from a cube an element resists with: the fully integrated element is stable, and

@@ -22,13 +22,13 @@ from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
+from stemcal.fem.kernels.mirror_ghosts import mirror_ghosts
 from stemcal.fem.kernels.nodes import (
     add_chunks,
     add_late_forces,
     kick_and_drift,
     kinetic_energy_within,
     leave_pushes,
-    mirror_ghosts,
     take_pushes,
 )
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes

@@ -9,7 +9,7 @@ from numba import types
 from numba.extending import overload
 
 from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.numbers import RUN
+from stemcal.fem.kernels.precision import RUN
 
 _INLINED: Any = {"forceinline": True, "error_model": "numpy"}
 

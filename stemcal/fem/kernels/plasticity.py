@@ -11,7 +11,7 @@ from typing import Any
 from numpy import sqrt
 
 from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.numbers import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO, like
+from stemcal.fem.kernels.precision import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO, like
 
 Floats = Any
 

@@ -25,7 +25,7 @@ from stemcal.fem.kernels.block import (
 from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
 from stemcal.fem.kernels.hourglass import DAMPING
-from stemcal.fem.kernels.numbers import SIXTY_FOUR, TWO, ZERO, like
+from stemcal.fem.kernels.precision import SIXTY_FOUR, TWO, ZERO, like
 from stemcal.fem.kernels.vectors import write_scratch
 
 Floats = Any

@@ -13,7 +13,7 @@ from typing import Any
 
 from stemcal.fem.kernels import llvm, plain
 from stemcal.fem.kernels.cache import PLAIN as PLAIN
-from stemcal.fem.kernels.numbers import RUN as RUN
+from stemcal.fem.kernels.precision import RUN as RUN
 
 _chosen: Any = plain if PLAIN else llvm
 prefetch, counting = _chosen.prefetch, _chosen.counting

@@ -17,13 +17,12 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import small
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
+from stemcal.report.page.headline import headline
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.tables.of_designs import checks_table, design_table
-from stemcal.report.tables.of_parameters import cited_ranges
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.base import stage_called, stages_of
-from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
@@ -33,7 +32,7 @@ from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
-from stemcal.text.numbers import interval, short, significant, unit_written
+from stemcal.text.numbers import short
 from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
 from stemcal.text.verdict import uses, word
@@ -62,17 +61,6 @@ class Part:
     def folded(self) -> str:
         """What is folded, in words; nothing if nothing is."""
         return folded([small(table.title) for table in self.details], len(self.plates), len(self.notes))
-
-
-@dataclass(frozen=True)
-class Card:
-    """A parameter with its value, unit and the range to cite."""
-
-    name: str
-    value: str
-    unit: str
-    head: str
-    range: str
 
 
 @dataclass(frozen=True)
@@ -160,29 +148,6 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
 def coded(text: str) -> Markup:
     """Return text for the page, what stands between backticks as code."""
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
-
-
-def headline(
-    invert: InvertResult | None, study: Study, holds: bool = True, values: Mapping[str, float] | None = None
-) -> list[Card]:
-    """Return a card per calibrated parameter; without its range where the study is not calibrated.
-
-    `values` are those of a refinement.
-    """
-    if invert is None:
-        return []
-    head, ranges = cited_ranges(invert)
-    return [
-        Card(
-            study.factor(name).label or name,
-            significant(value),
-            unit_written(study.factor(name).unit),
-            head,
-            f"{interval(ranges.get(name))} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
-        )
-        for name, value in (invert.point.solution if values is None else values).items()
-        if name in invert.point.solution
-    ]
 
 
 def _beside_values(results: Results, holds: bool) -> list[str]:

@@ -3,8 +3,10 @@
 from stemcal.files.rows import Column, Table
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
+from stemcal.overview.measured_tests import MeasuredTests
 from stemcal.power_law import PowerLaw
 from stemcal.report.tables.columns import to_decimals
+from stemcal.study.model.laboratory_tests import RESPONSES
 from stemcal.text.language import say
 from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
@@ -50,6 +52,20 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Table.of(grades, tests.grades, line("shear"), (line("outlier"), *_growth(tests.power_law))),
         Table.of(specimens, tests.specimens, say("Specimens")),
     ]
+
+
+def tests_table(tests: MeasuredTests) -> Table:
+    """Return the means of what was measured in the tests of a spec."""
+    columns = [
+        Column("test", "Test"),
+        Column("diameter", "Diameter", "mm", short),
+        Column("response", "Response", of=lambda mean: RESPONSES[mean.response][2]),
+        Column("n", "n", form=format, of=lambda mean: mean.summary.n),
+        Column("mean", "Mean", "", significant, lambda mean: mean.summary.mean),
+        Column("sd", "SD", "", significant, lambda mean: mean.summary.sd),
+        Column("unit", "Unit", of=lambda mean: RESPONSES[mean.response][1]),
+    ]
+    return Table.of(columns, tests.means, line("measured tests"))
 
 
 def _statistics(found: Diameters) -> dict[str, str]:

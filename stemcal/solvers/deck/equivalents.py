@@ -79,14 +79,31 @@ def contact_scale(
     """
     masses, step = _masses(solver, mesh, material)
     nodal = np.bincount(mesh.hexes.ravel(), np.repeat(masses / 8.0, 8), minlength=len(mesh.nodes))
+    face, squared_area_per_volume = _segment(mesh, place)
+    per_factor = material.bulk_modulus * squared_area_per_volume
+    return float(share * nodal[face].mean() / step**2 / per_factor)
+
+
+def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, float]) -> float:
+    """Return what OpenRadioss makes of K A²/V where a node of a tool's edge bears on a mesh near a place.
+
+    It takes the mean of that and the node's own stiffness K (2 Vₙ)^⅓, Vₙ the volume that its elements give a node
+    (asstifi.F, i25cor3.F), and half of it (i25for3.F), since surfaces meet from both sides. A sharp edge does not.
+    """
+    _, segment = _segment(mesh, place)
+    nearest = int(np.argmin(np.linalg.norm(tool.nodes - place, axis=1)))
+    volume = float(np.sum((tool.hexes == nearest).any(axis=1) * tool.volumes())) / 8.0
+    return 0.25 * (1.0 + float(np.cbrt(2.0 * volume)) / segment)
+
+
+def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[NDArray[np.int32], float]:
+    """Return the corners of the outer face that is nearest to a place, and A²/V (mm) of it."""
     elements, sides = np.nonzero(mesh.neighbours() < 0)
     corners = mesh.hexes[elements[:, None], np.asarray(FACES)[sides]]
-    away = np.linalg.norm(mesh.nodes[corners].mean(axis=1) - place, axis=1)
-    nearest = int(np.argmin(away))
+    nearest = int(np.argmin(np.linalg.norm(mesh.nodes[corners].mean(axis=1) - place, axis=1)))
     face = corners[nearest]
     area, volume = float(_areas(mesh, face[None, None])[0, 0]), float(mesh.volumes()[elements[nearest]])
-    per_factor = material.bulk_modulus * area**2 / volume
-    return float(share * nodal[face].mean() / step**2 / per_factor)
+    return face, area**2 / volume
 
 
 def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, float]:

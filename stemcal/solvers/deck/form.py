@@ -38,6 +38,11 @@ class DeckForm:
         With VP = 1 OpenRadioss forgets the rate (``sigeps44.F``): a stem gave 158.4 N with its effect, 158.2 N without,
         where VP = 0 gives 220 N. So only decks for LS-DYNA say so.
         """
+        return self.for_ls_dyna
+
+    @property
+    def for_ls_dyna(self) -> bool:
+        """Whether the deck is for LS-DYNA alone: then its contact and rate are as that has them."""
         return self.material == "mat003" or self.lengths == "lsdyna"
 
 

@@ -1,5 +1,6 @@
 """Blade and supports as meshes of hexahedra: rigid, so only their surface matters."""
 
+from collections.abc import Callable
 from math import ceil, cos, pi, radians, sin, tan
 
 import numpy as np
@@ -16,22 +17,29 @@ _HALF = 2
 _AROUND = 4
 # Elements of the rounding of the edge over those of the stem: so many facets are round for it.
 _FACET = 0.5
+# The height of a sharp edge's V over the body's thickness: higher than the edge sinks into the stem, lower than what an
+# import of the deck takes for a flank.
+_VEE = 0.15
 # How far the supports reach beyond the stem and below it, mm.
 _BEYOND, _BELOW = 5.0, 10.0
 
 
 def blade_mesh(
-    blade: Blade, length: float, lowest: float, size: float, stroke: float | None = None, along: float | None = None
+    blade: Blade, length: float, lowest: float, size: float, stroke: float | None = None, samples: int | None = None
 ) -> Mesh:
     """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm.
 
-    `along` the edge their length may be another.
+    With `samples` its edge is a line of so many nodes to an element, placed as the embedded solver's about y = 0.
 
     Above what a stem can touch within the stroke its body is one element high.
     """
-    section = blade_section(blade, size, stroke)
+    section = blade_section(blade, size, stroke, samples is not None)
     section[..., 1] += lowest
-    return _drawn_out([section], _even(-0.5 * length, 0.5 * length, along or size))
+    if samples is None:
+        return _drawn_out([section], _even(-0.5 * length, 0.5 * length, size))
+    spacing = size / samples
+    half = ceil(0.5 * length / spacing - 0.5 - 1e-9)
+    return _drawn_out([section], np.linspace(-half - 0.5, half + 0.5, 2 * half + 2) * spacing)
 
 
 def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
@@ -42,11 +50,12 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     return _drawn_out([right, left], _even(-half, half, size))
 
 
-def blade_section(blade: Blade, size: float, stroke: float | None = None) -> Array:
+def blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:
     """Return the nodes (rows, columns, 2) of the blade's section in x and z, the edge's lowest point at z = 0.
 
     The first row lies on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp. A nose
-    too wide for the body makes it thicker.
+    too wide for the body makes it thicker. As a `line` the edge is its lowest point, without nodes beside it that
+    would bear as well, as soon as it lies some hundredths of a millimetre deep: the first row is a V.
     """
     r, t = blade.edge_radius, blade.thickness
     both = blade.bevel == "both"
@@ -54,24 +63,39 @@ def blade_section(blade: Blade, size: float, stroke: float | None = None) -> Arr
     lean_right = radians(blade.edge_angle) - lean_left
     t = max(t, r * (cos(lean_left) + cos(lean_right)) * (1.0 + 1e-6))
     body = (-0.5 * t, 0.5 * t) if both else (-r, t - r)
-    half = max(_HALF, ceil(r * (0.5 * pi - lean_right) / (_FACET * size)))
-    lowest = -0.5 * pi
-    turn = np.concatenate(
-        [np.linspace(-pi + lean_left, lowest, half + 1), np.linspace(lowest, -lean_right, half + 1)[1:]]
-    )
-    edge = np.stack([r * np.cos(turn), r + r * np.sin(turn)], axis=-1)
     # the flank touches the rounding at r (cos α, 1 − sin α) and reaches the body at the shoulder
     touch, shoulder = r * cos(lean_right), r - r * sin(lean_right)
     shoulder += (body[1] - touch) / tan(lean_right)
+
+    def ends(z: float) -> tuple[float, float]:
+        left = -r * cos(lean_left) - (z - r + r * sin(lean_left)) * tan(lean_left)
+        right = touch + (z - r + r * sin(lean_right)) * tan(lean_right)
+        return max(body[0], left), min(body[1], right)
+
+    edge = _vee(min(size, _VEE * t), ends) if line else _rounding(r, lean_left, lean_right, size)
     rows = [edge]
     start = float(edge[[0, -1], 1].max())
     touched = blade.width if stroke is None else min(blade.width, shoulder + 2.0 * stroke)
     top = [blade.width] if touched < blade.width else []
     for z in (*_even(start, shoulder, size)[1:], *_even(shoulder, touched, 4 * size)[1:], *top):
-        left = max(body[0], edge[0, 0] - (z - edge[0, 1]) * tan(lean_left))
-        right = min(body[1], edge[-1, 0] + (z - edge[-1, 1]) * tan(lean_right))
-        rows.append(np.stack([np.linspace(left, right, 2 * half + 1), np.full(2 * half + 1, z)], axis=-1))
+        rows.append(np.stack([np.linspace(*ends(z), len(edge)), np.full(len(edge), z)], axis=-1))
     return np.stack(rows)
+
+
+def _vee(height: float, ends: Callable[[float], tuple[float, float]]) -> Array:
+    """Return the nodes (3, 2) of a sharp edge: its lowest point, and the flanks at a height."""
+    left, right = ends(height)
+    return np.array([[left, height], [0.0, 0.0], [right, height]])
+
+
+def _rounding(r: float, lean_left: float, lean_right: float, size: float) -> Array:
+    """Return the nodes (columns, 2) of the rounding of an edge between its flanks."""
+    half = max(_HALF, ceil(r * (0.5 * pi - lean_right) / (_FACET * size)))
+    lowest = -0.5 * pi
+    turn = np.concatenate(
+        [np.linspace(-pi + lean_left, lowest, half + 1), np.linspace(lowest, -lean_right, half + 1)[1:]]
+    )
+    return np.stack([r * np.cos(turn), r + r * np.sin(turn)], axis=-1)
 
 
 def _support_section(supports: Supports, stem: Stem, size: float) -> Array:

@@ -172,7 +172,7 @@ def _contacts(deck: Deck) -> Iterator[str]:
     friction |= {"vdc": float(f"{100 * c.damping:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
     erosion = {"isym": 0, "erosop": 1, "iadj": 1}
     near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
-    blade = friction, _scales(deck, c.penalty / deck.edge_points, (0.0, 0.0, radius)), erosion
+    blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
     for number, name, tool, title, cards in (
         (1, "ERODING", BLADE, "blade and stem", blade),

@@ -13,7 +13,6 @@ from stemcal.files.plain import open_plain
 from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.fortran import NUMBER, number_of
-from stemcal.solvers.limited_processes import Ended
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
 from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
@@ -23,6 +22,7 @@ from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import LoadingSection, LsDynaSolver
 from stemcal.study.types.placeholders import template_bytes
 
@@ -38,7 +38,7 @@ _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({N
 class LsDyna(OneCommand):
     """Answers requests by LS-DYNA; see `study.outside.LsDynaSolver`."""
 
-    revision: ClassVar[int] = 4
+    revision: ClassVar[int] = 5
 
     @property
     def options(self) -> LsDynaSolver:

@@ -1,7 +1,14 @@
-"""OpenRadioss's own starter and engine files around a deck: for what its reader of LS-DYNA decks does not convert."""
+"""The files of a run of OpenRadioss, and its own ones around a deck: for what its reader of decks does not convert."""
 
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.deck.writer import STEM
+
+# Files of a run: all are named after the deck.
+DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
+    *("run.k", "run_0000.out", "run_0001.rad", "run_0001.out"),
+    *("runT01", "runT01.csv"),
+)
+STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
 
 
 def starter_text(deck: Deck, name: str) -> str:

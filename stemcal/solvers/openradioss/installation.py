@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.solvers.limited_processes import run_program
 from stemcal.solvers.programs.program_base import executable
+from stemcal.solvers.time_limited_program import run_program
 from stemcal.study.model import OpenRadiossSolver
 
 HOME = "OPENRADIOSS_PATH"

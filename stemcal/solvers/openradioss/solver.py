@@ -11,35 +11,37 @@ from stemcal.outputs import write_output
 from stemcal.run_warnings import NothingDeleted
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.deck.form import form_of
-from stemcal.solvers.deck.writer import STEM
-from stemcal.solvers.limited_processes import Ended
-from stemcal.solvers.openradioss.files import engine_text, starter_text
+from stemcal.solvers.openradioss.failure_reasons import (
+    engine_ran,
+    read_as_written,
+    table_made,
+    text_left,
+)
+from stemcal.solvers.openradioss.files import (
+    DECK,
+    ENGINE_INPUT,
+    HISTORY,
+    STARTER_INPUT,
+    engine_text,
+    starter_text,
+)
 from stemcal.solvers.openradioss.installation import Installation, installation, program_version
 from stemcal.solvers.openradioss.listing import (
     contact_force,
     deleted_elements,
     deletes_elements,
-    differences,
-    is_normal_end,
-    problems,
 )
 from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
-from stemcal.solvers.programs.program_base import Program, code_is_zero, run_in
+from stemcal.solvers.programs.program_base import Program, run_in
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.readers import is_small, read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.run_folders import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import LoadingSection, OpenRadiossSolver
-
-# Files of a run: all are named after the deck.
-DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
-    *("run.k", "run_0000.out", "run_0001.rad", "run_0001.out"),
-    *("runT01", "runT01.csv"),
-)
-STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
 
 
 class _Step(NamedTuple):
@@ -54,7 +56,7 @@ class _Step(NamedTuple):
 class OpenRadioss(Program):
     """Answers requests by OpenRadioss; see `study.outside.OpenRadiossSolver`."""
 
-    revision: ClassVar[int] = 3
+    revision: ClassVar[int] = 4
 
     @property
     def options(self) -> OpenRadiossSolver:
@@ -119,8 +121,8 @@ def run_programs(
     several = ["-nt", str(options.threads)] if options.threads > 1 else []
     *first, last = (
         _Step("starter", [there.starter, "-i", given, "-np", "1", *several], starter_ran),
-        _Step("engine", [there.engine, "-i", ENGINE_INPUT, *several], partial(_engine_ran, folder)),
-        _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(_table_made, folder)),
+        _Step("engine", [there.engine, "-i", ENGINE_INPUT, *several], partial(engine_ran, folder)),
+        _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(table_made, folder)),
     )
     seconds: dict[str, float] = {}
 
@@ -145,11 +147,11 @@ def force_of_run(
     folder: Path, options: OpenRadiossSolver, loading: LoadingSection, ended: Ended | None = None, run: str = "run"
 ) -> Answer:
     """Return the peak force of a finished run of this name, by what its programs have left in `folder`."""
-    table, listing = f"{run}T01.csv", _said(folder, f"{run}_0000.out")
+    table, listing = f"{run}T01.csv", text_left(folder, f"{run}_0000.out")
     left = max(options.time_limit - (0.0 if ended is None else ended.seconds), LEAST_READING_S)
     asked = folder, table, options.interface
     contact = _contact(*asked) if is_small(folder / table) else run_in_helper(left, _contact, *asked)
-    gone = deleted_elements(read_text(folder, f"{run}_0001.out"), _said(folder, OUTPUT))
+    gone = deleted_elements(read_text(folder, f"{run}_0001.out"), text_left(folder, OUTPUT))
     return peak_answer(contact, options, loading, gone, [] if deletes_elements(listing) else [NothingDeleted()])
 
 
@@ -159,21 +161,8 @@ def _contact(folder: Path, table: str, interface: int) -> ContactForce:
 
 def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
     """Raise `NoResult` unless the starter has read the deck as it was written; then leave the engine its input."""
-    listing = starter_accepted(folder, ended)
-    if wrong := differences(listing, STEM, deck.material, deck.nonlocal_length):
-        raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
+    read_as_written(folder, deck, ended)
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
-
-
-def starter_accepted(folder: Path, ended: Ended) -> str:
-    """Return the starter's listing; raise `NoResult` if it tells of errors."""
-    listing = _said(folder, STARTER_LISTING)
-    found = problems(listing) or problems(ended.output)
-    if found:
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise NoResult("starter_error", f"the starter refused the deck: {found[0]}{more}")
-    code_is_zero(ended)
-    return listing
 
 
 def leave_engine_input(folder: Path, text: str | None) -> None:
@@ -186,35 +175,6 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
         raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}") from None
     # the starter calls the run after the whole name of the deck, runk; its restart file is run's
     write_output(folder / ENGINE_INPUT, re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE))
-
-
-def _engine_ran(folder: Path, ended: Ended) -> None:
-    """Raise `NoResult` unless the engine came to its normal end."""
-    said = f"{_said(folder, ENGINE_LISTING)}\n{ended.output}"
-    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
-        raise NoResult("no_restart", f"the engine found no {missing[1]}: the starter's restart file is not there")
-    if ended.code == 0 and is_normal_end(said):
-        return
-    if "ERROR TERMINATION" in said:
-        wrong = [line.strip() for line in said.splitlines() if "** ERROR" in line]
-        raise NoResult("engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}")
-    code_is_zero(ended)
-    raise NoResult("no_termination", "the engine did not say that it came to its normal end")
-
-
-def _table_made(folder: Path, ended: Ended) -> None:
-    """Raise `NoResult` unless there is a table of the time histories."""
-    if ended.code != 0 or not (folder / TABLE).is_file():
-        because = "" if (folder / HISTORY).is_file() else f": the engine has left no {HISTORY}"
-        raise NoResult("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
-
-
-def _said(folder: Path, name: str) -> str:
-    """Return a text file of the run, empty if there is none."""
-    try:
-        return read_text(folder, name)
-    except NoResult:
-        return ""
 
 
 def _remove_restart_files(folder: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,8 +13,6 @@ from stemcal.files.plain import open_plain
 from stemcal.naming import CUTTING, Naming
 from stemcal.solvers.protocol import Request
 from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
-
-_MOST_SEED = 900_000_000  # the largest that LAMMPS takes
 
 
 @dataclass(frozen=True)
@@ -66,15 +63,3 @@ def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict
     levels = {name: number(value) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
     return {**drawn, **at, **levels}
-
-
-def seed_of(request: Request, drawn_from: int) -> int:
-    """Return the seed of a run, 1 to 900 000 000: another one for each stage, row, replicate, diameter and levels.
-
-    >>> run = Request("screen", 0, {"friction": 0.3}, 1.0, replicate=1)
-    >>> seed_of(run, 0), seed_of(run, 1)
-    (409313303, 513693770)
-    """
-    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
-    found = hashlib.sha256(json.dumps([drawn_from, *run], sort_keys=True).encode()).digest()
-    return 1 + int.from_bytes(found[:8], "big") % _MOST_SEED

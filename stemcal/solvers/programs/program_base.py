@@ -10,11 +10,11 @@ from typing import Any, ClassVar, Self
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import Naming
 from stemcal.outputs import write_output
-from stemcal.solvers.limited_processes import Ended, run_program
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.run_folders import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.time_limited_program import Ended, run_program
 from stemcal.study.model import Commanded, ProgramOptions, Study
 from stemcal.study.types.placeholders import fill
 

@@ -8,11 +8,12 @@ from pydantic import Field
 from stemcal.naming import FIRST, Named
 from stemcal.study.model.frozen import Frozen, Share, Size
 from stemcal.study.model.measured_targets import Mean, Targets, Work
+from stemcal.study.model.program_options import CommandSolver
 from stemcal.study.model.solver_options import HourglassCoefficient, ThroughWall
 from stemcal.study.types.field_types import ColumnName, Quantity, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
-TestKind = Literal["three-point-bending", "radial-compression", "axial-compression", "axial-tension"]
+TestKind = Literal["three-point-bending", "radial-compression", "axial-compression", "axial-tension", "other"]
 Force = Annotated[float, Quantity("force", above=0)]
 Stiffness = Annotated[float, Quantity("toughness", above=0)]  # force per length, whatever it is of
 StiffnessScatter = Annotated[float, Quantity("toughness", at_least=0)]
@@ -27,6 +28,8 @@ RESPONSES = {
     "work": ("W", "mJ", "work"),
     "force_at_deflection": ("Fu", "N", "force at the deflection"),
 }
+# Those that a test simulated here is usually done for.
+USUAL = ("slope", "maximum_force", "work")
 # Those that do not depend on whether the maximum was passed.
 BEFORE_MAXIMUM = frozenset({"slope", "axis_slope", "force_at_deflection"})
 _SMALL, _COARSE, _PLATE = Length(divisor=12.0), Length(divisor=8.0), Length(divisor=48.0)
@@ -80,7 +83,11 @@ class LaboratorySection(Frozen):
     name: ColumnName
     """Name in tables, files and `simulate --test`."""
     kind: TestKind
-    """What is done: a nose between two rollers, plates across the stem, or ends that move along its axis."""
+    """What is done: a nose between two rollers, plates across the stem, or ends that move along its axis; `other` what
+    the program under `solver` alone knows."""
+    solver: CommandSolver | None = None
+    """A program of your own that does this test in place of the embedded solver. Its `result` is a mapping of readers
+    by response, `slope: {kind: …}`; beside it only `name`, `kind` and `targets` are given."""
     length: StemLength | None = None
     """Length of the piece; by default 1.2 times the span in bending, else twice the diameter."""
     span: StemLength | None = None
@@ -91,7 +98,7 @@ class LaboratorySection(Frozen):
     """Radius of the supports, in bending."""
     ends: Literal["held", "lubricated"] = "held"
     """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change."""
-    stroke: StemLength
+    stroke: StemLength | None = None
     """How far the machine moves."""
     speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
     """Speed of the machine."""
@@ -112,6 +119,10 @@ class LaboratorySection(Frozen):
     """What was measured, an entry per diameter. What is measured is fitted; without targets the test is only there for
     `simulate --test`."""
 
+    def stroke_at(self, diameter: float) -> float:
+        """Return how far the machine moves at a stem diameter, mm; 0 where that is a program's matter."""
+        return 0.0 if self.stroke is None else self.stroke.at(diameter)
+
     def size(self) -> Length:
         """Return the length of the elements."""
         usual = {"three-point-bending": _SMALL, "radial-compression": _PLATE}
@@ -122,6 +133,11 @@ class LaboratorySection(Frozen):
         if self.length is not None:
             return self.length.at(diameter)
         return 2.0 * diameter if self.span is None else 1.2 * self.span.at(diameter)
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """The responses that a calibration would use if all were measured: of a program all that are read."""
+        return USUAL if self.solver is None else tuple(self.solver.results)
 
     @property
     def measured(self) -> tuple[str, ...]:

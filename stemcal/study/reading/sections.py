@@ -89,9 +89,11 @@ class Sections:
 
     def read_transfer(self, name: str, given: Any) -> None:
         """Read the transfer, which has a solver of its own."""
-        if isinstance(given, dict) and "solver" in given:
-            given = {**given, "solver": _readers_by_response(given["solver"])}
-        self.read(name, given)
+        self.read(name, _with_solver(given))
+
+    def read_tests(self, name: str, given: Any) -> None:
+        """Read the tests, each of which may have a solver of its own."""
+        self.read(name, [_with_solver(test) for test in given] if isinstance(given, list) else given)
 
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
@@ -134,6 +136,7 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "factors": Sections.read_factors,
     "targets": Sections.read_targets,
     "solver": Sections.read_solver,
+    "tests": Sections.read_tests,
     "transfer": Sections.read_transfer,
 }
 
@@ -149,6 +152,12 @@ def _readers_by_response(solver: Any) -> Any:
     if isinstance(result, dict) and result and "kind" not in result and {*map(type, result.values())} == {dict}:
         return {**{key: value for key, value in solver.items() if key != "result"}, "results": result}
     return solver
+
+
+def _with_solver(section: Any) -> Any:
+    """Return a section whose solver, if it has one, is as `_readers_by_response` gives it."""
+    has_one = isinstance(section, dict) and "solver" in section
+    return {**section, "solver": _readers_by_response(section["solver"])} if has_one else section
 
 
 def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
@@ -194,6 +203,9 @@ def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
         depth = shown.index("solver") + 1 if section in (("solver",), ("transfer",)) and "solver" in shown else 0
         is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
         path = (*shown[:depth], *_without_kind(shown[depth + 1 :])) if is_tagged else shown
+        if section == ("tests",) and "solver" in shown:  # of one kind only, which is in no path
+            depth = shown.index("solver") + 1
+            path = (*shown[:depth], *_without_kind(shown[depth:]))
         found.append(finding_of(entry, path, shown))
     return found
 

@@ -1,11 +1,18 @@
 """Rules on laboratory tests beside cutting."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import isclose
 
+from stemcal.study.model import LaboratorySection
+from stemcal.study.model.laboratory_tests import RESPONSES
 from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.rules.program_rules import placeholders_are_known, reduction_has_what_it_needs, run_files_differ
+from stemcal.study.types.strict_yaml import NodePath
+from stemcal.words import did_you_mean
 
 _CUTTING = "cutting"
+_OF_PROGRAMS = {"name", "kind", "solver", "targets"}
 
 
 def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -42,19 +49,17 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
     """Bending has a span, a secant rises, the force at a deflection has one."""
     for index, test in enumerate(draft.tests or ()):
         path, bends = ("tests", index), test.kind == "three-point-bending"
-        if bends and test.span is None:
-            yield Finding(path, "'span' is missing", "add span: …, the distance between the supports")
-        if not bends and test.span is not None:
-            yield Finding((*path, "span"), f"{test.kind} has no span", "remove it", at_key=True)
+        if test.solver is None:
+            yield from _simulated_needs(path, test)
         if not test.secant[0] < test.secant[1]:
             yield Finding((*path, "secant"), "should rise", "write a list like [0.2, 0.5]")
         for entry, means in enumerate(test.targets):
             place = (*path, "targets", entry)
             if not means.given():
                 yield Finding(place, "gives no response", "add slope: …, say")
-            if not bends and means.axis_slope is not None:
+            if not bends and test.kind != "other" and means.axis_slope is not None:
                 yield Finding((*place, "axis_slope"), f"the axis does not bend in {test.kind}", "give the slope")
-            if test.deflection is None and means.force_at_deflection is not None:
+            if test.solver is None and test.deflection is None and means.force_at_deflection is not None:
                 message = "at which deflection is not said"
                 yield Finding((*place, "force_at_deflection"), message, "add deflection: … to the test")
             for response in means.given():
@@ -63,13 +68,50 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
                     yield Finding((*place, response), message, f"add {response}_sd: …")
 
 
+def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Finding]:
+    bends = test.kind == "three-point-bending"
+    if test.kind == "other":
+        yield Finding((*path, "kind"), "only a program of yours can do another test", "add solver: {kind: command, …}")
+    if test.stroke is None:
+        yield Finding(path, "'stroke' is missing", "add a line stroke: …")
+    if bends and test.span is None:
+        yield Finding(path, "'span' is missing", "add span: …, the distance between the supports")
+    if not bends and test.span is not None:
+        yield Finding((*path, "span"), f"{test.kind} has no span", "remove it", at_key=True)
+
+
+def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
+    """What was measured is read of a program that does a test; nothing is drawn by chance, nothing simulated here."""
+    for index, test in enumerate(draft.tests or ()):
+        if test.solver is None:
+            continue
+        path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests=None)
+        for rule in (placeholders_are_known, run_files_differ, reduction_has_what_it_needs):
+            for finding in rule(own):
+                yield finding._replace(path=("tests", index, *finding.path))
+        if test.solver.result is not None:
+            message = "a test has responses of several kinds"
+            yield Finding((*path, "result"), message, "write a reader under its name: slope: {kind: …}")
+        elif missing := [name for name in test.measured if name not in test.solver.results]:
+            yield Finding((*path, "result"), f"nothing reads {missing[0]}", f"add {missing[0]}: {{kind: …}}")
+        for name in test.solver.results:
+            if name not in RESPONSES:
+                message = f"{name[:60]!r} is no response of a test"
+                yield Finding((*path, "result", name), message, did_you_mean(name, RESPONSES), at_key=True)
+        if test.solver.by_chance:
+            yield Finding(path, "a test's program gives the same answer every time", "remove replicates, deterministic")
+        for key in sorted(test.model_fields_set - _OF_PROGRAMS):
+            message = f"{key} is for a test that is simulated here"
+            yield Finding((*path[:2], key), message, "remove it, or the solver", at_key=True)
+
+
 def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
     """The piece reaches over its supports, and the machine does not move farther than there is room."""
     thickest = max(draft.diameters.values(), default=None)
     for index, test in enumerate(draft.tests or ()):
         if thickest is None:
             return
-        path, stroke, length = ("tests", index), test.stroke.at(thickest), test.long(thickest)
+        path, stroke, length = ("tests", index), test.stroke_at(thickest), test.long(thickest)
         if test.span is not None and length <= test.span.at(thickest):
             message = f"the piece is {length:g} mm long, the span {test.span.at(thickest):g} mm"
             yield Finding((*path, "length"), message, "take a longer piece")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -85,13 +87,22 @@ def test_a_lack_of_fit_stays_however_often_runs_are_repeated() -> None:
 
 @pytest.mark.parametrize(
     ("centre_points", "bent", "scatter", "own"),
-    [(6, 4.0, 0.0, 0.0), (1, 4.0, 0.0, 1.0), (6, 4.0, 0.5, 1.0), (6, 12.0, 0.0, 1.0)],
-    ids=["copies", "no copies", "scatter", "copies, 8 % rough"],
+    [
+        (6, 0.0, 0.0, 0.0),
+        (6, 4.0, 0.0, math.erf((32 / 27) ** 0.5) - (128 / 27 / math.pi) ** 0.5 * math.exp(-32 / 27)),
+        (6, 12.0, 0.0, math.erf((32 / 3) ** 0.5) - (128 / 3 / math.pi) ** 0.5 * math.exp(-32 / 3)),
+        (1, 4.0, 0.0, 1.0),
+        (6, 4.0, 0.5, 1.0),
+    ],
+    ids=["a quadratic", "2.7 % rough", "8 % rough", "no copies", "scatter"],
 )
 def test_one_more_run_of_a_smooth_deterministic_solver_is_the_response_itself(
     centre_points: int, bent: float, scatter: float, own: float
 ) -> None:
-    """Equal copies show that a run has no scatter of its own: t·s·√(own + h); above 3 % of the mean it is rough."""
+    """t·s·√(own + h); of equal copies own is the chance that the response is rough by more than 3 % of the mean.
+
+    Of x₁²x₂ on nine points the residual s is 2/3 with 3 df; P(χ²(3) < x) = erf √(x/2) − √(2x/π)·exp(−x/2).
+    """
     design, point = central_composite(2, centre_points, "face"), np.array([[0.5, 0.5]])
     response = 100.0 + design @ [10.0, 3.0] + bent * design[:, 0] ** 2 * design[:, 1]
     surface = fit_surface(design, response + scatter * np.sin(np.arange(len(design))), ["a", "b"])

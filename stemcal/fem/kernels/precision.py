@@ -1,4 +1,4 @@
-"""Numbers in formulas that serve values of single and of double precision alike.
+"""Mixed precision: numbers in formulas that serve values of single and of double precision alike.
 
 A literal is of double precision and would draw single-precision values that it meets up to its own. These are of single
 precision, exactly what they say, and take on the precision of what they meet; two of them must not meet alone.

@@ -1,4 +1,4 @@
-"""Programs outside stemcal, run so that nothing of them is left behind.
+"""Programs outside stemcal, run within a time limit and so that nothing of them is left behind.
 
 A program gets a process group of its own. When it ends or runs past its time limit, its group and all it has started
 are ended: first asked, then killed; when stemcal itself dies, the group (on Windows, the process tree). A process

@@ -17,13 +17,13 @@ import pytest
 from stemcal.errors import UsageError
 from stemcal.files.plain import open_plain, read_plain
 from stemcal.solvers.deck_import.keyword_blocks import blocks
-from stemcal.solvers.limited_processes import Ended, run_program
 from stemcal.solvers.lsdyna.solver import _failed_elements, _tail
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.rcforc import contact_force as rcforc_force
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.time_limited_program import Ended, run_program
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and files")
 WRITTEN = {"ro": 1.1e-9, "e": 1000.0, "pr": 0.3, "sigy": 15.0, "etan": 0.5, "fail": 0.03, "c": 0.0, "p": 0.0}

@@ -1,4 +1,4 @@
-"""A thread that feeds one worker process of this machine."""
+"""A thread that feeds one worker process of this machine, and ends it where a run exceeds its time limit."""
 
 import queue
 import signal

@@ -1,0 +1,124 @@
+"""What a laboratory's sheets come to as targets of the tests in a spec: a folder of them for each test, by its name."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.files.typed import inline
+from stemcal.laboratory import curve_responses
+from stemcal.measured.remarks import LabRemark
+from stemcal.measured.samples import Summary, summarise
+from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear
+from stemcal.measured.shear_curves import CurveOptions
+from stemcal.study.model import LaboratorySection, Study
+from stemcal.study.model.laboratory_tests import RESPONSES
+
+# A piece counts as broken where the force has dropped by this share of its maximum, as in the simulated tests.
+BREAK_DROP = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class TestedMean:
+    """The mean of one response of one test at one diameter, in the unit of that response."""
+
+    test: str
+    diameter: float
+    response: str
+    summary: Summary = inline()
+
+
+@dataclass(frozen=True)
+class MeasuredTests:
+    """The means of all tests, what is left open, and the targets of each test as lines of YAML."""
+
+    means: Rows[TestedMean]
+    remarks: tuple[LabRemark, ...]
+    synthetic: bool
+    targets: dict[str, tuple[str, ...]]
+
+
+def measure_tests(
+    study: Study, folder: Path, how: CurveOptions = CurveOptions(), exclude: Collection[str] = ()
+) -> MeasuredTests:
+    """Read the sheets of every test of a study that has a folder.
+
+    Parameters
+    ----------
+    exclude : collection of str
+        Specimens that do not count, as ``TEST/SPECIMEN``.
+
+    Raises
+    ------
+    UsageError
+        If no test has a folder, if a file cannot be read, or if a specimen is unknown.
+    """
+    there = [test for test in study.tests if (folder / test.name).is_dir()]
+    if not there:
+        names = ", ".join(test.name for test in study.tests) or "none"
+        raise UsageError(f"{folder}: there is no folder of a test in it; the tests of {study.name}: {names}")
+    left_out: dict[str, list[str]] = {test.name: [] for test in there}
+    for one in exclude:
+        name, _, specimen = one.partition("/")
+        if name not in left_out:
+            raise UsageError(f"--exclude {one[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
+        left_out[name].append(specimen)
+    read = {test.name: measure_shear(find_files(folder / test.name), how, None, left_out[test.name]) for test in there}
+    means = Rows(mean for test in there for mean in _means(test, read[test.name]))
+    return MeasuredTests(
+        means,
+        tuple(remark for tests in read.values() for remark in tests.remarks()),
+        any(tests.synthetic for tests in read.values()),
+        {test.name: tuple(_targets(test, [mean for mean in means if mean.test == test.name])) for test in there},
+    )
+
+
+def _means(test: LaboratorySection, read: ShearTests) -> list[TestedMean]:
+    """Return the mean of each response that the test's targets have, else of what such a test usually tells."""
+    wanted = test.measured or (*test.told, *(["force_at_deflection"] if test.deflection else []))
+    found = []
+    for grade in read.grades:
+        pieces = [one for one in read.specimens if one.grade == grade.diameter and not one.excluded]
+        told = [_responses(test, piece) for piece in pieces]
+        for name in wanted:
+            if values := [one[name] for one in told if name in one]:
+                mean = TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summarise(values))
+                found.append(mean)
+    return found
+
+
+def _responses(test: LaboratorySection, piece: TestedSpecimen) -> dict[str, float]:
+    """Return what the curve of one piece tells until it breaks."""
+    end = break_at(piece.curve.force)
+    return curve_responses(piece.curve.travel[:end], piece.curve.force[:end], test.secant, test.deflection)
+
+
+def break_at(force: NDArray[np.float64]) -> int:
+    """Return how many points of a curve stand before the break: all where the force never drops far.
+
+    >>> break_at(np.array([0.0, 8.0, 10.0, 7.0, 4.0, 6.0])), break_at(np.array([0.0, 1.0, 2.0]))
+    (4, 3)
+    """
+    peak = int(np.argmax(force))
+    below = np.flatnonzero(force[peak:] < (1.0 - BREAK_DROP) * force[peak])
+    return peak + int(below[0]) if len(below) else len(force)
+
+
+def _targets(test: LaboratorySection, means: Sequence[TestedMean]) -> list[str]:
+    """Return the entries of a test's targets as YAML, one a diameter."""
+    lines = []
+    for diameter in sorted({mean.diameter for mean in means}):
+        own = [mean for mean in means if mean.diameter == diameter]
+        told = [_told(mean) for mean in own]
+        lines.append(f"{{diameter: {diameter:g} mm, {', '.join(told)}, n: {min(mean.summary.n for mean in own)}}}")
+    return lines
+
+
+def _told(mean: TestedMean) -> str:
+    name, unit, summary = mean.response, RESPONSES[mean.response][1], mean.summary
+    sd = "" if summary.sd is None else f", {name}_sd: {summary.sd:.4g} {unit}"
+    return f"{name}: {summary.mean:.4g} {unit}{sd}"
