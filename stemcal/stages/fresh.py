@@ -221,11 +221,14 @@ def make_all(
     watch: Watch,
     solver: Solver | None = None,
     done: Callable[[StageResult], None] = lambda _result: None,
-) -> None:
+) -> list[StageResult]:
     """Make every stage of a study in order, or read it; `done` is called with each result as soon as it is known."""
+    made = []
     with folder:
         for stage in stages_of(study):
-            done(make(stage, study, folder, executor, watch, solver))
+            made.append(make(stage, study, folder, executor, watch, solver))
+            done(made[-1])
+    return made
 
 
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
