@@ -113,3 +113,11 @@ class EqualCurves(LabRemark):
     """Specimens whose curves are the same to the last digit."""
 
     names: Names
+
+
+class PreloadOfWeakStems(LabRemark):
+    """The preload (N) is a tenth or more of the mean maximum (N) of a grade (mm)."""
+
+    preload: float
+    grade: float
+    force: float

@@ -77,6 +77,10 @@ class GradeForces:
     suspect: str | None
 
 
+# From this share of a maximum on, a preload cuts off a part of the curve that is worth a remark.
+_PRELOAD_SHARE = 0.1
+
+
 @dataclass(frozen=True)
 class ShearTests:
     """A whole campaign; `notes` are on what belongs to no specimen."""
@@ -153,6 +157,7 @@ def measure_shear(
         *_equal_names(files),
         *_equal_curves(specimens),
         *_near_grades(diameters),
+        *_preload(grades, how.preload),
     )
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
@@ -323,3 +328,10 @@ def _grade(diameter: float, specimens: Sequence[TestedSpecimen], alpha: float) -
     return GradeForces(
         diameter=diameter, summary=summarise(forces), travel=travel, work=work, grubbs=test, suspect=suspect
     )
+
+
+def _preload(grades: Sequence[GradeForces], preload: float) -> Iterator[lab.LabRemark]:
+    """Yield a remark on the weakest grade if the preload takes a good part of its curve."""
+    weakest = min(grades, key=lambda grade: grade.summary.mean)
+    if preload >= _PRELOAD_SHARE * weakest.summary.mean:
+        yield lab.PreloadOfWeakStems(preload, weakest.diameter, weakest.summary.mean)

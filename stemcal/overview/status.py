@@ -15,7 +15,7 @@ from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import answer_of, is_censored, judged, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import ByHand, Request, Solver
-from stemcal.stages.base import STAGES, stage_called
+from stemcal.stages.base import STAGES, stage_called, stages_of
 from stemcal.stages.fresh import CODE, changes_since, read
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
@@ -24,7 +24,6 @@ from stemcal.study.model import Study
 SCHEMA_VERSION = 2
 SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: those that are awaited
 _SHORTEST_KEY = 4
-_DECIDING = {stage.name for stage in STAGES}
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,7 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
     keys = [record_key(solver, request) for request in requests]
     entries = [_entry(request, key, study, folder) for request, key in zip(requests, keys, strict=True)]
     stages = {part.stage for part in wanted}
-    return entries + sorted(_others(set(keys), stages, study, folder), key=lambda e: (e.stage, e.run))
+    return entries + sorted(_others(set(keys), stages, study, folder, solver), key=lambda e: (e.stage, e.run))
 
 
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
@@ -134,12 +133,19 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
     )
 
 
-def _others(known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder) -> Iterator[Entry]:
-    """Yield the records of stages that decide from run to run what to ask next."""
+def _others(
+    known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder, solver: Solver
+) -> Iterator[Entry]:
+    """Yield the records of stages that decide from run to run what to ask next, those of this spec alone."""
+    own = {stage.name: study.seen_by(stage.name) for stage in stages_of(study) if stage.name not in stages}
+    solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
     for key in folder.keys():  # noqa: SIM118
         record = folder.peek(key) if key not in known else None
-        if record is not None and record["request"]["stage"] in _DECIDING - {*stages}:
-            yield _entry(Request(**record["request"]), key, study, folder)
+        if record is None or record["request"]["stage"] not in solvers:
+            continue
+        request = Request(**record["request"])
+        if record_key(solvers[request.stage], request) == key:
+            yield _entry(request, key, study, folder)
 
 
 # ---- status
@@ -151,7 +157,7 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
     wanted = asked(study, solver, folder)
     entries, working = _entries(wanted, study, folder, solver), folder.holder()
     decided = {part.stage: part.settled for part in wanted}
-    left = {stage.name for stage in STAGES if not stage.simulates and folder.has_stage(stage.name)}
+    left = {stage.name for stage in STAGES if folder.has_stage(stage.name)}
     seen = {*decided, *(entry.stage for entry in entries), *left}
     named = [stage.name for stage in STAGES if stage.name in seen]
     stages = [

@@ -7,7 +7,7 @@ or to be begun again is worked out again.
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -210,8 +210,25 @@ def make(
     with folder:
         if solver is None and (known := fresh(kind_of(stage), study, folder)) is not None:
             return _told(known, watch)
-        made: StageResult = getattr(import_module(stage.module), stage.function)(study, folder, executor, watch, solver)
+        made: StageResult = _at(stage.function)(study, folder, executor, watch, solver)
         return made
+
+
+def make_all(
+    study: Study,
+    folder: StudyFolder,
+    executor: RunExecutor,
+    watch: Watch,
+    solver: Solver | None = None,
+    done: Callable[[StageResult], None] = lambda _result: None,
+) -> list[StageResult]:
+    """Make every stage of a study in order, or read it; `done` is called with each result as soon as it is known."""
+    made = []
+    with folder:
+        for stage in stages_of(study):
+            made.append(make(stage, study, folder, executor, watch, solver))
+            done(made[-1])
+    return made
 
 
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
@@ -259,8 +276,13 @@ def _told(result: StageResult, watch: Watch) -> StageResult:
 
 def kind_of(stage: Stage) -> type[StageResult]:
     """Return the class of a stage's result."""
-    kind: type[StageResult] = getattr(import_module(stage.module), stage.result)
+    kind: type[StageResult] = _at(stage.result)
     return kind
+
+
+def _at(place: str) -> Any:
+    module, _, name = place.rpartition(".")
+    return getattr(import_module(module), name)
 
 
 def read(stage: Stage, folder: StudyFolder) -> StageResult:

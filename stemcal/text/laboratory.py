@@ -66,6 +66,13 @@ states(
     "grades {lower:g} and {upper:g} mm differ by less than 3 % and are counted apart; if they are one, write one of "
     "them into the names of both, or into the column grade of an index",
 )
+states(
+    lab.PreloadOfWeakStems,
+    "the preload of {preload:g} N is {percent:.0f} % of the maximum at {grade:g} mm, {force:.3g} N: travel and work "
+    "are counted from there only, the maximum is as measured; --preload {lower:.1g} is a hundredth of it",
+    percent=lambda remark, _names: 100.0 * remark.preload / remark.force,
+    lower=lambda remark, _names: 0.01 * remark.force,
+)
 states(lab.EqualNames, "{names:all} have one name: one specimen twice? narrow with --pattern")
 states(
     lab.ColumnChosen,

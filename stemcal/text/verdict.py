@@ -230,14 +230,16 @@ states(
 @sentence.register
 def _(reason: rules.SolutionDoubtful, names: Names) -> str:
     somewhere = {
-        "hourglass": "With the calibrated parameters hourglass energy is {worst} % at {condition:condition}.",
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} % at {condition:condition}: above "
+        "10 % the force may be a third off, above 20 % a half.",
         "inertia": "With the calibrated parameters inertia carries {worst} % of the force at {condition:condition}.",
         "drift": "With the calibrated parameters the energy balance drifts by {worst} % at {condition:condition}.",
         "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended at "
         "{condition:condition}.",
     }
     nowhere = {
-        "hourglass": "With the calibrated parameters hourglass energy is {worst} %.",
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} %: above 10 % the force may be a "
+        "third off, above 20 % a half.",
         "inertia": "With the calibrated parameters inertia carries {worst} % of the force.",
         "drift": "With the calibrated parameters the energy balance drifts by {worst} %.",
         "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended.",
@@ -293,8 +295,15 @@ states(advice.SimulateValidation, "Validate with a solver that simulates.")
 states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
 states(
     advice.IntegrateFully,
-    "`element: full` under `solver` has no hourglass energy, at about six times the time; elements of {element_size} "
-    "or smaller may bring it under {limit_percent:g} %.",
+    {
+        "": "`element: full` under `solver` has no hourglass energy, at about six times the time.",
+        "size": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "{finer.element_size}` may bring it under {limit_percent:g} %, at about {finer.times:g} times.",
+        "both": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "{finer.element_size}` and `time_step: {finer.time_step:g} us` may bring it under "
+        "{limit_percent:g} %, at about {finer.times:g} times.",
+    },
+    by=lambda remedy: "" if remedy.finer is None else "size" if remedy.finer.time_step is None else "both",
 )
 states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` doubles the stroke.")
 states(
@@ -392,8 +401,9 @@ states(
 states(
     advice.ScaleMassLess,
     "`mass_scaling: {mass_scaling:g}` and `time_step: {time_step:g} us` under `solver` bring inertia under "
-    "{limit_percent:g} % in most runs.",
-    otherwise="`mass_scaling: {mass_scaling:g}` under `solver` brings inertia under {limit_percent:g} % in most runs.",
+    "{limit_percent:g} % in most runs, at about {times:g} times the time.",
+    otherwise="`mass_scaling: {mass_scaling:g}` under `solver` brings inertia under {limit_percent:g} % in most runs, "
+    "at about {times:g} times the time.",
     by="time_step",
 )
 states(

@@ -127,6 +127,18 @@ def test_a_changed_target_recomputes_nothing(known: Known) -> None:
     assert len(lines(known.witness)) == before
 
 
+def test_runs_that_a_former_spec_decided_on_are_not_this_ones(known: Known) -> None:
+    """The steps that another version of the solver took stay in the folder; no number of this study rests on them."""
+    known.write("climb: {steps: 3}\n")
+    assert known("screen", "-j", 1).exit_code == known("climb", "-j", 1).exit_code == 0
+    steps = len(known.json("runs", "--stage", "climb")["runs"])
+    assert stage(known.json("status"), "climb")["done"] == steps > 0
+    known.solver(version=2)
+    assert stage(known.json("status"), "climb")["done"] == 0
+    assert known("screen", "-j", 1).exit_code == known("climb", "-j", 1).exit_code == 0
+    assert stage(known.json("status"), "climb")["done"] == len(known.json("runs", "--stage", "climb")["runs"]) == steps
+
+
 def test_status_needs_a_folder(known: Known) -> None:
     assert known("status").exit_code == 2
     assert not known.out.exists()

@@ -10,10 +10,11 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.measured.diameters import measure_diameters, proposed_grades
-from stemcal.measured.remarks import Excluded, LargestAtEnd, Outlier, PressingIsPositive
+from stemcal.measured.remarks import Excluded, LargestAtEnd, Outlier, PreloadOfWeakStems, PressingIsPositive
 from stemcal.measured.shear import find_files, measure_shear, read_index
 from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
 from stemcal.measured.target_entries import targets_section, with_targets
+from stemcal.text.laboratory import remark_text
 
 DATA = Path(__file__).parents[2] / "configs" / "data"
 MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}
@@ -90,6 +91,18 @@ def test_preload_is_trimmed_and_travel_counted_from_there(tmp_path: Path) -> Non
     assert curve.travel_at_max == pytest.approx(0.2)
     assert curve.travel[0] == 0.0
     assert contact_begins(np.array([20.0, 60.0, 30.0]), 5.0) == 0
+
+
+def test_a_preload_that_weak_stems_feel_is_remarked_on(tmp_path: Path) -> None:
+    """5 N of 16 N are 31 %, a hundredth is 0.16 N; of 60 N it is 8 %."""
+    curve_file(tmp_path / "5mm-1.csv", [0.0, 4.0, 9.0, 16.0, 3.0])
+    curve_file(tmp_path / "8mm-1.csv", [0.0, 4.0, 30.0, 60.0, 5.0])
+    weak, strong = (measure_shear(find_files(tmp_path, pattern)) for pattern in ("*.csv", "8mm*"))
+    assert weak.remarks() == [PreloadOfWeakStems(5.0, 5.0, 16.0)] and strong.remarks() == []
+    assert remark_text(weak.remarks()[0]) == (
+        "the preload of 5 N is 31 % of the maximum at 5 mm, 16 N: travel and work are counted from there only, the "
+        "maximum is as measured; --preload 0.2 is a hundredth of it"
+    )
 
 
 def test_units_signs_and_columns(tmp_path: Path) -> None:

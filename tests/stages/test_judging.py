@@ -19,6 +19,7 @@ from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.verdict.advice import (
     AddRefinement,
+    FinerElements,
     FitAll,
     FitFewer,
     HalveTimeStep,
@@ -179,7 +180,10 @@ def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: J
     assert not before.holds and before.use is None
     reason = before.reasons[0]
     assert isinstance(reason, DoubtfulPhysics) and reason.doubt == Doubt("hourglass", reason.checked, 16.0)
-    assert reason.remedy == IntegrateFully("d/26", 10.0)
+    # 16 % of 10: elements finer by 1.6, 1.6⁴ times the time; 40 µs / 1.6
+    assert reason.remedy == IntegrateFully(FinerElements("d/26", 25.0, 6.6), 10.0)
+    far = for_physics(study, Doubt("hourglass", 1, 47.1))  # d/76 would take 490 times the time
+    assert far == IntegrateFully(None, 10.0)
     mended = "solver: {kind: embedded, element_size: d/16, element: full, mass_scaling: 1}\n"
     study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))
@@ -191,7 +195,7 @@ def test_inertia_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
     study = written(tmp_path / "first", extra="solver: {kind: embedded, element: full}\n")
     before = judged(study, tmp_path / "first", solver_of(study))
     assert before.verdict == "not_calibrated"
-    assert before.reasons[0].remedy == ScaleMassLess(400.0, 8.0, 5.0)
+    assert before.reasons[0].remedy == ScaleMassLess(400.0, 8.0, 5.0, 5.0)
     mended = "solver: {kind: embedded, element: full, mass_scaling: 400, time_step: 8 us}\n"
     study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))

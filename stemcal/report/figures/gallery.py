@@ -26,7 +26,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.transfer.result import TransferResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.text.captions import caption
 from stemcal.text.names import Names, program

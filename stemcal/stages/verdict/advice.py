@@ -4,13 +4,12 @@ Every kind of remedy is declared here; `stemcal.text.verdict` words them.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import floor, log10
 from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.levelset import extremes
-from stemcal.doe.calibration.process_inversion import reach_of
 from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.invert.result import Certainty
 from stemcal.stages.surface.result import SurfaceResult
@@ -24,6 +23,8 @@ _CLOUD = 9
 _MOST_AVERAGED = 100  # places or replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
+# Finer elements are advised up to so many times the time of a run: full integration takes about six.
+_DEAREST = 12.0
 
 
 class ContinueStudy(Remedy):
@@ -104,17 +105,30 @@ class MendInput(Remedy):
 
 
 class ScaleMassLess(Remedy):
-    """Take this mass scaling, and where the step is set this time step (µs), to bring inertia below a limit."""
+    """Take this mass scaling, and where the step is set this time step (µs), to bring inertia below a limit.
+
+    A run then takes so many `times` the time.
+    """
 
     mass_scaling: float
     time_step: float | None
     limit_percent: float
+    times: float
+
+
+@dataclass(frozen=True)
+class FinerElements:
+    """Elements of this size, and where the step is set this time step (µs); a run takes so many `times` the time."""
+
+    element_size: str
+    time_step: float | None
+    times: float
 
 
 class IntegrateFully(Remedy):
-    """Full integration has no hourglass energy; so small elements may bring it below a limit."""
+    """Full integration has no hourglass energy; finer elements may bring it below a limit, if no dearer than sense."""
 
-    element_size: str
+    finer: FinerElements | None
     limit_percent: float
 
 
@@ -166,6 +180,9 @@ def reach(surface: SurfaceResult, study: Study) -> tuple[float, float]:
 
     Where a Gaussian process predicts better, they are what that leaves possible.
     """
+    from stemcal.doe.calibration.levelset import extremes
+    from stemcal.doe.calibration.process_inversion import reach_of
+
     if surface.process is not None:
         return reach_of(surface.process, surface.region(study))
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region(study)))
@@ -178,6 +195,8 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
+    from stemcal.doe.calibration.levelset import extremes
+
     end = extremes(surface.fitted, surface.region(study))[0 if target < reach(surface, study)[0] else 1]
     found = [
         (width, _widened(factor, up, width))
@@ -288,9 +307,7 @@ def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
     """
     swing, step = _SAFELY * LIMITS["inertia"] / worst, solver.time_step
     mass_scaling = _outwards(max(solver.mass_scaling * swing**2, 1.0), False)
-    return ScaleMassLess(
-        mass_scaling, None if step is None else _outwards(1e6 * step * swing, False), LIMITS["inertia"]
-    )
+    return ScaleMassLess(mass_scaling, _microseconds(step, swing), LIMITS["inertia"], _outwards(1.0 / swing, True))
 
 
 def to_smooth(study: Study) -> SmoothResponse:
@@ -302,14 +319,22 @@ def to_smooth(study: Study) -> SmoothResponse:
 
 def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:
     """Return half the safety; a set time step stays as it is, with mass added, unless it is halved as well."""
-    step = solver.time_step
-    return HalveTimeStep(
-        _outwards(0.5 * solver.time_step_safety, False), None if step is None else _outwards(0.5e6 * step, False)
-    )
+    return HalveTimeStep(_outwards(0.5 * solver.time_step_safety, False), _microseconds(solver.time_step, 0.5))
+
+
+def _microseconds(step: float | None, part: float) -> float | None:
+    """Return a part of a time step that is set (s), in µs."""
+    return None if step is None else _outwards(1e6 * step * part, False)
 
 
 def _hourglass(solver: EmbeddedSolver, worst: float) -> IntegrateFully:
-    """Full integration has none; of one-point elements it falls at least with the element size, which need not do."""
+    """Full integration has none; of one-point elements it falls at least with the element size, which need not do.
+
+    Elements finer by a are a³ in number, and their steps 1/a as long; a time step that is set has to follow.
+    """
     finer, size = worst / LIMITS["hourglass"], solver.element_size
+    if finer**4 > _DEAREST:
+        return IntegrateFully(None, LIMITS["hourglass"])
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{_outwards(size.mm / finer, False):g} mm"
-    return IntegrateFully(new, LIMITS["hourglass"])
+    step = _microseconds(solver.time_step, 1.0 / finer)
+    return IntegrateFully(FinerElements(new, step, _outwards(finer**4, True)), LIMITS["hourglass"])

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Protocol
 
 from pydantic import BaseModel, Field, PrivateAttr
 
+from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
 from stemcal.study.model.design_options import RsmOptions, ScreenOptions
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
@@ -38,6 +39,7 @@ from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshO
 from stemcal.study.model.transfer_options import TransferOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
+from stemcal.words import did_you_mean
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
@@ -213,11 +215,11 @@ class Study(StudyForm):
         return tuple(factor.name for factor in self.factors)
 
     def factor(self, name: str) -> Factor:
-        """Return the factor called `name`; raise `KeyError` if there is none."""
+        """Return the factor called `name`; raise `UsageError` if there is none."""
         for factor in self.factors:
             if factor.name == name:
                 return factor
-        raise KeyError(name)
+        raise UsageError(f"no factor {name!r}; {did_you_mean(str(name), self.names)}")
 
     def midlevels(self) -> dict[str, float]:
         """Return the mid-level of every factor, in the units of the spec."""

@@ -105,7 +105,7 @@ def _wall(study: Study, solver: EmbeddedSolver) -> Iterator[Finding]:
         return
     for diameter in diameters:
         wall = 0.5 * diameter * (1.0 - ratio)
-        count = solver.elements_through_wall or max(1, math.ceil(wall / solver.element_size.at(diameter) - 1e-9))
+        count = _through(solver, wall, diameter)
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
                 f"{count} elements through a wall of {wall:.3g} mm: its bending, and so the force, depends on them"
@@ -120,23 +120,46 @@ def _swing(study: Study) -> Iterator[Finding]:
     solver, test = study.solver, study.loading
     if not isinstance(solver, EmbeddedSolver) or study.naming.response != FORCE:
         return
-    mass_scaling = solver.at_speed(test.speed).mass_scaling
-    if mass_scaling == 1.0:
-        return
     target = study.calibration_target
-    force, period = _struck(study, target.condition, mass_scaling)
+    heavier = _mass_factor(study, solver.at_speed(test.speed), target.condition)
+    if heavier == 1.0:
+        return
+    force, period = _struck(study, target.condition, heavier)
     excess = max(force / (_SWING * target.response), period / (_PERIOD * test.duration))
     if excess > 1.0:
         message = (
             f"with this mass a stem of {target.condition:g} mm swings once in {period:.2g} s with {force:.2g} N, in a "
             f"test of {test.duration:.3g} s that measured {target.response:g} N: the force is partly inertia"
         )
-        less = float(f"{max(1.0, solver.mass_scaling / (2.0 * excess) ** 2):.2g}")
-        step = "" if solver.time_step is None else f" and time_step: {5e5 * solver.time_step / excess:.2g} us"
-        yield Finding(("solver", "mass_scaling"), message, f"write mass_scaling: {less:g}{step} under solver")
+        times = 2.0 * excess
+        less, dearer = (float(f"{number:.2g}") for number in (max(1.0, solver.mass_scaling / times**2), times))
+        step = "" if solver.time_step is None else f" and time_step: {1e6 * solver.time_step / times:.2g} us"
+        remedy = f"write mass_scaling: {less:g}{step} under solver, for about {dearer:g} times the time"
+        yield Finding(("solver", "mass_scaling"), message, remedy)
 
 
-def _struck(study: Study, diameter: float, mass_scaling: float) -> tuple[float, float]:
+def _mass_factor(study: Study, solver: EmbeddedSolver, diameter: float) -> float:
+    """Return how many times its own mass a stem has by mass scaling, and by the time step that its elements must take.
+
+    A block with sides a, b, c and the P-wave modulus M takes the step s √(ρ/M) / √(1/a² + 1/b² + 1/c²), s the safety.
+    Here a is its share of the wall and b its length; the third is longer and left out.
+    """
+    given, size = study.parameters({}, diameter), solver.element_size.at(diameter)
+    elastic_modulus, poisson_ratio = given["elastic_modulus"], given["poisson_ratio"]
+    wall = 0.5 * diameter * (1.0 - study.specimen.diameter_ratio)
+    layer = wall / _through(solver, wall, diameter)
+    p_wave = elastic_modulus * (1.0 - poisson_ratio) / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
+    step = (solver.time_step or 0.0) / solver.time_step_safety
+    by_step = p_wave / given["density"] * step**2 * (1.0 / layer**2 + 1.0 / size**2)
+    return max(solver.mass_scaling, by_step)
+
+
+def _through(solver: EmbeddedSolver, wall: float, diameter: float) -> int:
+    """Return how many elements there are through a wall (mm)."""
+    return solver.elements_through_wall or max(1, math.ceil(wall / solver.element_size.at(diameter) - 1e-9))
+
+
+def _struck(study: Study, diameter: float, heavier: float) -> tuple[float, float]:
     """Return the force (N) with which the blade sets a stem swinging, and how long it swings once (s).
 
     What strikes a beam of stiffness k and mass m at the speed V sets it swinging with V √(k m), once in 2π √(m/k). It
@@ -147,7 +170,7 @@ def _struck(study: Study, diameter: float, mass_scaling: float) -> tuple[float, 
     area, inertia = math.pi / 4.0 * diameter**2 * (1.0 - ratio**2), math.pi / 64.0 * diameter**4 * (1.0 - ratio**4)
     bending = 48.0 * elastic_modulus * inertia / span**3
     shear = 4.0 * _TUBE * elastic_modulus / (2.0 * (1.0 + given["poisson_ratio"])) * area / span
-    stiffness, mass = bending * shear / (bending + shear), 0.5 * given["density"] * mass_scaling * area * span
+    stiffness, mass = bending * shear / (bending + shear), 0.5 * given["density"] * heavier * area * span
     return study.loading.speed * math.sqrt(stiffness * mass), 2.0 * math.pi * math.sqrt(mass / stiffness)
 
 
