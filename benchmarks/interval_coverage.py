@@ -1,9 +1,10 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
-python benchmarks/interval_coverage.py [studies] [laboratory] [rough] [mesh] [unequal] [surfaces] [fields] [replicates]
-                                       [coarse] [priors]
+python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [mesh] [unequal] [surfaces] [fields]
+                                       [replicates] [coarse] [priors]
 
-A number is that of the studies of each row, 1000 by default: a share is then good to ±1.4.
+The first number is that of the studies of each row, 1000 by default: a share is then good to ±1.4. The second draws
+others.
 
 Draws laboratories at a known truth: five diameters, n forces at each about the true one with a coefficient of
 variation of 5 %. Counts how often the interval of each of two parameters holds the truth, by profile and by posterior,
@@ -50,7 +51,7 @@ from stemcal.doe.calibration.prior_conflict import agreements
 from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
-from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.fidelity import corrected, correction_of, spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
@@ -252,9 +253,10 @@ def mesh_rows(studies: int) -> None:
 
 def main() -> None:
     """Print one row per number of specimens and way."""
+    global SEED
     numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
+    studies, SEED = numbers + [STUDIES, SEED][len(numbers) :]
     wanted = [word for word in sys.argv[1:] if not word.isdigit()] or ["laboratory", "mesh"]
-    studies = numbers[0] if numbers else STUDIES
     print("                                              profile      posterior    misfit test")
     print("  n   standard deviations                     a      b     a      b     rejects, %")
     if "laboratory" in wanted:
@@ -493,7 +495,7 @@ def prior_rows(studies: int) -> None:
             bare = misfit_of(observations(lab, exact, told=True), REGION)
             known = bare.with_priors((a, b), REGION)
             held += holds(known, REGION, truth)
-            contradicted += [found.p < 0.05 for found in agreements(known, REGION)]
+            contradicted += [found.p is not None and found.p < 0.05 for found in agreements(known, REGION)]
             widths.append([_width(known), _width(bare)])
         share = np.median(np.array(widths)[:, 0] / np.array(widths)[:, 1], axis=0)
         a_held, b_held, a_off, b_off = 100.0 * np.append(held, contradicted) / studies

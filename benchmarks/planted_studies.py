@@ -1,9 +1,9 @@
 """Is the verdict right of studies in which a trouble was planted, and does following its advice lead to the truth?
 
-python benchmarks/planted_studies.py [seeds] [kind ...]
+python benchmarks/planted_studies.py [seeds] [first seed] [kind ...]
 
-Each kind of trouble is planted with several seeds (12 by default), which draw the truth, the law and the laboratory.
-The law, with a and b coded by their ranges and slopes p, q, r, g, t, u drawn anew for each seed:
+Each kind of trouble is planted with several seeds (12 by default, from 1), which draw the truth, the law and the
+laboratory. The law, with a and b coded by their ranges and slopes p, q, r, g, t, u drawn anew for each seed:
 
     force   (100 + p·a + q·b + r·b²)·(d/8)^(2 + g·b)      travel   (2 + t·a − u·b)·(d/8)
 
@@ -33,7 +33,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
-from stemcal.stages.invert.joint import ProcessesTaken
+from stemcal.stages.invert.result import ProcessesTaken
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.result import Verdict
@@ -114,8 +114,12 @@ class Law(OfSpecAlone):
             force *= 1.0 + self.rough * np.random.default_rng(seed).standard_normal()
         if self.noise:
             force *= 1.0 + self.noise * np.random.default_rng(next(_calls)).standard_normal()
-        told = {"hourglass_ratio_percent": 1.0, "inertia_percent": 1.0, "stroke_was_enough": True, "travel": travel}
-        told |= {"peak_travel": travel, "curve": {"travel": [0.0, travel, 2.0 * travel], "force": [0.0, force, 0.0]}}
+        told: dict[str, Any] = {"hourglass_ratio_percent": 1.0, "inertia_percent": 1.0, "stroke_was_enough": True}
+        told |= {
+            "travel": travel,
+            "peak_travel": travel,
+            "curve": {"travel": [0.0, travel, 2.0 * travel], "force": [0.0, force, 0.0]},
+        }
         return Answer("ok", response=force, details=told | self.checks.get((request.stage, request.condition), {}))
 
     def prepare(self) -> None:
@@ -169,9 +173,10 @@ class Plant:
 
     def no_further(self, before: Judged, after: Judged) -> bool:
         """Tell whether the parameters after are as near to the truth as before, or known to hold it."""
-        if after.results is None or after.results.inversion is None:
+        inversion = None if after.results is None else after.results.inversion
+        if inversion is None or inversion.certainty is None:
             return False
-        intervals = after.results.inversion.certainty.intervals
+        intervals = inversion.certainty.intervals
         ends = [coded({name: intervals[name][side] for name in NAMES}) for side in (0, 1)]
         held = all(low <= value <= high for value, low, high in zip(self.truth, *ends, strict=True))
         return held or self.off(after.results) <= self.off(before.results) + ROOM
@@ -285,9 +290,9 @@ def from_the_literature(seed: int) -> Row:
     spec = SPEC.replace("  - {name: failure_strain, low: 0.01, high: 0.05}\n", "")
     one = "rsm: {factors: [yield_stress], centre_points: 4, alpha: 1}\n"
     after = judged(replace(law, held=truth[1]), spec.replace("hardening_parameter", known) + targets + one)
-    results = after.results
-    found = results is not None and results.inversion is not None
-    off = abs(coded({NAMES[1]: 0.03, **results.parameters})[0] - truth[0]) if found else np.inf
+    off, results = np.inf, after.results
+    if results is not None and results.inversion is not None:
+        off = abs(coded({NAMES[1]: 0.03, **results.parameters})[0] - truth[0])
     return Row(before.is_("with_reservations"), True, after.is_("calibrated"), off <= plant.off(before.results) + ROOM)
 
 
@@ -451,16 +456,17 @@ KINDS: dict[str, Callable[[int], Row]] = {
 
 def main() -> None:
     """Print one row per kind: how many of the seeds are right, and those that are not."""
-    seeds = next((int(word) for word in sys.argv[1:] if word.isdigit()), SEEDS)
+    numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
+    seeds, first = numbers + [SEEDS, 1][len(numbers) :]
     wanted = [word for word in sys.argv[1:] if not word.isdigit()]
     print("kind                         verdict  advice   after    no further   wrong seeds")
     for kind, study in KINDS.items():
         if wanted and not any(word in kind for word in wanted):
             continue
-        rows = [study(seed) for seed in range(1, seeds + 1)]
-        each = [[row.verdict, row.advice, row.after, row.nearer] for row in rows]
-        right = [f"{sum(column)}/{seeds}" for column in zip(*each, strict=True)]
-        wrong = [f"{seed}:{''.join(str(int(ok)) for ok in row)}" for seed, row in enumerate(each, 1) if not all(row)]
+        rows = [study(seed) for seed in range(first, first + seeds)]
+        each = dict(enumerate(([row.verdict, row.advice, row.after, row.nearer] for row in rows), first))
+        right = [f"{sum(column)}/{seeds}" for column in zip(*each.values(), strict=True)]
+        wrong = [f"{seed}:{''.join(str(int(ok)) for ok in row)}" for seed, row in each.items() if not all(row)]
         print(f"{kind:<28} {right[0]:<8} {right[1]:<8} {right[2]:<8} {right[3]:<11}  {' '.join(wrong)}", flush=True)
 
 

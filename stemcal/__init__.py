@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stemcal.stages.screen import ScreenResult as ScreenResult
     from stemcal.stages.surface.result import SurfaceResult as SurfaceResult
     from stemcal.stages.transfer.result import TransferResult as TransferResult
-    from stemcal.stages.validate import ValidateResult as ValidateResult
+    from stemcal.stages.validate.result import ValidateResult as ValidateResult
     from stemcal.study.model import Study as Study
 
 _NAMES = {
@@ -47,7 +47,7 @@ _NAMES = {
     "MeshResult": "stemcal.stages.mesh.result",
     "RefineResult": "stemcal.stages.refine.result",
     "TransferResult": "stemcal.stages.transfer.result",
-    "ValidateResult": "stemcal.stages.validate",
+    "ValidateResult": "stemcal.stages.validate.result",
     "Study": "stemcal.study.model",
 }
 __all__ = ["__version__", *_NAMES]

@@ -15,25 +15,23 @@ from the records of the study folder where they are there; a stage that would be
 (`stages.fresh`). Progress goes to `watch`, called with a `Progress`.
 """
 
-from collections.abc import Callable
-
 from stemcal.executors.base import RunExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.audit.stage import audit
-from stemcal.stages.base import stages_of
 from stemcal.stages.climb import climb
-from stemcal.stages.fresh import make
+from stemcal.stages.fresh import make_all
 from stemcal.stages.invert.stage import invert
 from stemcal.stages.mesh.stage import mesh
 from stemcal.stages.refine.stage import refine
-from stemcal.stages.result import StageResult, read_result
+from stemcal.stages.result import read_result
 from stemcal.stages.screen import screen
 from stemcal.stages.surface.stage import fit_response_surface as fit_surface
 from stemcal.stages.transfer.stage import transfer
-from stemcal.stages.validate import ValidateResult, validate
+from stemcal.stages.validate.result import ValidateResult
+from stemcal.stages.validate.stage import validate
 from stemcal.study.model import Study
 
 __all__ = [
@@ -58,13 +56,8 @@ def calibrate(
     executor: RunExecutor,
     watch: Watch = ignore,
     solver: Solver | None = None,
-    done: Callable[[StageResult], None] = lambda _result: None,
 ) -> ValidateResult:
-    """Take a study through all stages; returns the validation, the others lie in the folder.
-
-    `done` is called with the result of each stage as soon as it is known.
-    """
+    """Take a study through all stages; returns the validation, the others lie in the folder."""
     with folder:
-        for stage in stages_of(study):
-            done(make(stage, study, folder, executor, watch, solver))
+        make_all(study, folder, executor, watch, solver)
         return read_result(folder, ValidateResult)

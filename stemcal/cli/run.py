@@ -38,20 +38,21 @@ def run(
 
 def go_through(work: Session, tell: bool) -> Callable[..., None]:
     """Take an open study through all stages and draw its page; return what shows it once the study is closed."""
-    from stemcal import workflow
     from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
+    from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
     unreachable: TargetUnreachable | None = None
+    made: list[StageResult] = []
     try:
-        workflow.calibrate(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
+        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
     except TargetUnreachable as error:
         unreachable = error
     work.folder.remember_spec(work.study.source)
     work.watch.busy("drawing the report")
-    results = fresh_results(work.study, work.folder)
+    results = fresh_results(work.study, work.folder, made)
     verdict = verdict_of(work.study, work.folder, results)
     page = draw(work.study, work.folder, results, verdict)
 

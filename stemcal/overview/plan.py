@@ -21,7 +21,7 @@ from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
-from stemcal.stages.validate import calibrated_parameters, requests_at
+from stemcal.stages.validate.stage import calibrated_parameters, requests_at
 from stemcal.stages.work import second_time
 from stemcal.study.model import EmbeddedSolver, Study
 

@@ -28,7 +28,7 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import Prediction, SurfaceResult
 from stemcal.stages.transfer.result import TransferResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study

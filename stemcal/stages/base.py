@@ -23,8 +23,8 @@ class Stage:
         Of its command, of its files.
     title : str
         For people.
-    module : str
-        Where its function and its result are, called `function` and `result` there.
+    function, result : str
+        What makes it and the class of what it comes to, by their places: a result is read without what makes it.
     options : tuple of str
         The sections of the spec that it reads.
     needs : callable
@@ -41,7 +41,6 @@ class Stage:
 
     name: str
     title: str
-    module: str
     function: str
     result: str
     options: tuple[str, ...]
@@ -70,9 +69,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "screen",
         "Screening",
-        "stemcal.stages.screen",
-        "screen",
-        "ScreenResult",
+        "stemcal.stages.screen.screen",
+        "stemcal.stages.screen.ScreenResult",
         ("screen",),
         lambda _study: None,
         "Simulate the screening design and find the factors that matter.",
@@ -81,9 +79,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "climb",
         "Climb",
-        "stemcal.stages.climb",
-        "climb",
-        "ClimbResult",
+        "stemcal.stages.climb.climb",
+        "stemcal.stages.climb.ClimbResult",
         ("climb", "rsm", "targets"),
         lambda _study: "screen",
         """Step the active factors together towards the measured value; the best step centres the surface's design.
@@ -96,9 +93,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "rsm",
         "Response surface",
-        "stemcal.stages.surface.stage",
-        "fit_response_surface",
-        "SurfaceResult",
+        "stemcal.stages.surface.stage.fit_response_surface",
+        "stemcal.stages.surface.result.SurfaceResult",
         ("rsm",),
         _before_surface,
         "Simulate the central composite design and fit the response surface.",
@@ -106,9 +102,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "invert",
         "Calibration",
-        "stemcal.stages.invert.stage",
-        "invert",
-        "InvertResult",
+        "stemcal.stages.invert.stage.invert",
+        "stemcal.stages.invert.result.InvertResult",
         ("invert", "targets"),
         lambda _study: "rsm",
         "Solve the surface for the measured value: calibrated parameters and how well they are known.",
@@ -117,9 +112,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "refine",
         "Refinement",
-        "stemcal.stages.refine.stage",
-        "refine",
-        "RefineResult",
+        "stemcal.stages.refine.stage.refine",
+        "stemcal.stages.refine.result.RefineResult",
         ("refine", "targets"),
         lambda _study: "invert",
         """Simulate at the solution, add the point, refit and step, until the simulated response is right.
@@ -134,9 +128,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "mesh",
         "Mesh",
-        "stemcal.stages.mesh.stage",
-        "mesh",
-        "MeshResult",
+        "stemcal.stages.mesh.stage.mesh",
+        "stemcal.stages.mesh.result.MeshResult",
         ("mesh", "invert", "targets"),
         lambda study: "invert" if study.refine is None else "refine",
         """Simulate the solution with the mesh at other places and elements of other sizes, and put their scatter into
@@ -150,9 +143,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "validate",
         "Validation",
-        "stemcal.stages.validate",
-        "validate",
-        "ValidateResult",
+        "stemcal.stages.validate.stage.validate",
+        "stemcal.stages.validate.result.ValidateResult",
         ("targets",),
         _before_validation,
         "Simulate whatever was measured, at every diameter or other condition, with the calibrated parameters.",
@@ -161,9 +153,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "transfer",
         "Transfer",
-        "stemcal.stages.transfer.stage",
-        "transfer",
-        "TransferResult",
+        "stemcal.stages.transfer.stage.transfer",
+        "stemcal.stages.transfer.result.TransferResult",
         ("transfer", "targets"),
         lambda _study: "validate",
         """Run the calibrated point in another program or on another mesh, and correct it there.
@@ -177,9 +168,8 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "audit",
         "Audit",
-        "stemcal.stages.audit.stage",
-        "audit",
-        "AuditResult",
+        "stemcal.stages.audit.stage.audit",
+        "stemcal.stages.audit.stage.AuditResult",
         ("targets", "published", "loading"),
         lambda study: _before_validation(study) if study.unvalidated else "validate",
         """Recompute a paper's printed tables and claims and list what does not agree, cell by cell.

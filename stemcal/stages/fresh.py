@@ -7,7 +7,7 @@ or to be begun again is worked out again.
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -20,7 +20,7 @@ from stemcal.files.plain import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch
-from stemcal.runs.outcome import answer_of, judged, stands
+from stemcal.runs.outcome import counted, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.solvers.protocol import RESPONSES, OfSpecAlone, Request, Solver
@@ -52,6 +52,8 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     parts |= {name: dump[name] for name in ("published", *stage_called(stage).options)}
     if study.tests:
         parts["tests"] = dump["tests"]
+    if study.targets.modes is not None:
+        parts["curves"] = vars(study.targets.modes)
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:
@@ -144,7 +146,7 @@ def _corrected(stage: str, study: Study, folder: StudyFolder) -> bool:
     """Whether a result that was entered by hand is another now than the stage was made from."""
     for _, outcome in read(stage_called(stage), folder).runs():
         records = [record for key in outcome.keys if key and (record := folder.peek(key)) is not None]
-        answers = [answer for record in records if (answer := judged(answer_of(record), study.runs)).ok]
+        answers = [answer for record in records if (answer := counted(record, study.runs)).ok]
         if records and outcome.ok != bool(answers):
             return True
         for name in (FIRST, *study.own_further):
@@ -210,8 +212,25 @@ def make(
     with folder:
         if solver is None and (known := fresh(kind_of(stage), study, folder)) is not None:
             return _told(known, watch)
-        made: StageResult = getattr(import_module(stage.module), stage.function)(study, folder, executor, watch, solver)
+        made: StageResult = _at(stage.function)(study, folder, executor, watch, solver)
         return made
+
+
+def make_all(
+    study: Study,
+    folder: StudyFolder,
+    executor: RunExecutor,
+    watch: Watch,
+    solver: Solver | None = None,
+    done: Callable[[StageResult], None] = lambda _result: None,
+) -> list[StageResult]:
+    """Make every stage of a study in order, or read it; `done` is called with each result as soon as it is known."""
+    made = []
+    with folder:
+        for stage in stages_of(study):
+            made.append(make(stage, study, folder, executor, watch, solver))
+            done(made[-1])
+    return made
 
 
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
@@ -238,7 +257,7 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
         records = [folder.peek(key) for key in outcome.keys if key]
         if not all(record is not None and stands(record, study.runs) for record in records):
             return False
-        if records and outcome.ok != any(judged(answer_of(record), study.runs).ok for record in records if record):
+        if records and outcome.ok != any(counted(record, study.runs).ok for record in records if record):
             return False
     return True
 
@@ -259,8 +278,13 @@ def _told(result: StageResult, watch: Watch) -> StageResult:
 
 def kind_of(stage: Stage) -> type[StageResult]:
     """Return the class of a stage's result."""
-    kind: type[StageResult] = getattr(import_module(stage.module), stage.result)
+    kind: type[StageResult] = _at(stage.result)
     return kind
+
+
+def _at(place: str) -> Any:
+    module, _, name = place.rpartition(".")
+    return getattr(import_module(module), name)
 
 
 def read(stage: Stage, folder: StudyFolder) -> StageResult:

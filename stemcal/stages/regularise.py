@@ -19,7 +19,7 @@ from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch, answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.solvers.protocol import Request
-from stemcal.stages.validate import calibrated_parameters
+from stemcal.stages.validate.stage import calibrated_parameters
 from stemcal.stages.work import Work
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.types.lengths import Length

@@ -1,24 +1,34 @@
 """The results of a study as far as it has come."""
 
+from __future__ import annotations
+
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
-from stemcal.stages.climb import ClimbResult
-from stemcal.stages.fresh import fresh, require_fresh
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
-from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import R, StageResult, read_result
-from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.transfer.result import TransferResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.base import Stage, stage_called
+from stemcal.stages.fresh import fresh, kind_of, require_fresh
+from stemcal.stages.result import StageResult, read_result
 from stemcal.study.model import Study
+
+if TYPE_CHECKING:
+    from stemcal.stages.climb import ClimbResult
+    from stemcal.stages.invert.result import InvertResult
+    from stemcal.stages.mesh.result import MeshResult
+    from stemcal.stages.refine.result import RefineResult
+    from stemcal.stages.screen import ScreenResult
+    from stemcal.stages.surface.result import SurfaceResult
+    from stemcal.stages.transfer.result import TransferResult
+    from stemcal.stages.validate.result import ValidateResult
+
+_FIELDS = {"screen": "screen", "climb": "climb", "rsm": "surface", "invert": "inversion", "refine": "refinement",
+           "mesh": "mesh", "validate": "validation", "transfer": "transfer"}  # fmt: skip
+"""Of each stage, where its result stands."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +50,7 @@ class Results:
 
     def done(self) -> Iterator[StageResult]:
         """Yield the results that are there, in the order of the stages."""
-        everything = (
-            self.screen, self.climb, self.surface, self.inversion, self.refinement, self.mesh, self.validation,
-            self.transfer,
-        )  # fmt: skip
+        everything = (getattr(self, field) for field in _FIELDS.values())
         yield from (result for result in everything if result is not None)
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
@@ -62,34 +69,26 @@ class Results:
         return dict(last.parameters)
 
 
-def fresh_results(study: Study, folder: StudyFolder) -> Results:
-    """Return the results that fit the spec and each other, and why the others are left out."""
+def fresh_results(study: Study, folder: StudyFolder, made: Sequence[StageResult] = ()) -> Results:
+    """Return the results that fit the spec and each other, and why the others are left out; `made` are known to fit."""
+    known = {result.name: result for result in made}
     reasons: list[str] = []
     solver = functools.cache(lambda: make_solver(study))  # one that is not needed is not made
 
-    def read(kind: type[R]) -> R | None:
-        if not folder.has_stage(kind.name):
+    def read(stage: Stage) -> StageResult | None:
+        if not folder.has_stage(stage.name):
             return None
-        if (known := fresh(kind, study, folder)) is not None:
-            return known
+        if (result := known.get(stage.name) or fresh(kind_of(stage), study, folder)) is not None:
+            return result
         try:
-            require_fresh(study, solver(), folder, kind.name)
-            return read_result(folder, kind)
+            require_fresh(study, solver(), folder, stage.name)
+            return read_result(folder, kind_of(stage))
         except UsageError as error:
             reasons.append(str(error))
             return None
 
-    found = (
-        read(ScreenResult),
-        read(ClimbResult),
-        read(SurfaceResult),
-        read(InvertResult),
-        read(RefineResult),
-        read(MeshResult),
-        read(ValidateResult),
-        read(TransferResult),
-    )
-    results = Results(*found, stale=tuple(dict.fromkeys(reasons)))
+    found: dict[str, Any] = {field: read(stage_called(name)) for name, field in _FIELDS.items()}
+    results = Results(**found, stale=tuple(dict.fromkeys(reasons)))
     if results.mesh is None or results.inversion is None:
         return results
     return replace(results, inversion=results.mesh.widened(results.inversion))

@@ -1,7 +1,7 @@
 """What an audit of a paper has found."""
 
 from stemcal.stages.audit import consistency, paper, suspicions
-from stemcal.stages.audit.stage import AuditResult, NoValidationTable
+from stemcal.stages.audit.stage import AuditResult, Finding, NoValidationTable
 from stemcal.stages.base import stage_called
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
@@ -20,6 +20,11 @@ def outcome(stage: AuditResult, _names: Names) -> list[str]:
             of=stage.of,
         )
     ]
+
+
+def said_of(finding: Finding, names: Names) -> str:
+    """Return what is found, as a sentence."""
+    return sentence(finding.found.fact, names)
 
 
 def remarks(stage: AuditResult, names: Names) -> list[Remark]:

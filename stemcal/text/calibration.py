@@ -1,19 +1,34 @@
 """What a calibration says: the values found, how well they are known, what they hold for, and its remarks."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
-from stemcal.doe.calibration.posterior import LONG_ENOUGH
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.notes import Weight
-from stemcal.stages.invert.joint import FlatDirection, ProcessesTaken, UnequalScatter
-from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, JointRow, PriorRow, PublishedPoint
-from stemcal.stages.invert.stage import PriorUnused, PublishedIncomplete, SolvedByProcess
-from stemcal.stages.mesh.result import MeshResult
+from stemcal.stages.invert.result import (
+    Certainty,
+    FlatDirection,
+    InvertResult,
+    JointFitted,
+    JointRow,
+    PriorRow,
+    PriorUnused,
+    ProcessesTaken,
+    PublishedIncomplete,
+    PublishedPoint,
+    SolvedByProcess,
+    UnequalScatter,
+)
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import fixed, interval, short, significant, unit_written
+
+if TYPE_CHECKING:
+    from stemcal.stages.mesh.result import MeshResult
 
 KNOWN = "known"
 """The kind of the remarks that say how well the parameters are known."""
@@ -197,7 +212,7 @@ def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
     yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     for part in stage.known:
         yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)
-        if part.posterior is not None and part.posterior.chain_length < LONG_ENOUGH:
+        if part.posterior is not None and part.posterior.is_rough:
             rough = (
                 "The chains of the posterior are only {length:.0f} autocorrelation times long ({samples:.0f} "
                 "independent samples): its intervals are rough."

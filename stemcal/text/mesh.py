@@ -15,6 +15,9 @@ def certainty(stage: MeshResult, names: Names) -> list[str]:
     return [_places(stage, names), *_sizes(stage, names)]
 
 
+outcome = certainty
+
+
 def remarks(stage: MeshResult, names: Names) -> list[Remark]:
     """Return what the mesh says beside its tables."""
     said = [Remark(_places(stage, names), Weight.TRUST, "places")]

@@ -1,56 +1,25 @@
 """What the results of a study say beside their tables: all remarks, those a verdict lets stand, those read first."""
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from importlib import import_module
 from typing import Any
 
 from stemcal.notes import Weight
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.text import audit, calibration, climb, mesh, refinement, runs, screening, surface, transfer, validation
+from stemcal.text import runs
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, sentence
-
-__all__ = [
-    "MOST",
-    "certainty",
-    "outcome_of",
-    "read_first",
-    "remarks_of",
-    "said_by_all",
-    "say_more",
-    "sentence",
-    "shown_remarks",
-    "warned",
-    "withheld",
-]
+from stemcal.text.notes import Remark
 
 MOST = 5
 """So many remarks are read."""
 
 
-@dataclass(frozen=True)
-class _Topic:
-    """What is said of a stage: its remarks, what came of it, how sure that is, each from result and names."""
-
-    remarks: Callable[[Any, Names], list[Remark]]
-    outcome: Callable[[Any, Names], list[str]]
-    certainty: Callable[[Any, Names], list[str]] = lambda _result, _names: []
-
-
-_TOPICS = {
-    "screen": _Topic(screening.remarks, screening.outcome, screening.certainty),
-    "climb": _Topic(climb.remarks, climb.outcome),
-    "rsm": _Topic(surface.remarks, surface.outcome, surface.certainty),
-    "invert": _Topic(calibration.remarks, calibration.outcome, calibration.certainty),
-    "refine": _Topic(refinement.remarks, refinement.outcome),
-    "mesh": _Topic(mesh.remarks, mesh.certainty, mesh.certainty),
-    "validate": _Topic(validation.remarks, validation.outcome, validation.certainty),
-    "transfer": _Topic(transfer.remarks, transfer.outcome, transfer.certainty),
-    "audit": _Topic(audit.remarks, audit.outcome),
-}
+_TOPICS = {"screen": "screening", "climb": "climb", "rsm": "surface", "invert": "calibration", "refine": "refinement",
+           "mesh": "mesh", "validate": "validation", "transfer": "transfer", "audit": "audit"}  # fmt: skip
+"""The module that words a stage: its remarks, what came of it, how sure that is, each from result and names."""
 TOPICS = (runs,)
 """What gives notes of several stages their sentences."""
 _AGREEING = ("refine", "validate", "transfer")
@@ -59,21 +28,27 @@ _CLAIMING = ("invert", "mesh", *_AGREEING)
 
 def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> list[Remark]:
     """Return what a stage's result says beside its tables."""
-    return _TOPICS[result.name].remarks(result, Names(result.naming, labels or {}))
+    return _said("remarks", result, labels)
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return what came out of a stage; no claim of agreement where the study does not bear it."""
     if not holds and result.name in _AGREEING:
         return []
-    return _TOPICS[result.name].outcome(result, Names(result.naming, labels or {}))
+    return _said("outcome", result, labels)
 
 
 def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return how sure it is, as far as the finished stages tell; no interval where the study is not calibrated."""
     shown = [result for result in results.done() if holds or result.name not in _CLAIMING]
-    said = [text for one in shown for text in _TOPICS[one.name].certainty(one, Names(one.naming, labels or {}))]
+    said = [text for one in shown for text in _said("certainty", one, labels)]
     return said if holds else [*said, withheld()]
+
+
+def _said(what: str, result: StageResult, labels: Mapping[str, str] | None) -> list[Any]:
+    """Return what the topic of a stage says of its result; nothing where it has no words of that kind."""
+    topic = import_module(f".{_TOPICS[result.name]}", __package__)
+    return getattr(topic, what)(result, Names(result.naming, labels or {})) if hasattr(topic, what) else []
 
 
 def shown_remarks(result: StageResult, holds: bool, labels: Mapping[str, str] | None = None) -> list[Remark]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
-from stemcal.stages.validate import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.stages.validate.result import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
 from stemcal.text import published
 from stemcal.text.language import say
 from stemcal.text.names import Names

@@ -230,14 +230,16 @@ states(
 @sentence.register
 def _(reason: rules.SolutionDoubtful, names: Names) -> str:
     somewhere = {
-        "hourglass": "With the calibrated parameters hourglass energy is {worst} % at {condition:condition}.",
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} % at {condition:condition}: above "
+        "10 % the force may be a third off, above 20 % a half.",
         "inertia": "With the calibrated parameters inertia carries {worst} % of the force at {condition:condition}.",
         "drift": "With the calibrated parameters the energy balance drifts by {worst} % at {condition:condition}.",
         "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended at "
         "{condition:condition}.",
     }
     nowhere = {
-        "hourglass": "With the calibrated parameters hourglass energy is {worst} %.",
+        "hourglass": "With the calibrated parameters hourglass energy is {worst} %: above 10 % the force may be a "
+        "third off, above 20 % a half.",
         "inertia": "With the calibrated parameters inertia carries {worst} % of the force.",
         "drift": "With the calibrated parameters the energy balance drifts by {worst} %.",
         "stroke": "With the calibrated parameters the force was not clearly past its maximum when the stroke ended.",

@@ -89,9 +89,10 @@ def test_folder_in_use_is_refused(tmp_path: Path) -> None:
 
 
 def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
-    from stemcal.stages import validate
+    from stemcal.stages.validate import stage
+    from stemcal.stages.validate.result import ValidateResult
 
-    result = validate.ValidateResult.from_json(
+    result = ValidateResult.from_json(
         {
             "schema_version": 2,
             "stage": "validate",
@@ -107,7 +108,7 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
             "mean_abs_error_percent": 0.5,
         }
     )  # fmt: skip
-    monkeypatch.setattr(validate, "validate", lambda *_: result)
+    monkeypatch.setattr(stage, "validate", lambda *_: result)
     done = command("validate", REPLAY, "--out", tmp_path)
     assert done.exit_code == 3
     assert "validate: 1 of 2 runs failed: inverted (1)" in done.stderr

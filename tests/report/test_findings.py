@@ -11,7 +11,7 @@ from stemcal.files.rows import Rows
 from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import stage_tables
 from stemcal.stages.invert.result import JointFitted, JointRow
-from stemcal.stages.validate import FurtherRow
+from stemcal.stages.validate.result import FurtherRow
 
 
 def printed(stage: Any) -> str:

@@ -19,7 +19,7 @@ from stemcal.stages.design import screening_design, surface_design
 from stemcal.stages.screen import ScreenResult, screen
 from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfSeeds
 from stemcal.stages.surface.stage import SurfaceResult, fit_response_surface
-from stemcal.stages.validate import requests_at
+from stemcal.stages.validate.stage import requests_at
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 

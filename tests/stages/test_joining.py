@@ -16,7 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results
-from stemcal.stages.validate import RangesChosenAfter, TooFewForDiscrepancy
+from stemcal.stages.validate.result import RangesChosenAfter, TooFewForDiscrepancy
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 

@@ -19,7 +19,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.invert.joint import FlatDirection
+from stemcal.stages.invert.result import FlatDirection
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.advice import FitFewer, WidenRange
 from stemcal.stages.verdict.result import Verdict

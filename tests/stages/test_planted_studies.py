@@ -1,7 +1,7 @@
 """Studies with a known truth planted in them: the verdict, its advice, and the verdict after following it.
 
-Every forward model is analytic: F = (100 + 20a + 8b + 3b²)·(d/8)^(2 + g·b), travel = 2 + t·a − 0.3b, with a and b coded
-by the ranges. The measured values are those of the truth.
+Every forward model is analytic: F = (100 + 20a + 8b + 3b² + c·ab)·(d/8)^(2 + g·b), travel = 2 + t·a − 0.3b, with a and
+b coded by the ranges. The measured values are those of the truth.
 """
 
 from __future__ import annotations
@@ -32,6 +32,20 @@ from stemcal.study.reading import load_study
 
 TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
 RSM = "rsm: {factors: [yield_stress, failure_strain], centre_points: 4}\n"
+NINE = """\
+schema_version: 1
+name: demo
+factors:
+  - {name: density, unit: kg/m3, low: 1000, high: 1200}
+  - {name: elastic_modulus, unit: MPa, low: 800, high: 1200}
+  - {name: poisson_ratio, low: 0.2, high: 0.4}
+  - {name: yield_stress, unit: MPa, low: 10, high: 20}
+  - {name: tangent_modulus, unit: MPa, low: 0.4, high: 0.6}
+  - {name: hardening_parameter, low: 0, high: 0.1}
+  - {name: strain_rate_c, unit: 1/s, low: 80, high: 100}
+  - {name: strain_rate_p, low: 4, high: 12}
+  - {name: failure_strain, low: 0.01, high: 0.05}
+"""
 
 
 @dataclass(frozen=True)
@@ -39,13 +53,16 @@ class Planted(SpecSolver):
     """The forward model; `checks` are told of runs of a stage at a diameter, `rough` is the part of its roughness."""
 
     growth: float = 0.0
+    crossed: float = 0.0
     slope: float = 0.05
     rough: float = 0.0
     checks: dict[tuple[str, float], dict[str, float]] = field(default_factory=dict)
 
     def at(self, a: float, b: float, diameter: float) -> tuple[float, float]:
         """Return force and travel."""
-        force = (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b) * (diameter / 8.0) ** (2.0 + self.growth * b)
+        force = (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b + self.crossed * a * b) * (diameter / 8.0) ** (
+            2.0 + self.growth * b
+        )
         return force, 2.0 + self.slope * a - 0.3 * b
 
     def solve(self, request: Request) -> Answer:
@@ -147,6 +164,36 @@ def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(t
     after, again = plant.judged("held", text)
     assert (after.verdict, after.reasons) == ("calibrated", ())
     assert again.parameters["yield_stress"] == pytest.approx(15.0 + 5.0 * truth[0], abs=0.05)
+
+
+@pytest.mark.parametrize("truth", TRUTHS[:2])
+def test_a_fold_over_finds_the_pair_and_a_second_response_each_of_it(tmp_path, monkeypatch, truth) -> None:
+    """Of nine factors two act, and their product: in twelve runs that is aliased with seven mains, in 24 with none."""
+    monkeypatch.setattr(f"{__name__}.TWO_FACTORS", NINE)
+    plant = Plant(tmp_path, monkeypatch, Planted(crossed=6.0), truth)
+    spec = "screen: {fold_over: true}\n" + plant.measured(travel=True)
+    before, results = plant.judged("one", spec)
+    assert results.screen is not None and results.surface is not None and len(results.screen.design.runs) == 24
+    effects = {effect.factor: effect.effect for effect in results.screen.effects}
+    assert effects == pytest.approx(
+        dict.fromkeys(effects, 0.0) | {"yield_stress": 40.0, "failure_strain": 16.0}, abs=1e-9
+    )
+    assert results.surface.names == ("yield_stress", "failure_strain")
+    reason = not_identified(before)
+    assert before.verdict == "with_reservations" and reason is not None and reason.factors == results.surface.names
+    assert isinstance(reason.remedy, Identify) and reason.remedy.unfitted == "responses"
+    after, again = plant.judged("two", spec + "invert: {responses: [force, travel]}\n")
+    assert (after.verdict, after.reasons) == ("calibrated", ()) and plant.away(again) < 0.02
+
+
+@pytest.mark.parametrize(("rough", "told"), [(0.0, 2), (0.3, 0)])
+def test_shares_of_variance_are_withheld_where_the_surface_predicts_nothing(tmp_path, monkeypatch, rough, told) -> None:
+    """Sobol' indices of a quadratic whose runs left out it predicts with R² below a half say nothing of the force."""
+    plant = Plant(tmp_path, monkeypatch, Planted(rough=rough), TRUTHS[0])
+    _, results = plant.judged("one", plant.measured() + RSM + "runs: {quorum: 0}\n")
+    surface = results.surface
+    assert surface is not None and ((surface.fitted.predicted_r2 or 0.0) > 0.5) == bool(told)
+    assert len(surface.sobol) == told
 
 
 class _Held(Planted):

@@ -16,8 +16,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.invert.joint import ProcessesTaken
-from stemcal.stages.invert.stage import SolvedByProcess
+from stemcal.stages.invert.result import ProcessesTaken, SolvedByProcess
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import OutOfReach, verdict_of

@@ -10,8 +10,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.stage import PriorUnused
+from stemcal.stages.invert.result import InvertResult, PriorUnused
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.rules import PriorConflict, verdict_of
 from stemcal.study.model import Study

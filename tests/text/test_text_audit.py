@@ -9,9 +9,9 @@ from stemcal.stages.audit.paper import LevelDiffers
 from stemcal.stages.audit.suspicions import BladeStopsShort, OneOfMany, SignDefiesLaw
 from stemcal.stages.printed_numbers import Disagreement
 from stemcal.stages.printed_tables import Audited, Contradiction, Difference
+from stemcal.text.audit import sentence
 from stemcal.text.names import Names
 from stemcal.text.published import remarks
-from stemcal.text.results import sentence
 
 
 def kinds(base: type) -> list[type]:

@@ -21,12 +21,14 @@ from stemcal.stages.base import STAGES
 from stemcal.text import language
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.results import remarks_of, sentence
+from stemcal.text.notes import sentence
+from stemcal.text.results import remarks_of
 
 PACKAGE = Path(stemcal.__file__).parent
 TEXTS = sorted((PACKAGE / "text").glob("*.py"))
 
-for module in [*(stage.module for stage in STAGES), *(f"stemcal.text.{path.stem}" for path in TEXTS)]:
+MAKING = [stage.function.rpartition(".")[0] for stage in STAGES]
+for module in [*MAKING, *(f"stemcal.text.{path.stem}" for path in TEXTS)]:
     import_module(module)
 KINDS = sorted(kind for kind, found in Tagged.kinds.items() if issubclass(found, Note) and found is not Note)
 PACKAGE_KINDS = [kind for kind in KINDS if Tagged.kinds[kind].__module__.startswith("stemcal.")]

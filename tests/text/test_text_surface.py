@@ -12,7 +12,8 @@ from stemcal.stages.surface.result import Corrected
 from stemcal.stages.surface.runs import EqualSeeds
 from stemcal.text import surface
 from stemcal.text.names import Names
-from stemcal.text.results import remarks_of, sentence
+from stemcal.text.notes import sentence
+from stemcal.text.results import remarks_of
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 

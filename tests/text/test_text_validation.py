@@ -11,7 +11,13 @@ from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
 from stemcal.stages.invert.certainty import Measured
-from stemcal.stages.validate import FromTable, FurtherRow, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.stages.validate.result import (
+    FromTable,
+    FurtherRow,
+    RangesChosenAfter,
+    TooFewForDiscrepancy,
+    ValidateResult,
+)
 from stemcal.text import validation
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, sentence

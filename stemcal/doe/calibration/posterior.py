@@ -30,8 +30,6 @@ _NO_PART = 1e-9  # a source below this part of the variance is rounding
 _DRAWS = 8  # 2^8 draws of the variances
 ALIKE = 4.0
 """How alike the diameters scatter: ν₀ of σᵢ² ~ ν₀σ²/χ²(ν₀), by which two thirds of their sd are within a factor 1.5."""
-LONG_ENOUGH = 50
-"""Chains of fewer autocorrelation times are too short to trust: emcee's own rule."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from stemcal.report.tables.of_parameters import calibration_table, climb_table, 
 from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate import ValidateResult, ValidateRow
+from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.study.model import Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names

@@ -7,7 +7,7 @@ from statistics import geometric_mean
 from stemcal.doe.validation.comparison import Exponent
 from stemcal.naming import DIAMETER, FORCE, Named
 from stemcal.report.figures.style import BLUE, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 
 _MOST_TICKS = 12
 

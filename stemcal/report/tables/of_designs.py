@@ -1,14 +1,16 @@
 """Tables of designs: the effects of a screening, the analysis of a response surface and its shape, the runs."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.rivals import NETWORKS, NEURONS, Comparison
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import FIRST, FORCE, Named
-from stemcal.overview.status import Entry
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (
     condition,
@@ -32,6 +34,9 @@ from stemcal.text.numbers import fixed, percent, probability, short, significant
 from stemcal.text.screening import standing
 from stemcal.text.surface import RIVALS, shape_name
 from stemcal.text.tables import line
+
+if TYPE_CHECKING:
+    from stemcal.overview.status import Entry
 
 MANY = {"surface": 3, "design": 4}  # factors beyond which columns are headed by symbols in place of names
 SHORT_KEY = 8

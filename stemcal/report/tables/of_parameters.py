@@ -1,20 +1,24 @@
 """Tables of the parameters: as calibrated and how well they are known, the way to them, other meshes there."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
-from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import Certainty, InvertResult
-from stemcal.stages.mesh.result import MeshResult, MeshRun
-from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Interval
 from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
+
+if TYPE_CHECKING:
+    from stemcal.stages.climb import ClimbResult
+    from stemcal.stages.mesh.result import MeshResult, MeshRun
+    from stemcal.stages.refine.result import RefineResult
 
 
 def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, float] | None = None) -> Table:

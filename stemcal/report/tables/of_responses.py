@@ -7,7 +7,7 @@ from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.report.tables.columns import ERROR, Form, condition, level_list, measured_of, simulated, to_decimals
 from stemcal.stages.invert.result import Desired, JointFitted
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, probability, short, significant
 from stemcal.text.tables import line

@@ -1,7 +1,10 @@
 """The tables of each stage."""
 
-from collections.abc import Iterable, Mapping
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
@@ -15,22 +18,18 @@ from stemcal.report.tables.of_parameters import (
     refine_table,
 )
 from stemcal.report.tables.of_responses import desired_table, further_table, joint_table, validation_tables
-from stemcal.report.tables.of_transfer import transfer_tables
-from stemcal.stages.audit.stage import AuditResult
-from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
-from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.transfer.result import TransferResult
-from stemcal.stages.validate import ValidateResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import significant
-from stemcal.text.results import sentence
 from stemcal.text.tables import line
+
+if TYPE_CHECKING:
+    from stemcal.stages.audit.stage import AuditResult
+    from stemcal.stages.invert.result import InvertResult
+    from stemcal.stages.transfer.result import TransferResult
 
 
 def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judged: bool = False) -> list[Table]:
@@ -39,26 +38,17 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
     A `judged` table of effects says in words what each of them means.
     """
     names = Names(stage.naming, labels or {})
-    match stage:
-        case ScreenResult():
-            return [effects_table(one, names.of(one.naming), judged) for one in stage.all_responses]
-        case ClimbResult():
-            return [climb_table(stage, names)]
-        case SurfaceResult():
-            return [*surface_tables(stage, names), *_of_others(stage, labels)]
-        case InvertResult():
-            return [calibration_table(stage, names), *joint_tables(stage, names)]
-        case RefineResult():
-            return [refine_table(stage, names)]
-        case MeshResult():
-            return [mesh_table(stage, names), budget_table(stage, names)]
-        case ValidateResult():
-            return validation_tables(stage, names)
-        case TransferResult():
-            return transfer_tables(stage, names)
-        case AuditResult():
-            return [audit_table(stage, names)]
-    return []
+    if isinstance(stage, ScreenResult):
+        return [effects_table(one, names.of(one.naming), judged) for one in stage.all_responses]
+    if isinstance(stage, SurfaceResult):
+        return [*surface_tables(stage, names), *_of_others(stage, labels)]
+    return _TABLES[stage.name](stage, names)
+
+
+def _transfer_tables(stage: TransferResult, names: Names) -> list[Table]:
+    from stemcal.report.tables.of_transfer import transfer_tables
+
+    return transfer_tables(stage, names)
 
 
 def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
@@ -91,8 +81,21 @@ def _of_others(stage: SurfaceResult, labels: Mapping[str, str] | None) -> list[T
 
 def audit_table(stage: AuditResult, names: Names) -> Table:
     """Return what an audit found."""
+    from stemcal.text.audit import said_of
+
     touches = Column("consequence", "Touches", of=lambda finding: say(finding.found.consequence))
-    said = Column("sentence", "Finding", of=lambda finding: sentence(finding.found.fact, names))
+    said = Column("sentence", "Finding", of=lambda finding: said_of(finding, names))
     columns = Column("number", "", form=format), touches, said
     counts = "; ".join(f"{name} {count.agree}/{count.of}" for name, count in stage.tables_agree.items())
     return Table.of(columns, stage.findings, line("audit"), [line("agree", counts=counts)])
+
+
+_TABLES: dict[str, Callable[[Any, Names], list[Table]]] = {
+    "climb": lambda stage, names: [climb_table(stage, names)],
+    "invert": lambda stage, names: [calibration_table(stage, names), *joint_tables(stage, names)],
+    "refine": lambda stage, names: [refine_table(stage, names)],
+    "mesh": lambda stage, names: [mesh_table(stage, names), budget_table(stage, names)],
+    "validate": validation_tables,
+    "transfer": _transfer_tables,
+    "audit": lambda stage, names: [audit_table(stage, names)],
+}

@@ -23,11 +23,10 @@ from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
 from stemcal.text.calibration import known, unseen_changes
-from stemcal.text.laboratory import response_text
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import duration, fixed, significant, unit_written
@@ -184,6 +183,7 @@ def _maximum(result: CuttingResult) -> list[tuple[str, str]]:
 
 def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
     from stemcal.laboratory import LaboratoryResult
+    from stemcal.text.laboratory import response_text
 
     found = result.responses if isinstance(result, LaboratoryResult) else {}
     measured = section.means_at(diameter)

@@ -9,7 +9,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.printed_tables import Audited, Contradiction
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 
 

@@ -23,7 +23,7 @@ from stemcal.stages.printed_tables import Agreement, Contradiction
 from stemcal.stages.result import Head, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.work import HERE, Work, a_stage
 from stemcal.study.model import Study
 

@@ -17,7 +17,6 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.notes import Note, Weight
 from stemcal.stages.invert.certainty import (
     Measured,
     certainty_of,
@@ -31,38 +30,18 @@ from stemcal.stages.invert.result import (
     Contradicted,
     Desired,
     DesiredRow,
+    FlatDirection,
     InvertResult,
     JointFitted,
     JointRow,
     Mean,
     Point,
+    ProcessesTaken,
+    UnequalScatter,
 )
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
-
-
-class UnequalScatter(Note):
-    """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
-
-    p: float
-
-
-class ProcessesTaken(Note):
-    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
-
-    count: int
-    of: int
-
-
-class FlatDirection(Note, weight=Weight.USE):
-    """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
-
-    `changes` is by factor, in its unit, the largest by one half step of the design.
-    """
-
-    changes: dict[str, float]
-    units: dict[str, str]
 
 
 def measured_means(study: Study) -> list[Measured]:

@@ -13,9 +13,58 @@ from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
-from stemcal.notes import Note
+from stemcal.notes import Note, Weight
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
+
+_LONG_ENOUGH = 50  # autocorrelation times, the rule of emcee
+
+
+class UnequalScatter(Note):
+    """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
+
+    p: float
+
+
+class ProcessesTaken(Note):
+    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
+
+    count: int
+    of: int
+
+
+class FlatDirection(Note, weight=Weight.USE):
+    """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
+
+    `changes` is by factor, in its unit, the largest by one half step of the design.
+    """
+
+    changes: dict[str, float]
+    units: dict[str, str]
+
+
+class PriorUnused(Note):
+    """Factors with a prior that the surface does not vary: they stay at mid-level."""
+
+    factors: tuple[str, ...]
+
+
+class PublishedIncomplete(Note):
+    """The published solution lacks factors of the surface: their centres are taken."""
+
+    factors: tuple[str, ...]
+
+
+class SolvedByProcess(Note, weight=Weight.USE):
+    """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
+
+    `low` and `high` are what the quadratic reaches; both predicted R² are given.
+    """
+
+    low: float
+    high: float
+    quadratic_predicted_r2: float | None
+    process_predicted_r2: float | None
 
 
 @dataclass(frozen=True)
@@ -76,6 +125,11 @@ class PosteriorSummary:
     effective_samples: float
     samples: dict[str, tuple[float, ...]]
     chain_length: float
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether the chains are too short to trust."""
+        return self.chain_length < _LONG_ENOUGH
 
     def to_inference_data(self) -> Any:
         """Return the samples as `arviz.InferenceData`, one chain; needs the extra bayes."""

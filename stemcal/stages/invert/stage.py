@@ -13,23 +13,24 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.errors import TargetUnreachable
 from stemcal.naming import FIRST
-from stemcal.notes import Note, Weight
+from stemcal.notes import Note
 from stemcal.solvers.protocol import Belonging
 from stemcal.stages.invert import certainty
 from stemcal.stages.invert.joint import solve_jointly
-from stemcal.stages.invert.result import InvertResult, Point, PublishedPoint
+from stemcal.stages.invert.result import (
+    InvertResult,
+    Point,
+    PriorUnused,
+    PublishedIncomplete,
+    PublishedPoint,
+    SolvedByProcess,
+)
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
 __all__ = ["InvertResult", "invert"]
-
-
-class PriorUnused(Note):
-    """Factors with a prior that the surface does not vary: they stay at mid-level."""
-
-    factors: tuple[str, ...]
 
 
 @a_stage(InvertResult)
@@ -42,24 +43,6 @@ def invert(work: Work, head: Head) -> InvertResult:
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*solved.notes, *([PriorUnused(idle)] if idle else []), *on_published)
     return replace(solved, belongs_to=belongs_to, published=published, notes=notes)
-
-
-class PublishedIncomplete(Note):
-    """The published solution lacks factors of the surface: their centres are taken."""
-
-    factors: tuple[str, ...]
-
-
-class SolvedByProcess(Note, weight=Weight.USE):
-    """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
-
-    `low` and `high` are what the quadratic reaches; both predicted R² are given.
-    """
-
-    low: float
-    high: float
-    quadratic_predicted_r2: float | None
-    process_predicted_r2: float | None
 
 
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:

@@ -9,10 +9,9 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, key
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.stages.result import AimsAt, Entries, Head, Interval, StageResult
 
 Stopped = Literal["tolerance", "budget", "out_of_reach", "settled"]
-AimsAt = Literal["measured", "study"]
 Role = Literal["search", "after", "before"]
 
 

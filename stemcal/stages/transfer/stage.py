@@ -30,7 +30,7 @@ from stemcal.stages.transfer.result import (
     TransferRow,
     TransferRun,
 )
-from stemcal.stages.validate import ValidateResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.work import SimulateAt, Work, a_stage, needs_simulation
 from stemcal.study.model import EmbeddedSolver, OwnRange, Study, Target, TransferOptions
 from stemcal.study.types.units import from_internal

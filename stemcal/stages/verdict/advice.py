@@ -10,8 +10,6 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.levelset import extremes
-from stemcal.doe.calibration.process_inversion import reach_of
 from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.invert.result import Certainty
 from stemcal.stages.surface.result import SurfaceResult
@@ -184,6 +182,9 @@ def reach(surface: SurfaceResult, study: Study) -> tuple[float, float]:
 
     Where a Gaussian process predicts better, they are what that leaves possible.
     """
+    from stemcal.doe.calibration.levelset import extremes
+    from stemcal.doe.calibration.process_inversion import reach_of
+
     if surface.process is not None:
         return reach_of(surface.process, surface.region(study))
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region(study)))
@@ -196,6 +197,8 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
+    from stemcal.doe.calibration.levelset import extremes
+
     end = extremes(surface.fitted, surface.region(study))[0 if target < reach(surface, study)[0] else 1]
     found = [
         (width, _widened(factor, up, width))

@@ -10,9 +10,9 @@ from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import Contradicted, JointFitted, PriorRow
+from stemcal.stages.result import AimsAt
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EqualRepeats
-from stemcal.stages.transfer.result import AimsAt
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, physics_of
 from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, UseThere, Verdict

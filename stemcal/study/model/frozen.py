@@ -16,6 +16,4 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 class Frozen(BaseModel):
     """Immutable, no unknown keys, finite numbers only."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)

@@ -125,7 +125,7 @@ class EmbeddedSolver(Frozen):
         )
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class TableSolver:
     """Tables that answer in place of a solver: columns named by factor, the response last.
 

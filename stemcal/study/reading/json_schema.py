@@ -1,10 +1,16 @@
 """The form of a spec as JSON schema: for editors, and for knowing which keys stand where."""
 
+import ast
 import functools
 from collections.abc import Iterator
+from inspect import getsource
+from itertools import pairwise
 from typing import Any
 
-from stemcal.study.model import StudyForm
+from pydantic import AliasChoices
+
+from stemcal.study.model import StudyForm, TableSolver
+from stemcal.study.model.frozen import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 
 SOLVER_KINDS = ("embedded", "table", "command", "manual", "lsdyna", "openradioss")
@@ -34,6 +40,9 @@ def json_schema() -> dict[str, Any]:
         "description": "The same where `conditions` names the study's own: `diameters` by its name there.",
         "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
     }
+    of_stems = schema["$defs"]["Target"]
+    of_stems["required"] = ["diameter"]
+    of_stems["anyOf"] = [{"required": ["force"]}, {"required": ["curves"]}]
     command = schema["$defs"]["CommandSolver"]["properties"]
     command["result"]["anyOf"] += [
         {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}
@@ -55,10 +64,38 @@ def _form() -> dict[str, Any]:
     schema["title"] = "stemcal study"
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
-    for section in (schema, *schema["$defs"].values()):
-        for node in section["properties"].values():
-            node["description"] = " ".join(node.get("description", "").split())
+    for model in (StudyForm, TableSolver, *_sections_of(Frozen)):
+        section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
+        said = _said_by_fields(model)
+        for name, field in vars(model)["__pydantic_fields__"].items():
+            alias = field.validation_alias
+            key = alias.choices[0] if isinstance(alias, AliasChoices) else alias or name
+            if key in section.get("properties", {}):
+                node = section["properties"][key]
+                meaning = field.description or said.get(name) or node.get("description", "")
+                node["description"] = " ".join(meaning.split())
     return schema
+
+
+def _sections_of(model: type[Frozen]) -> Iterator[type[Frozen]]:
+    for section in model.__subclasses__():
+        yield from (section, *_sections_of(section))
+
+
+def _said_by_fields(model: type) -> dict[str, str]:
+    """Return the text under each field of a class, or of those it is made from, by the field's name.
+
+    It is read where it is wanted: `use_attribute_docstrings` of pydantic would read it in every command.
+    """
+    said = {}
+    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, (Frozen, TableSolver))]
+    for section in (ast.parse(getsource(kind)).body[0] for kind in own):
+        assert isinstance(section, ast.ClassDef)
+        for field, below in pairwise(section.body):
+            match field, below:
+                case ast.AnnAssign(target=ast.Name(name)), ast.Expr(value=ast.Constant(str(text))):
+                    said[name] = text
+    return said
 
 
 def section_places() -> dict[str, str]:

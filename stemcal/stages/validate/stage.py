@@ -1,199 +1,42 @@
-"""The validation: every measured diameter against the calibrated model."""
+"""The validation as a stage: whatever was measured is simulated with the calibrated parameters and compared."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.validation.comparison import Exponent, Validation, ValidationRow, compare_conditions, error_percent
+from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
 from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
-from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.doe.validation.null_model import formula_elsewhere
-from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline
+from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.naming import DIAMETER, FIRST
-from stemcal.notes import Note, Weight
-from stemcal.runs.outcome import Outcome, Replicates, lower_bounds
+from stemcal.naming import FIRST
+from stemcal.notes import Note
+from stemcal.runs.outcome import Outcome, lower_bounds
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
 from stemcal.solvers.protocol import Meshed, Request, Solver
 from stemcal.stages.fresh import read_fresh
-from stemcal.stages.invert.certainty import Measured, measured_of, misfit_over
+from stemcal.stages.invert.certainty import measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
-from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.result import (
+    FromTable,
+    FurtherRow,
+    RangesChosenAfter,
+    TooFewForDiscrepancy,
+    ValidateResult,
+    ValidateRow,
+)
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
-
-
-class FromTable(Note, weight=Weight.USE):
-    """The simulated responses are a table's, which belong to these levels (none: unknown), not to this calibration."""
-
-    levels: dict[str, float]
-
-
-class RangesChosenAfter(Note):
-    """The ranges were chosen after seeing the measurements, so leaving them out in turn is not an independent check."""
-
-
-class TooFewForDiscrepancy(Note):
-    """What the model misses takes more fitted conditions, since the parameters are seen in so many directions."""
-
-    needed: int
-    directions: int
-
-
-_COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
-            "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
-
-
-@dataclass(frozen=True)
-class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it; `mesh_interval` as of the force."""
-
-    response: str
-    unit: str
-    measured: float
-    sd: float | None
-    simulated: float
-    error_percent: float | None
-    mesh_interval: Interval | None = absent()
-    n: int | None = absent()
-    measured_low: float | None = absent()
-    measured_high: float | None = absent()
-    p_different: float | None = absent()
-    p_equivalent: float | None = absent()
-    judged: bool = absent(False)
-
-    @classmethod
-    def of(cls, mean: Measured, simulated: float, margin_percent: float, by_chance: Scatter | None) -> FurtherRow:
-        """Compare a mean with what was simulated; those a study declares itself are tested as the first is.
-
-        `by_chance` is the scatter of the simulated value, if it is a mean over replicates.
-        """
-        named, error = mean.named, error_percent(mean.value, simulated)
-        row = cls(named.name, named.unit, mean.value, mean.sd, simulated, error, judged=mean.leads)
-        if not mean.leads or mean.sd is None or mean.n is None:
-            return row
-        scatter = None if by_chance is None else (by_chance.share, by_chance.df)
-        measured = Sample(mean.value, mean.sd, mean.n)
-        found = compare_with_simulated(measured, simulated, margin_percent, scatter)
-        return replace(
-            row,
-            n=mean.n,
-            measured_low=found.low,
-            measured_high=found.high,
-            p_different=found.p,
-            p_equivalent=found.p_equivalent,
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class ValidateRow:
-    """One diameter: measured and simulated force compared, and what came of the run.
-
-    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem; `corrected` is the
-    measured force that one scale for what the model misses at the other fitted diameters predicts.
-    """
-
-    compared: ValidationRow = inline()
-    status: str = "ok"
-    censored: bool = False
-    reason: str = ""
-    message: str = ""
-    key: str = ""
-    replicates: Replicates | None = absent()
-    mesh_interval: Interval | None = absent()
-    corrected: ScaledPrediction | None = absent()
-    further: Rows[FurtherRow] = absent(Rows())
-
-    @property
-    def errors_percent(self) -> list[float]:
-        """The errors by which the study is judged: of the force, and of responses that were tested as it is."""
-        tested = [row.error_percent for row in self.further if row.judged]
-        return [error for error in (self.compared.error_percent, *tested) if error is not None]
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class ValidateResult(StageResult):
-    """Measured against simulated response over the conditions, and how a force grows with the stem's diameter."""
-
-    name: ClassVar[str] = "validate"
-    shown = ("max_abs_error_percent",)
-
-    head: Head = inline()
-    parameters: dict[str, float]
-    rows: Rows[ValidateRow]
-    equivalent_within_percent: float = 10.0
-    max_abs_error_percent: float | None
-    mean_abs_error_percent: float | None
-    max_abs_error_percent_independent: float | None = None
-    best_scaled_max_error_percent: float | None = None
-    error_slope_percent_per_unit: float | None = None
-    measured_exponent: Exponent | None = None
-    simulated_exponent: Exponent | None = None
-    formula_max_abs_error_percent: float | None = None
-    discrepancy: Discrepancy | None = absent()
-    published: Audited | None = None
-    notes: tuple[Note, ...] = ()
-
-    @property
-    def compared(self) -> list[ValidationRow]:
-        """The comparison at each diameter."""
-        return [row.compared for row in self.rows]
-
-    @property
-    def fitted(self) -> tuple[float, ...]:
-        """The conditions at which the parameters were fitted."""
-        return tuple(row.condition for row in self.compared if row.role == "calibration")
-
-    @property
-    def independent(self) -> list[ValidationRow]:
-        """The comparisons that check the result: what was not fitted, and was simulated."""
-        return [row for row in self.compared if row.role != "calibration" and row.error_percent is not None]
-
-    @property
-    def predicted(self) -> list[bool]:
-        """Whether each measured mean lies in the interval that the other fitted conditions predict for it."""
-        pairs = [(row.compared.measured, row.corrected.interval) for row in self.rows if row.corrected is not None]
-        return [low <= measured <= high for measured, (low, high) in pairs]
-
-    def against_published(self, study: Study) -> ValidateResult:
-        """Return it with the errors that a paper printed compared."""
-        return replace(self, published=audit_validation(study))
-
-    def _tables(self) -> dict[str, Table]:
-        """Return the comparison."""
-        return {"validate": Table.of(_COLUMNS, self.rows)}
-
-    def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield the outcome of every run, named by its condition."""
-        for number, row in enumerate(self.rows, 1):
-            outcome = Outcome(
-                response=row.compared.simulated,
-                status=row.status,
-                censored=row.censored,
-                reason=row.reason,
-                message=row.message,
-                key=row.key,
-                responses={each.response: each.simulated for each in row.further} or None,
-                replicates=row.replicates,
-            )
-            yield self._label(number, row.compared.condition), outcome
-
-    def _label(self, number: int, condition: float) -> str:
-        """Name a run by its condition, by its number where there is none."""
-        if self.naming.condition == DIAMETER:
-            return f"{condition:.6g} mm"
-        return self.naming.place(condition) or f"{self.name} {number}"
 
 
 @a_stage(ValidateResult)

@@ -1,0 +1,1 @@
+"""The validation: every measured diameter against the calibrated model."""
