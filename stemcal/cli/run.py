@@ -45,13 +45,14 @@ def go_through(work: Session, tell: bool) -> Callable[..., None]:
     from stemcal.stages.verdict.rules import verdict_of
 
     unreachable: TargetUnreachable | None = None
+    made: list[StageResult] = []
     try:
-        make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
+        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
     except TargetUnreachable as error:
         unreachable = error
     work.folder.remember_spec(work.study.source)
     work.watch.busy("drawing the report")
-    results = fresh_results(work.study, work.folder)
+    results = fresh_results(work.study, work.folder, made)
     verdict = verdict_of(work.study, work.folder, results)
     page = draw(work.study, work.folder, results, verdict)
 

@@ -85,7 +85,7 @@ def start(model: Model) -> State:
         topology=topology,
         tools=tool_arrays(model.tools, len(body.x)),
         edge=edge_arrays(model.tools, body.x, size),
-        spread=spread_edge(model.tools, body.x, body.ghosts, float(np.cbrt(volumes.min()))),
+        spread=spread_edge(model.tools, body.x, body.ghosts, model.mesh.hexes, float(np.cbrt(volumes.min()))),
         cut=cut_plane(model.cohesion, model.tools, model.mesh, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes)),
         exchange=exchange(

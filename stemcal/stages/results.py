@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -69,16 +69,17 @@ class Results:
         return dict(last.parameters)
 
 
-def fresh_results(study: Study, folder: StudyFolder) -> Results:
-    """Return the results that fit the spec and each other, and why the others are left out."""
+def fresh_results(study: Study, folder: StudyFolder, made: Sequence[StageResult] = ()) -> Results:
+    """Return the results that fit the spec and each other, and why the others are left out; `made` are known to fit."""
+    known = {result.name: result for result in made}
     reasons: list[str] = []
     solver = functools.cache(lambda: make_solver(study))  # one that is not needed is not made
 
     def read(stage: Stage) -> StageResult | None:
         if not folder.has_stage(stage.name):
             return None
-        if (known := fresh(kind_of(stage), study, folder)) is not None:
-            return known
+        if (result := known.get(stage.name) or fresh(kind_of(stage), study, folder)) is not None:
+            return result
         try:
             require_fresh(study, solver(), folder, stage.name)
             return read_result(folder, kind_of(stage))

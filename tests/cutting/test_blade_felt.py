@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from stemcal.cutting import Loading, ShearTest, build, shear
-from stemcal.fem.contact import gap_beside, reach_beside
+from stemcal.fem.contact import gap_beside, reach_beside, spread_edge
+from stemcal.fem.mesh import brick
 from stemcal.fem.stepper import simulate
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
@@ -44,6 +45,25 @@ def test_an_edge_ground_on_one_side_bears_farther_on_that_side() -> None:
     left, right = reach_beside(build(shipped(bevel="one", edge_spread=1.0)).tools[0])
     assert left == pytest.approx(sqrt(1.1**2 - 0.1**2), abs=2e-3)
     assert right == pytest.approx((1.0 + 0.1 * (1.0 - sin(radians(37.5)))) / cos(radians(37.5)), abs=2e-3)
+
+
+@pytest.mark.parametrize("bevel", ["both", "one"])
+def test_what_nodes_feel_is_as_wide_on_all_elements_of_up_to_0_56_spreads(bevel: str) -> None:
+    """Each node between two samples takes its share of both: with h²/6 for that, the bell's variance is the same."""
+    tool = build(shipped(bevel=bevel, edge_spread=1.0)).tools[0]
+
+    def felt(h: float) -> tuple[float, float]:
+        mesh = brick((8.0 * h, 1.0, 1.0), (8, 1, 1))
+        nodes = mesh.nodes - np.array([4.0 * h, 0.0, 0.0])
+        edge = spread_edge((tool,), nodes, np.zeros((0, 2), dtype=np.int32), mesh.hexes, h)
+        middle = np.average(edge.across, weights=edge.weight)
+        return float(middle), float(np.average((edge.across - middle) ** 2, weights=edge.weight)) + h * h / 6.0
+
+    middle, variance = felt(0.56)
+    assert felt(0.4) == pytest.approx((middle, variance), rel=1e-9, abs=1e-12)
+    assert felt(0.1) == pytest.approx((middle, variance), rel=1e-9, abs=1e-12)
+    assert felt(0.8)[1] - variance == pytest.approx((0.8**2 - 0.56**2) / 6.0, rel=1e-9)
+    assert variance - 0.56**2 / 6.0 > 1.0 / 7.0  # that of (1 − s²)², which flanks make wider
 
 
 @pytest.mark.slow

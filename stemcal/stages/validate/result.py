@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_percent
 from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction
@@ -15,10 +15,12 @@ from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.replicates import Scatter
-from stemcal.stages.invert.certainty import Measured
 from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.study.model import Study
+
+if TYPE_CHECKING:
+    from stemcal.stages.invert.certainty import Measured
 
 
 class FromTable(Note, weight=Weight.USE):
