@@ -27,7 +27,7 @@ FLOORS = {
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,
     "stemcal.doe": 3,
-    "stemcal.measured": 3,
+    "stemcal.measured": 2,
     "stemcal.study": 3,
     "stemcal.cutting": 3,
     "stemcal.laboratory": 4,

@@ -6,10 +6,12 @@ from math import inf
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from stemcal import cutting
 from stemcal.cutting.build import through_wall
 from stemcal.cutting.end_state import LARGEST
-from stemcal.errors import SimulationFailed
+from stemcal.errors import SimulationFailed, UsageError
 from stemcal.fem import stepper
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
@@ -25,6 +27,7 @@ from stemcal.solvers.laboratory_runs import doubts, identity, laboratory_test, m
 from stemcal.solvers.measures import kept_curve, kept_rows, work_until
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
+from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.types.lengths import Length
 
 # Of the history, what pictures of a run are made from.
@@ -85,6 +88,7 @@ class Embedded(OfSpecAlone):
             "revision": cutting.REVISION,
             "tests": [_determining(test) for test in self._tests(request)],
             **({"laboratory": beside} if (beside := self._identities(request)) else {}),
+            **({"curves": asdict(modes)} if (modes := self.study.targets.modes) else {}),
             **({"pictured": True} if request.pictured else {}),
         }
 
@@ -95,13 +99,16 @@ class Embedded(OfSpecAlone):
             film = Film(tests[0].discretisation.integration.outputs) if request.pictured else None
             results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
             beside = perform_all(self._beside(request)).beside(run_all(self._programs(request), request))
+            scores = _scores(self.study, results)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         result = cutting.mean_over_phases(results)
         result = replace(result, warnings=(*result.warnings, *beside.warnings))
         details = _details(result) | _over_phases(results)
-        if beside.responses:
-            details |= {RESPONSES: beside.responses, "laboratory": beside.details}
+        if further := {**beside.responses, **scores}:
+            details |= {RESPONSES: further}
+        if beside.details:
+            details |= {"laboratory": beside.details}
         if film is not None:
             details |= pictured(result, film)
         if result.energy_drift_percent > _WORST_DRIFT:
@@ -144,15 +151,17 @@ class Embedded(OfSpecAlone):
 
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
-        study = self.study
+        study, options = self.study, _options(self.study)
         if study.failure.kind == "toughness":
-            return {"element_size": _told(_options(study).element_size, diameter)}
+            return {"element_size": _told(options.element_size, diameter)}
         lengths = {
-            "element_size": _options(study).element_size,
+            "element_size": options.element_size,
             "edge_spread": study.blade.edge_spread,
             "internal_length": study.material.internal_length,
         }
         found = {name: _told(length, diameter) for name, length in lengths.items()}
+        if options.elements_through_wall is not None:
+            found["elements_through_wall"] = f"{options.elements_through_wall}"
         if study.material.failure_strain is None or "failure_strain" in study.names:
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
@@ -369,6 +378,24 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> cutting.Discretisati
         break_drop=solver.break_drop,
         stop_after_peak=solver.stop_after_peak,
     )
+
+
+def _scores(study: Study, results: Sequence[cutting.CuttingResult]) -> dict[str, float]:
+    """Return how the curves score on the modes of those that were measured, means over the phases.
+
+    Raises
+    ------
+    SimulationFailed
+        If a force stays below the preload that measured curves begin with.
+    """
+    modes = study.targets.modes
+    if modes is None:
+        return {}
+    try:
+        each = [modes.scores(result.history.travel, result.history.force_filtered) for result in results]
+    except UsageError as error:
+        raise SimulationFailed("no_curve", str(error)) from error
+    return dict(zip((named.name for named in named_modes(modes)), np.mean(each, axis=0).tolist(), strict=True))
 
 
 def _precision(study: Study) -> Precision:

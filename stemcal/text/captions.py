@@ -46,6 +46,9 @@ SENTENCES = {
     # runs
     "force": "Force over blade travel: validation runs in colour, all others in grey.",
     "dotted": "Dotted: after the stem has broken, not cutting any more.",
+    "measured curves": "The curves that were measured and the one simulated at the calibration, each until its "
+    "maximum, at shares of its own travel; below, by how many standard deviations of the specimens the forces are "
+    "apart.",
     "energies": "Energies over blade travel, stem of {run}.",
     "mesh": "The mesh of the stem of {run}: from the side with blade and supports (grey), and its cross-section.",
     "cut": "The stem of {run} at the end of the simulation, notched by the blade: it ends when the force has dropped "

@@ -382,12 +382,17 @@ states(
     by="over",
     key=lambda _remedy, names: names.naming.fitted_at.partition(".")[2],
 )
-states(
-    advice.MeasureMore,
-    "Measure at another {names.condition.long}, or leave one out of `{names.naming.fitted_at}`.",
-    otherwise="Measure under another condition too, or a further response that `invert.responses` leaves out.",
-    by="names.placed",
-)
+
+
+@sentence.register
+def _(remedy: advice.MeasureMore, names: Names) -> str:
+    fewer = "Measure at another {condition}, or leave one out of `{fitted_at}`."
+    more = "Measure at another {condition}."
+    other = "Measure under another condition too, or a further response that `invert.responses` leaves out."
+    template = other if not names.placed else fewer if remedy.fitted > 1 else more
+    return names.say(template, condition=names.condition.long, fitted_at=names.naming.fitted_at)
+
+
 states(
     advice.MendInput,
     {

@@ -28,6 +28,8 @@ def test_calibrated_values_belong_to_lengths() -> None:
         "edge_spread": "d/9.5 (0.842 mm)",
         "internal_length": "d/4.5 (1.78 mm)",
     }
+    thin = load_study(CONFIGS / "wild-chrysanthemum.yaml").with_(solver={"elements_through_wall": 4})
+    assert make_solver(thin).belongings(8.0)["elements_through_wall"] == "4"
 
 
 def test_friction_and_wall_as_factors() -> None:

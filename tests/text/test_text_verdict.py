@@ -156,9 +156,10 @@ def test_remedies_name_the_keys_of_the_study() -> None:
         "Vary a further factor, or fit only the stem diameter of use (`invert.diameters`)"
     )
     assert "fewer responses (`invert.responses`)" in sentence(advice.FitFewer(), HEAP)
-    assert sentence(advice.MeasureMore(), STEM) == (
+    assert sentence(advice.MeasureMore(2), STEM) == (
         "Measure at another stem diameter, or leave one out of `invert.diameters`."
     )
+    assert sentence(advice.MeasureMore(1), STEM) == "Measure at another stem diameter."
     nothing = [sentence(advice.NoRangeReaches(("a", "b")), names) for names in (STEM, HEAP)]
     assert nothing[0].endswith("check units, loading and specimen.")
     assert nothing[1].startswith("The range of a and b alone does not reach it")
@@ -183,7 +184,7 @@ def test_where_it_may_be_used(names: Names, where: Use, text: str) -> None:
 
 
 def unchecked(weight: Severity = "with_reservations") -> Reason:
-    return rules.Unchecked(weight=weight, remedy=advice.MeasureMore())
+    return rules.Unchecked(weight=weight, remedy=advice.MeasureMore(1))
 
 
 def test_a_rough_response_is_averaged_by_the_keys_of_its_solver() -> None:
@@ -218,8 +219,7 @@ def test_every_reason_with_its_remedy() -> None:
         "Not calibrated.",
         "Good (within 10 %) at 8 mm.",
         "1. Not done yet: Validation. Next: `stemcal run SPEC` goes on.",
-        "2. Nothing checks the result independently. Next: Measure at another stem diameter, or leave one out of "
-        "`invert.diameters`.",
+        "2. Nothing checks the result independently. Next: Measure at another stem diameter.",
     ]
     assert in_full(Verdict.of([], None), STEM) == ["Calibrated."]
 

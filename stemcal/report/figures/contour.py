@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
+from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, frame_in_space, in_lines, new_figure, plain
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.text.numbers import unit_written
 
 GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
+LONGEST, LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
 ROOM = 0.03  # what a number needs on each side, as a share of the axes
 HEIGHT = "viridis"  # its lightness rises steadily with the force
 
@@ -111,9 +112,11 @@ def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> list[Pl
     return list(counts)
 
 
-def _label(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
+def _label(
+    axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, most: int = LONGEST
+) -> None:
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(with_unit(rsm, name, labels))
+        setter(in_lines(with_unit(rsm, name, labels), most))
         axis.set_major_locator(round_ticks())
 
 
@@ -192,7 +195,7 @@ def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: In
 
 def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
     """Name the axes and look at the surface from where it rises away."""
-    _label(axes, rsm, pair, labels)
+    _label(axes, rsm, pair, labels, LONGEST_IN_SPACE)
     axes.set_zlabel(_height(rsm))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.label.set_size(8)
@@ -200,7 +203,7 @@ def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping
         axis.line.set_color(FAINT)
     axes.tick_params(labelsize=7, pad=0)
     axes.view_init(elev=24, azim=-128)
-    axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.98)
+    frame_in_space(axes)
 
 
 def solutions(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:

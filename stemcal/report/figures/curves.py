@@ -4,6 +4,9 @@ from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from stemcal.measured.curve_modes import CurveModes
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
 from stemcal.report.records import Curve
 
@@ -36,6 +39,26 @@ def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
     axes.plot(curve.travel[:end], curve.force[:end], **style)
     after = slice(max(end - 1, 0), None)
     axes.plot(curve.travel[after], curve.force[after], **{**style, "label": None, "linestyle": ":"})
+
+
+def measured_band(modes: CurveModes, simulated: Curve) -> Figure:
+    """Return the measured curves' mean and scatter with the simulated one; below, by how many SD it is off where."""
+    travel, mean, sd = modes.band
+    force = modes.at_shares(np.array(simulated.travel), np.array(simulated.force))
+    with new_figure() as figure:
+        axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+        axes.fill_between(travel, mean - 2.0 * sd, mean + 2.0 * sd, color=FAINT, alpha=0.4, label="measured, ± 2 SD")
+        axes.plot(travel, mean, color=INK, label="their mean")
+        axes.plot(travel, force, color=BLUE, label="simulated")
+        below.axhspan(-2.0, 2.0, color=FAINT, alpha=0.4)
+        below.plot(travel, (force - mean) / np.maximum(sd, 1e-9), color=BLUE)
+        axes.set_ylabel("force, N")
+        axes.set_ylim(bottom=0)
+        below.set_ylabel("off by, SD")
+        below.set_xlabel("travel, mm")
+        axes.margins(x=0)
+        legend_above(axes)
+    return figure
 
 
 def energies(rows: Mapping[str, Sequence[float]]) -> Figure:

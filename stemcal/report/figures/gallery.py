@@ -11,7 +11,7 @@ from stemcal.naming import FIRST, Named
 from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import corner, profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
-from stemcal.report.figures.curves import energies, force_travel
+from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.fracture import fracture
@@ -202,6 +202,9 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
         text = caption(Names(), "force", *dotted)
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
+    if (modes := study.targets.modes) is not None and calibrated in curves and records[calibrated].at_solution:
+        text = caption(Names(), "measured curves")
+        plots.append(Plot("measured-curves", "runs", text, partial(measured_band, modes, curves[calibrated])))
     hollow = study.specimen.diameter_ratio > 0.0 or "wall_thickness" in study.names
     for label, record in records.items():
         if record.at_solution:

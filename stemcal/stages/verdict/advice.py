@@ -95,7 +95,9 @@ class FitAll(Remedy):
 
 
 class MeasureMore(Remedy):
-    """Measure what can check the result."""
+    """Measure what can check the result, or fit fewer: so many conditions are fitted together."""
+
+    fitted: int
 
 
 class MendInput(Remedy):

@@ -386,7 +386,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
         fit = advice.FitAll("responses" if left_out else "conditions")
         yield CheckMissed(weight="with_reservations", remedy=fit, worst=worst)
     if not independent and not _left_out(evidence):
-        yield Unchecked(weight="with_reservations", remedy=advice.MeasureMore())
+        yield Unchecked(weight="with_reservations", remedy=advice.MeasureMore(len(study.joint_targets)))
 
 
 def _left_out(evidence: Evidence) -> bool:

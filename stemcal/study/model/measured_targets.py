@@ -1,11 +1,15 @@
 """What results are compared with: the laboratory's means, and what a paper prints."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo
+from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema
 from pydantic.json_schema import SkipJsonSchema
 
-from stemcal.naming import CUTTING, FIRST
+from stemcal.measured.curve_modes import CurveModes, Machine
+from stemcal.naming import CUTTING, FIRST, Named
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero
 from stemcal.study.types.field_types import Number, Quantity, Readable, SpecFile, Whole, complain
 from stemcal.study.types.named import OwnCondition, OwnResponse
@@ -21,6 +25,36 @@ def _not_from_yaml(given: Any, info: ValidationInfo) -> Any:
     if info.context is not None and info.context.get("naming", CUTTING).is_cutting:
         raise complain("unknown key 'further'", "name each response under responses, and give its mean by that name")
     return given
+
+
+def _not_in_spec(given: Any, info: ValidationInfo) -> Any:
+    if info.context is not None:
+        raise complain("unknown key 'modes'", "name the files under curves")
+    return given
+
+
+Patterns = Annotated[
+    tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],
+    BeforeValidator(lambda given: (given,) if isinstance(given, str) else given),
+    Field(min_length=1, max_length=100),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
+]
+
+
+class MachineSection(Frozen):
+    """What is known of the testing machine, for `curves`."""
+
+    stiffness: Annotated[float, Quantity("toughness", above=0)] | None = None
+    """Force over the travel that the machine itself takes; without it the travel is taken as it stands."""
+    stiffness_sd: Annotated[float, Quantity("toughness", at_least=0)] = 0.0
+    """Standard deviation of what is known of it."""
+    toe_sd: SizeOrZero = 0.0
+    """Standard deviation of where the curves really begin, all alike: seating, a preload that comes late."""
+
+    @property
+    def known(self) -> Machine:
+        """The same for those who read the curves."""
+        return Machine(self.stiffness, self.stiffness_sd, self.toe_sd)
 
 
 class Mean(Frozen):
@@ -57,7 +91,11 @@ class Target(Frozen):
     """Work the blade had done by then, mean."""
     work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
     """Standard deviation of the work."""
+    curves: Patterns | None = None
+    """Files of force over travel, beside the spec, a specimen each: names or patterns such as lab/8mm/*.csv. What they
+    tell beside their maximum is fitted too; `force`, `sd` and `n` are theirs where they are not given."""
     further: SkipJsonSchema[Annotated[dict[str, Mean], BeforeValidator(_not_from_yaml)]] = Field(default={})
+    modes: SkipJsonSchema[Annotated[CurveModes | None, BeforeValidator(_not_in_spec)]] = Field(default=None)
 
     def count_of(self, response: str) -> int | None:
         """Return over how many specimens a response was measured."""
@@ -83,9 +121,37 @@ class Targets(Frozen):
     """The diameter whose force the parameters are fitted to; the others check them."""
     means: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)] = Field(alias="forces")
     """The measured forces, an entry per diameter."""
+    machine: MachineSection = MachineSection()
+    """The testing machine that measured `curves`."""
     equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
     """Up to here a simulated force counts as equal to the measured one: in the verdict, and as the margin of the
     equivalence test."""
+
+    @property
+    def modes(self) -> CurveModes | None:
+        """The components of the curves that were measured, if any were."""
+        return next((target.modes for target in self.means if target.modes is not None), None)
+
+    def with_modes(self, modes: Mapping[int, CurveModes]) -> Targets:
+        """Return the targets with what curves tell, by the place of their entry."""
+        means = list(self.means)
+        for index, found in modes.items():
+            scores = {
+                named.name: Mean(value=found.force, sd=sd, n=found.specimens)
+                for named, sd in zip(named_modes(found), found.scatter, strict=True)
+            }
+            further = {**means[index].further, **scores}
+            means[index] = means[index].model_copy(update={"modes": found, "further": further})
+        return self.model_copy(update={"means": tuple(means)})
+
+
+def named_modes(modes: CurveModes | None) -> tuple[Named, ...]:
+    """Return the scores of curves as responses of a study."""
+    count = 0 if modes is None else len(modes.weights)
+    return tuple(
+        Named(f"curve_{j}", f"{which} mode of the curve", f"c{j}", "N")
+        for j, which in enumerate(("First", "Second", "Third")[:count], 1)
+    )
 
 
 class Published(Frozen):

@@ -22,7 +22,7 @@ from stemcal.study.model.frozen import Frozen
 from stemcal.study.model.growth import exponents_in
 from stemcal.study.model.laboratory_tests import LaboratorySection, named_responses
 from stemcal.study.model.manual_options import ManualSolver
-from stemcal.study.model.measured_targets import Published, Target, Targets
+from stemcal.study.model.measured_targets import Published, Target, Targets, named_modes
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
 from stemcal.study.model.shear_test import (
@@ -195,7 +195,7 @@ class Study(StudyForm):
     @cached_property
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
-        if measured := named_responses(self.tests):
+        if measured := (*named_responses(self.tests), *named_modes(self.targets.modes)):
             return Naming(DIAMETER, (FORCE, *measured))
         return naming_of(self.responses, self.conditions)
 

@@ -40,6 +40,9 @@ def json_schema() -> dict[str, Any]:
         "description": "The same where `conditions` names the study's own: `diameters` by its name there.",
         "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
     }
+    of_stems = schema["$defs"]["Target"]
+    of_stems["required"] = ["diameter"]
+    of_stems["anyOf"] = [{"required": ["force"]}, {"required": ["curves"]}]
     command = schema["$defs"]["CommandSolver"]["properties"]
     command["result"]["anyOf"] += [
         {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}

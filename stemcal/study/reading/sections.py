@@ -10,9 +10,12 @@ from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
 
 from pydantic import AliasChoices, BaseModel, TypeAdapter, ValidationError
 
+from stemcal.measured.curve_modes import modes_of
 from stemcal.naming import CUTTING, DIAMETER, FORCE, Naming
 from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, StudyForm, Targets
 from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
+from stemcal.study.model.measured_targets import named_modes
+from stemcal.study.reading.curve_files import with_curves
 from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.rules.draft import Finding
@@ -71,9 +74,14 @@ class Sections:
                 self.good[name] = rest
 
     def read_targets(self, name: str, given: Any) -> None:
-        """Read the targets, which a study of its own names writes under these."""
+        """Read the targets, which a study of its own names writes under these; curves from their files."""
         if self.naming.is_cutting or given is None:
-            self.read(name, given)
+            filled, curves, unread = with_curves(given, self.folder)
+            self.findings += unread
+            self.read(name, filled)
+            good = self.good.get(name)
+            if curves and _has_means(good) and "machine" in good.__dict__:
+                self.good[name] = good.with_modes({i: modes_of(read, good.machine.known) for i, read in curves.items()})
             return
         targets, wrong = own_targets(given, self.naming)
         self.findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
@@ -116,7 +124,8 @@ class Sections:
     def take_in_tests(self) -> None:
         """Make what is measured in laboratory tests further responses of the study."""
         tests, targets = self.good.get("tests") or (), self.good.get("targets")
-        if (measured := named_responses(tests)) and self.naming.is_cutting:
+        modes = named_modes(targets.modes if _has_means(targets) else None)
+        if (measured := (*named_responses(tests), *modes)) and self.naming.is_cutting:
             self.naming = Naming(DIAMETER, (FORCE, *measured))
             if _has_means(targets):
                 self.good["targets"] = with_tests(targets, tests)
@@ -142,8 +151,10 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 
 
 def _has_means(targets: Any) -> TypeGuard[Targets]:
-    """Tell whether targets, perhaps read in part only, have their means."""
-    return targets is not None and "means" in targets.__dict__
+    """Tell whether targets, perhaps read in part only, have their means, each with what is made of it here."""
+    if targets is None or "means" not in targets.__dict__:
+        return False
+    return all({"condition", "further", "modes"} <= target.__dict__.keys() for target in targets.means)
 
 
 def _readers_by_response(solver: Any) -> Any:

@@ -66,6 +66,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.responses_measured,
     target_rules.process_fits_one_response,
     laboratory_rules.tests_are_simulated,
+    laboratory_rules.curves_are_simulated,
     laboratory_rules.tests_differ,
     laboratory_rules.tests_have_what_they_need,
     laboratory_rules.test_programs_are_complete,

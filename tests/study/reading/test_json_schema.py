@@ -46,7 +46,7 @@ def test_sections_have_places() -> None:
 
 
 def test_keys_are_found_by_path() -> None:
-    further = ("travel", "travel_sd", "work", "work_sd")
+    further = ("travel", "travel_sd", "work", "work_sd", "curves")
     assert keys_of(("targets", "forces", 3)) == ("diameter", "force", "sd", "n", *further)
     assert keys_of(("solver", "table")) == ("kind", "screen", "rsm", "validate")
     assert keys_of(("solver", "embedded", "hourglass")) == ("form", "coefficient")

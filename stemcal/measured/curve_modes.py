@@ -1,0 +1,175 @@
+"""What the curves of a laboratory tell beside their maximum: scores of the leading principal components.
+
+A curve of five hundred points is one measurement, not five hundred: its points err together. So whole curves are
+compared, each brought onto one grid of shares s of the travel u* at which it reaches 98 % of its maximum (where the
+maximum itself is, noise decides on a flat top),
+
+    w = (F(s u*)/(F̄ √G), u*/ū),   s = 1/G … 1,
+
+and what counts is how w differs from specimen to specimen. However finely a curve is sampled, w has the same numbers.
+
+    1  travel   u − F/k: the machine of stiffness k gives way too
+    2  beside the maximum, which is fitted by itself:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
+    3  scatter   S = m/(m − q + 1) rᵀr/m + n Σ hhᵀ, m = n − 2, where h is what one standard deviation of the machine's
+       compliance, or of the toe of the curves, changes in the mean of w: these move all specimens alike, so they count
+       n times over n
+    4  S φ = λ φ: the leading components that hold 99 % of tr S, q = 3 at most
+    5  score   F̄ (1 + φᵀr), a force: its mean is F̄, its variance F̄² λ
+
+Scores of different components do not vary together, nor with the maximum, so they enter a fit side by side. That a few
+specimens tell the scatter in q directions widens it by Hotelling's factor: T² = n r̄ᵀS⁻¹r̄ of m degrees of freedom
+follows q m/(m − q + 1) F(q, m − q + 1).
+
+Source: T. W. Anderson, An Introduction to Multivariate Statistical Analysis, 3rd ed., Wiley 2003, sections 5.2, 11.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.measured.shear_curves import PRELOAD, contact_begins
+
+Array = NDArray[np.float64]
+Curve = tuple[Array, Array]
+"""Travel (mm) and force (N), row by row."""
+
+FEWEST = 5
+"""Specimens without which their scatter is not known well enough."""
+MOST = 3
+_SHARES = np.arange(1, 26) / 25.0
+_HELD, _TOP = 0.99, 0.98
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What is known of the testing machine: stiffness (N/mm) with its standard deviation, that of the toe (mm)."""
+
+    stiffness: float | None = None
+    stiffness_sd: float = 0.0
+    toe_sd: float = 0.0
+
+
+@dataclass(frozen=True)
+class CurveModes:
+    """The components of a laboratory's curves, and how a curve is scored.
+
+    Attributes
+    ----------
+    force, travel : float
+        Means of the maximum force (N) and of u* (mm), the scales of w.
+    centre, spread : (G + 1,)
+        w̄, and the standard deviations over the specimens.
+    along_force : (G + 1,)
+        b, per N.
+    weights : (modes, G + 1)
+        φ.
+    scatter : (modes,)
+        Standard deviation of each score, N.
+    specimens : int
+        n.
+    """
+
+    force: float
+    travel: float
+    centre: tuple[float, ...]
+    spread: tuple[float, ...]
+    along_force: tuple[float, ...]
+    weights: tuple[tuple[float, ...], ...]
+    scatter: tuple[float, ...]
+    specimens: int
+
+    @property
+    def band(self) -> tuple[Array, Array, Array]:
+        """Travel (mm), mean force and its standard deviation over the specimens (N) at the shares of u*, (G,) each."""
+        scale = self.force * np.sqrt(len(_SHARES))
+        return _SHARES * self.travel, scale * np.array(self.centre[:-1]), scale * np.array(self.spread[:-1])
+
+    def at_shares(self, travel: Array, force: Array) -> Array:
+        """Return the force of a curve at the shares of its own u*, (G,), N."""
+        return np.asarray(self._on_grid(travel, force)[:-1] * self.force * np.sqrt(len(_SHARES)))
+
+    def _on_grid(self, travel: Array, force: Array) -> Array:
+        """Return w of a curve from where it passes the preload, as measured ones begin."""
+        begin = contact_begins(force, PRELOAD)
+        return on_grid(travel[begin:] - travel[begin], force[begin:], self.force, self.travel)
+
+    def scores(self, travel: Array, force: Array) -> list[float]:
+        """Return the score of each mode of a curve, N."""
+        beside = (
+            self._on_grid(travel, force)
+            - np.array(self.centre)
+            - np.array(self.along_force) * (float(force.max()) - self.force)
+        )
+        return [float(score) for score in self.force * (1.0 + np.array(self.weights) @ beside)]
+
+
+def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
+    """Return w (G + 1,) of a curve that begins at travel 0."""
+    end = _top(force) + 1
+    way = np.maximum.accumulate(travel[:end])
+    up = np.interp(_SHARES * way[-1], way, force[:end])
+    return np.append(up / (mean_force * np.sqrt(len(_SHARES))), way[-1] / mean_travel)
+
+
+def modes_of(curves: Sequence[Curve], machine: Machine = Machine()) -> CurveModes:
+    """Return the components of measured curves that begin where the preload was passed; `FEWEST` of them at least."""
+    given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
+    curves = [_given_way(curve, given) for curve in curves]
+    forces = np.array([float(force.max()) for _, force in curves])
+    mean_force = float(forces.mean())
+    mean_travel = float(np.mean([travel[_top(force)] for travel, force in curves]))
+
+    def grid(moved: Sequence[Curve]) -> Array:
+        return np.array([on_grid(*curve, mean_force, mean_travel) for curve in moved])
+
+    w, n = grid(curves), len(curves)
+    centre, apart = w.mean(axis=0), forces - mean_force
+    along_force = apart @ (w - centre) / float(apart @ apart) if apart.any() else np.zeros_like(centre)
+    r = w - centre - np.outer(apart, along_force)
+    # one standard deviation of 1/k is sd/k²
+    compliance_sd = machine.stiffness_sd * given**2
+    moves = [grid([_given_way(curve, compliance_sd) for curve in curves])] if compliance_sd else []
+    moves += [grid([_without_toe(curve, machine.toe_sd) for curve in curves])] if machine.toe_sd else []
+    most, m = min(MOST, n - FEWEST + 1), n - 2  # mean and slope are told by the same curves
+    scatter = r.T @ r / (m - most + 1) + n * sum(np.outer(h, h) for h in (one.mean(axis=0) - centre for one in moves))
+    values, vectors = np.linalg.eigh(scatter)
+    values, vectors = values[::-1], vectors[:, ::-1]
+    held = np.cumsum(values) / values.sum()
+    count = min(most, int(np.searchsorted(held, _HELD)) + 1)
+    weights = [_upright(vectors[:, j]) for j in range(count)]
+    return CurveModes(
+        mean_force,
+        mean_travel,
+        tuple(centre.tolist()),
+        tuple(w.std(axis=0, ddof=1).tolist()),
+        tuple(along_force.tolist()),
+        tuple(tuple(phi.tolist()) for phi in weights),
+        tuple((mean_force * np.sqrt(values[:count])).tolist()),
+        n,
+    )
+
+
+def _top(force: Array) -> int:
+    return int(np.argmax(force >= _TOP * force.max()))
+
+
+def _given_way(curve: Curve, compliance: float) -> Curve:
+    """Return a curve without the travel that a machine of this compliance (mm/N) has taken since its first point."""
+    travel, force = curve
+    return travel - compliance * (force - force[0]), force
+
+
+def _without_toe(curve: Curve, toe: float) -> Curve:
+    """Return a curve that begins so much later, mm."""
+    travel, force = curve
+    begin = min(int(np.searchsorted(np.maximum.accumulate(travel), toe)), _top(force) - 1)
+    return travel[begin:] - toe, force[begin:]
+
+
+def _upright(phi: Array) -> Array:
+    """Return a component whose largest part is positive, so that equal curves have equal scores."""
+    return np.asarray(phi * np.sign(phi[int(np.argmax(np.abs(phi)))]))

@@ -1,0 +1,63 @@
+"""Curves that targets name: their files beside the spec, and what is written in their place."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from stemcal.errors import UsageError
+from stemcal.measured.curve_modes import FEWEST, Curve
+from stemcal.measured.samples import summarise
+from stemcal.measured.shear_curves import read_curves
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types.strict_yaml import NodePath
+
+_MOST_FILES = 1000
+
+
+def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]], list[Finding]]:
+    """Return targets whose entries with curves have force, SD and n; the curves by entry; what is wrong with them."""
+    entries = targets.get("forces") if isinstance(targets, dict) else None
+    curves: dict[int, list[Curve]] = {}
+    wrong: list[Finding] = []
+    if not isinstance(entries, list) or not any(isinstance(entry, dict) and "curves" in entry for entry in entries):
+        return targets, curves, wrong
+    filled = list(entries)
+    for index, entry in enumerate(entries):
+        patterns = entry.get("curves") if isinstance(entry, dict) else None
+        patterns = [patterns] if isinstance(patterns, str) else patterns
+        if not isinstance(patterns, list) or not all(isinstance(one, str) for one in patterns):
+            continue  # told by the model
+        path: NodePath = ("targets", "forces", index, "curves")
+        try:
+            read = [curve for file in _files(patterns, folder) for curve in read_curves(file)]
+        except UsageError as error:
+            wrong.append(Finding(path, str(error), "name files of force over travel, beside the spec"))
+            read = []
+        if 0 < len(read) < FEWEST:
+            message = f"{len(read)} specimens do not tell how curves scatter"
+            wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give force and sd alone"))
+        elif read:
+            curves[index] = [(curve.travel, curve.force) for curve in read]
+        if read:
+            forces = summarise([curve.max_force for curve in read])
+            sd = {} if forces.sd is None else {"sd": f"{forces.sd:.4g} N"}
+            own = {"force": f"{forces.mean:.5g} N", **sd, "n": forces.n}
+            filled[index] = entry if "force" in entry else {**entry, **own}
+    return {**targets, "forces": filled}, curves, wrong
+
+
+def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
+    """Return the files that patterns name, in their order; each pattern some, none outside the folder of the spec."""
+    found: dict[Path, None] = {}
+    for pattern in patterns:
+        try:
+            files = sorted(path for path in folder.glob(pattern) if path.is_file())
+        except (ValueError, NotImplementedError):
+            files = []
+        inside = [path for path in files if path.resolve().is_relative_to(folder.resolve())]
+        if not inside:
+            raise UsageError(f"{pattern[:100]}: there is no such file")
+        found |= dict.fromkeys(inside)
+    if len(found) > _MOST_FILES:
+        raise UsageError(f"{len(found)} files are too many")
+    return list(found)

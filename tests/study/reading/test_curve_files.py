@@ -1,0 +1,115 @@
+"""Targets that name the files of whole curves: what stands in their place, what is fitted, what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from statistics import fmean, stdev
+
+import numpy as np
+import pytest
+
+from stemcal.errors import SpecError
+from stemcal.report.figures.curves import measured_band
+from stemcal.report.records import Curve
+from stemcal.solvers.embedded import Embedded
+from stemcal.solvers.protocol import Request
+from stemcal.stages.fresh import inputs_of
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+from stemcal.study.reading.json_schema import json_schema
+
+SMOKE = Path(__file__).parents[3] / "configs" / "smoke.yaml"
+FORCES = (165.0, 172.0, 178.0, 180.0, 186.0, 195.0)
+POWERS = (2.0, 2.4, 1.9, 2.1, 2.6, 2.2)
+
+
+def sheet(force: float, power: float) -> str:
+    u = np.linspace(0.0, 0.7, 200)
+    rows = zip([*u, 0.71], [*(force * (1.0 - (1.0 - u / 0.7) ** power)), 1.0], strict=True)
+    return "Displacement (mm),Load (N)\n" + "".join(f"{travel:.5f},{load:.4f}\n" for travel, load in rows)
+
+
+def study_in(folder: Path, eight: str = "curves: lab/8mm-*.csv", seven: str = "force: 140 N", more: str = "") -> Study:
+    (folder / "lab").mkdir(exist_ok=True)
+    for i, (force, power) in enumerate(zip(FORCES, POWERS, strict=True)):
+        (folder / "lab" / f"8mm-{i}.csv").write_text(sheet(force, power), encoding="utf-8")
+    text = SMOKE.read_text(encoding="utf-8")
+    targets = (
+        f"targets:\n  calibrate_at: 8 mm\n{more}  forces:\n"
+        f"    - {{diameter: 7 mm, {seven}}}\n    - {{diameter: 8 mm, {eight}}}\n"
+    )
+    begin, end = text.index("targets:"), text.index("rsm:")
+    spec = folder / "study.yaml"
+    spec.write_text(text[:begin] + targets + text[end:], encoding="utf-8")
+    return load_study(spec)
+
+
+def test_their_maximum_is_the_force_and_what_they_tell_beside_it_is_fitted_too(tmp_path: Path) -> None:
+    study = study_in(tmp_path)
+    target = study.targets.means[1]
+    assert target.response == pytest.approx(fmean(FORCES), rel=1e-4)
+    assert target.sd == pytest.approx(stdev(FORCES), rel=1e-3)
+    assert target.n == 6
+    names = [named.name for named in study.naming.responses]
+    assert names[0] == "force"
+    assert names[1:] == list(target.further) == [f"curve_{j}" for j in range(1, len(names))]
+    assert study.invert.responses == ("response", *names[1:])
+    assert target.mean_of("curve_1")[0] == pytest.approx(fmean(FORCES), rel=1e-4)
+    assert target.count_of("curve_1") == 6
+
+
+def test_an_editor_takes_curves_in_place_of_a_force() -> None:
+    target = json_schema()["$defs"]["Target"]
+    assert target["required"] == ["diameter"]
+    assert target["anyOf"] == [{"required": ["force"]}, {"required": ["curves"]}]
+
+
+def test_a_force_that_is_given_stays(tmp_path: Path) -> None:
+    target = study_in(tmp_path, "force: 182 N, sd: 9 N, n: 30, curves: [lab/8mm-*.csv]").targets.means[1]
+    assert (target.response, target.sd, target.n, target.count_of("curve_1")) == (182.0, 9.0, 30, 6)
+
+
+def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
+    """The record has them beside the force; other files are other runs and another surface."""
+    study = study_in(tmp_path)
+    request = Request("rsm", 0, study.midlevels(), 8.0)
+    answer = Embedded(study).solve(request)
+    assert answer.ok, answer.message
+    modes, curve = study.targets.modes, answer.details["curve"]
+    assert modes is not None
+    again = modes.scores(np.array(curve["travel"]), np.array(curve["force"]))  # of the 200 points that are kept
+    assert list(answer.details["responses"].values()) == pytest.approx(again, rel=0.01)
+    figure = measured_band(modes, Curve(tuple(curve["travel"]), tuple(curve["force"])))
+    assert len(figure.axes) == 2
+    before = inputs_of(study, None, None, "screen")  # type: ignore[arg-type]
+    assert "curves" in before
+    (tmp_path / "lab" / "8mm-6.csv").write_text(sheet(200.0, 2.0), encoding="utf-8")
+    other = load_study(tmp_path / "study.yaml")
+    assert inputs_of(other, None, None, "screen")["curves"] != before["curves"]  # type: ignore[arg-type]
+    assert Embedded(other).identity(request) != Embedded(study).identity(request)
+
+
+@pytest.mark.parametrize(
+    ("eight", "seven", "more", "message"),
+    [
+        ("curves: lab/9mm-*.csv", "force: 140 N", "", "lab/9mm-*.csv: there is no such file"),
+        ("curves: ../*.csv", "force: 140 N", "", "../*.csv: there is no such file"),
+        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "2 specimens do not tell how curves scatter"),
+        ("curves: lab/8mm-*.csv", "curves: lab/8mm-*.csv", "", "curves are compared at 8 mm"),
+        ("curves: 3", "force: 140 N", "", "curves"),
+        ("curves: lab/8mm-*.csv, modes: 1", "force: 140 N", "", "unknown key 'modes'"),
+        ("curves: lab/8mm-*.csv", "force: 140 N", "  machine: {stiffness: 3 mm}\n", "stiffness"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(tmp_path: Path, eight: str, seven: str, more: str, message: str) -> None:
+    with pytest.raises(SpecError) as told:
+        study_in(tmp_path, eight, seven, more)
+    assert message in str(told.value)
+
+
+def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
+    known = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm}\n").targets.modes
+    unsure = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
+    assert known is not None
+    assert unsure.targets.modes is not None
+    assert sum(np.square(unsure.targets.modes.scatter)) > 1.2 * sum(np.square(known.scatter))
