@@ -40,7 +40,6 @@ LINES = {
     "{rule}.",
     "point of all": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; "
     "least squares over all that is fitted together.",
-    "interval of the response": "95 % interval of the simulated {response} {mean:responses}.",
     "intervals of the response": "95 % interval of the mean {response} {mean:responses}, of one simulated {response} "
     "{one:responses}.",
     "joint": "Fitted together",

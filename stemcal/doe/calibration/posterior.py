@@ -9,8 +9,8 @@ drawn as s²·ν/χ²(ν), and the likelihood, |V|^(−1/2)·exp(−D/2), is the
 would take the weights of the observations for known. The diameters need not scatter alike, and a few specimens do not
 show it: σᵢ² ~ ν₀σ²/χ²(ν₀), the hierarchical model of G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3.
 How alike they are, ν₀, the sd measured tell too: σ² and ν₀ are drawn from what these leave possible, and of each
-diameter (ν₀σ² + νᵢsᵢ²)/χ²(ν₀ + νᵢ). Before the data 1/√ν₀ is even from 0 to 1, as the scatter of a hierarchy is taken
-(A. Gelman, Bayesian Analysis 1 (2006) 515), and so is σ², which errs to the wide side.
+diameter (ν₀σ² + νᵢsᵢ²)/χ²(ν₀ + νᵢ). Before the data σ is even, and 1/√ν₀ from 0 to 1: standard deviations, as A. Gelman
+advises, Bayesian Analysis 1 (2006) 515.
 Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
 emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
 fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
@@ -200,7 +200,7 @@ def _populations(ratio: Array, df: Array, even: Array) -> tuple[Array, Array]:
     alike, size = (grid.reshape(-1, 1) for grid in np.meshgrid(_ALIKE, _SIZES, indexing="ij"))
     whole = alike * size
     log = -betaln(0.5 * df, 0.5 * alike) - 0.5 * df * np.log(whole) - 0.5 * (df + alike) * np.log1p(df * ratio / whole)
-    log = log.sum(axis=1) + np.log(size[:, 0])
+    log = log.sum(axis=1) + 0.5 * np.log(size[:, 0])
     below = np.cumsum(np.exp(log - log.max()))
     chosen = np.searchsorted(below, even * below[-1])
     return size[chosen], alike[chosen]
