@@ -78,6 +78,7 @@ LINES = {
     "error": "Error = 100·(measured − simulated)/measured.",
     "validation": "Measured against simulated {response}",
     "largest": "Largest error {largest:fixed} %, mean {mean:fixed} % (absolute).",
+    "largest of all": "Over all responses the largest error is {largest:fixed} %, the mean {mean:fixed} % (absolute).",
     "smaller": "Not shown, of smaller error: {count}; see the report.",
     "further": "Beside the {response}",
     "of stems": "Travel and work of the blade from first touch to the maximum force.",
