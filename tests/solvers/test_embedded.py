@@ -50,6 +50,13 @@ def test_levels_that_leave_no_bore_are_named() -> None:
     assert len(wrong) == 2 and "stem_friction = -0.1 must not be below 0" in wrong[0] and "half of" in wrong[1]
 
 
+def test_a_stem_wider_than_the_blade_is_named() -> None:
+    study = load_study(CONFIGS / "smoke.yaml")
+    wide = "diameter: the stem is 90.5 mm wide, the blade only 90 mm long; take at most that, or check its unit"
+    assert list(wrong_levels(study, study.midlevels(), 90.5)) == [wide]
+    assert list(wrong_levels(study, study.midlevels(), 90.0)) == []
+
+
 def test_rate_dependence_switched_off() -> None:
     """C = 0 is no rate dependence for the kernels and for LS-DYNA alike."""
     study = load_study(CASES / "friction-and-wall.yaml")
