@@ -296,10 +296,10 @@ states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPE
 states(
     advice.IntegrateFully,
     {
-        "": "`element: full` under `solver` has no hourglass energy, at about six times the time.",
-        "size": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "": "`element: full` under `solver` has no hourglass energy, at about 20 times the time.",
+        "size": "`element: full` under `solver` has no hourglass energy, at about 20 times the time; `element_size: "
         "{finer.element_size}` may bring it under {limit_percent:g} %, at about {finer.times:g} times.",
-        "both": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "both": "`element: full` under `solver` has no hourglass energy, at about 20 times the time; `element_size: "
         "{finer.element_size}` and `time_step: {finer.time_step:g} us` may bring it under "
         "{limit_percent:g} %, at about {finer.times:g} times.",
     },

@@ -23,7 +23,7 @@ _CLOUD = 9
 _MOST_AVERAGED = 100  # places or replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
-# Finer elements are advised up to so many times the time of a run: full integration takes about six.
+# Finer elements are advised up to so many times the time of a run: full integration takes about twenty.
 _DEAREST = 12.0
 
 
