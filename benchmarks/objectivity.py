@@ -3,7 +3,7 @@
 python benchmarks/objectivity.py phases        ten places of the mesh along the stem, at the centre of the design
 python benchmarks/objectivity.py edge          the edge over a row of nodes and over a row of elements
 python benchmarks/objectivity.py seeds         ten full models turned and shifted at random
-python benchmarks/objectivity.py sizes         elements of d/12 to d/40 with the same lengths, three points (slow)
+python benchmarks/objectivity.py sizes         elements of d/12 to d/40, the same lengths, three points and stems (slow)
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
 python benchmarks/objectivity.py choices       friction, radii, bevel, wall, filter: one at a time
@@ -81,10 +81,27 @@ def seeds() -> None:
 
 
 def sizes() -> None:
-    """Print the force of the centre, a soft and a strong corner over the element size; the time step follows it."""
+    """Print the force of three materials and three other stems over the element size; the time step follows it."""
     for name, changes in (("centre", {}), ("soft", SOFT), ("strong", STRONG)):
-        for parts in (12, 16, 24, 32, 40):
+        for parts in (12, 16, 20, 24, 32, 40):
             print(f"{name}, d/{parts}:", told([cutting.shear(centre_of_sizes(parts, **changes))]), flush=True)
+    for diameter, ratio, changes in ((5.3, 0.25, {}), (13.0, 0.55, STRONG), (8.0, 0.0, {})):
+        for parts in (16, 24, 32):
+            test = of_diameter(centre_of_sizes(16, **changes), diameter, ratio)
+            print(
+                f"{diameter:g} mm, ratio {ratio:g}, d/{parts}:", told([cutting.shear(of_size(test, parts))]), flush=True
+            )
+
+
+def of_diameter(test: ShearTest, diameter: float, ratio: float) -> ShearTest:
+    """Return a test of a stem of another diameter and bore, the model's lengths in proportion."""
+    k = diameter / test.stem.outer_diameter
+    return replace(
+        test,
+        stem=replace(test.stem, outer_diameter=diameter, diameter_ratio=ratio),
+        blade=replace(test.blade, edge_spread=k * test.blade.edge_spread),
+        material=replace(test.material, internal_length=k * test.material.internal_length),
+    )
 
 
 def of_size(test: ShearTest, parts: float) -> ShearTest:

@@ -57,13 +57,14 @@ class Named:
 
         >>> FORCE.plural, Named("a", "Angle of repose", "θ", "deg").plural
         ('forces', 'angles of repose')
-        >>> Named("rho", "Bulk density", "ρ", "kg/m3").plural
-        'bulk densities'
+        >>> Named("rho", "Bulk density", "ρ", "kg/m3").plural, Named("s", "Stress at break", "σ", "MPa").plural
+        ('bulk densities', 'stresses at break')
         """
         at = min((self.noun.find(word) for word in _PREPOSITIONS if word in self.noun), default=len(self.noun))
         head, rest = self.noun[:at], self.noun[at:]
-        several = f"{head[:-1]}ies" if head.endswith("y") and head[-2:-1] not in "aeiou" else f"{head}s"
-        return several + rest
+        if head.endswith("y") and head[-2:-1] not in "aeiou":
+            return f"{head[:-1]}ies{rest}"
+        return f"{head}{'es' if head.endswith(('s', 'x', 'ch', 'sh')) else 's'}{rest}"
 
     @property
     def written(self) -> str:

@@ -62,12 +62,13 @@ def plan(
     if as_json:
         say_json(to_json(found))
     else:
+        timed = any(stage.seconds is not None for stage in found.stages)
         columns = (
             Column("stage", "Stage"),
             Column("rows", "Runs", form=format),
             Column("recorded", "Recorded", form=format),
             Column("to_run", "To compute", form=format),
-            Column("seconds", "On one core", form=duration),
+            *([Column("seconds", "On one core", form=duration)] if timed else []),
         )
         say_tables(Table.of(columns, found.stages, f"Plan of {found.study}", [" ".join(total(found))]))
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)

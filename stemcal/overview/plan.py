@@ -52,6 +52,12 @@ class FactorsAssumed(Note):
     factors: int
 
 
+class FirstRunTwice(Note):
+    """A stage's first run is made twice, to see whether equal inputs give equal answers."""
+
+    stage: str
+
+
 class DecidedLater(Note):
     """A stage decides its runs one by one: so many at most."""
 
@@ -155,7 +161,12 @@ def plan(
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
     there = _transfer(study, folder)
     rest = overhead(solver)
-    notes = [part.note for part in wanted if part.note is not None]
+    notes: list[Note] = [part.note for part in wanted if part.note is not None]
+    notes += [
+        FirstRunTwice(part.stage)
+        for part, runs in zip(wanted, left, strict=True)
+        if runs and second_time(study, part.requests)
+    ]
     foretold = [
         note
         for part in wanted

@@ -12,7 +12,7 @@ from stemcal.files.typed import absent
 from stemcal.folder.study_folder import Holder, StudyFolder
 from stemcal.overview.plan import Asked, asked
 from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.outcome import answer_of, is_censored, judged, record_key, stands
+from stemcal.runs.outcome import counted, is_censored, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import ByHand, Request, Solver
 from stemcal.stages.base import STAGES, stage_called, stages_of
@@ -116,7 +116,7 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
     if record is None:
         status = "damaged" if problem else "left"
         return Entry(*asked_for, status, None, "", "", True, request.condition, levels, *mesh)
-    answer = judged(answer_of(record), study.runs)
+    answer = counted(record, study.runs)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
     return Entry(

@@ -17,6 +17,7 @@ from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
 from stemcal.report.figures.gallery import gallery, spread_of
 from stemcal.report.figures.validation import growth, validation
+from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.result import InvertResult
@@ -307,6 +308,6 @@ class StudyResults:
     def _repr_html_(self) -> str:
         rows = "".join(f"<li>{escape(repr(result))}</li>" for result in self._results.done())
         stale = "".join(f"<li>{escape(sentence)}</li>" for sentence in self.stale)
-        first, *further = (escape(line) for line in self.verdict_text.splitlines())
+        first, *further = map(coded, self.verdict_text.splitlines())
         verdict = "".join(f"<br>{line}" for line in further)
         return f"<p><b>{first}</b>{verdict}</p><p>Study {escape(self.study.name)}</p><ul>{rows}{stale}</ul>"

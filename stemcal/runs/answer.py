@@ -16,7 +16,7 @@ from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.runs.outcome import answer_of, judged, readable, record_key, stands
+from stemcal.runs.outcome import counted, judged, record_key, stands
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
 from stemcal.study.model import RunsOptions
@@ -108,7 +108,7 @@ def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> 
     for key in dict.fromkeys(keys):
         record = folder.load(key)
         if record is not None and stands(record, policy):
-            found[key] = judged(answer_of(record), policy)
+            found[key] = counted(record, policy)
     return found
 
 
@@ -182,7 +182,7 @@ def _recording(
 
 def keep(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
     """Save one outcome durably and return its answer."""
-    answer = readable(computed.answer)
+    answer = computed.answer.readable()
     folder.save(
         {
             "key": key,

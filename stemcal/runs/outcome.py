@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stemcal.files.showing import in_a_line, visible
 from stemcal.files.typed import absent
 from stemcal.folder.record import key_of
 from stemcal.naming import FIRST
@@ -33,12 +32,16 @@ def record_key(solver: Solver, request: Request) -> str:
 
 def answer_of(record: Mapping[str, Any]) -> Answer:
     """Return the answer that a record holds."""
-    return readable(Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}))
+    return _kept(record).readable()
 
 
-def readable(answer: Answer) -> Answer:
-    """Return an answer whose words have no control characters: they may be a program's."""
-    return replace(answer, reason=in_a_line(answer.reason), message=visible(answer.message))
+def counted(record: Mapping[str, Any], policy: RunsOptions) -> Answer:
+    """Return the answer that a record holds as the spec wants it counted."""
+    return judged(_kept(record), policy).readable()
+
+
+def _kept(record: Mapping[str, Any]) -> Answer:
+    return Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")})
 
 
 def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:

@@ -151,15 +151,17 @@ class Embedded(OfSpecAlone):
 
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
-        study = self.study
+        study, options = self.study, _options(self.study)
         if study.failure.kind == "toughness":
-            return {"element_size": _told(_options(study).element_size, diameter)}
+            return {"element_size": _told(options.element_size, diameter)}
         lengths = {
-            "element_size": _options(study).element_size,
+            "element_size": options.element_size,
             "edge_spread": study.blade.edge_spread,
             "internal_length": study.material.internal_length,
         }
         found = {name: _told(length, diameter) for name, length in lengths.items()}
+        if options.elements_through_wall is not None:
+            found["elements_through_wall"] = f"{options.elements_through_wall}"
         if study.material.failure_strain is None or "failure_strain" in study.names:
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}

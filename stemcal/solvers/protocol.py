@@ -1,10 +1,13 @@
 """What the workflow asks of a solver: these levels, this diameter, which force? Or what a study has in their place."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from stemcal.files.showing import in_a_line, visible
 from stemcal.naming import CUTTING, Naming
 
 
@@ -68,6 +71,10 @@ class Answer:
     def ok(self) -> bool:
         """Whether the force may enter an analysis."""
         return self.status == "ok"
+
+    def readable(self) -> Answer:
+        """Return it with words that have no control characters: they may be a program's."""
+        return replace(self, reason=in_a_line(self.reason), message=visible(self.message))
 
 
 class Solver(Protocol):

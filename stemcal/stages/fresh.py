@@ -20,7 +20,7 @@ from stemcal.files.plain import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch
-from stemcal.runs.outcome import answer_of, judged, stands
+from stemcal.runs.outcome import counted, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.solvers.protocol import RESPONSES, OfSpecAlone, Request, Solver
@@ -146,7 +146,7 @@ def _corrected(stage: str, study: Study, folder: StudyFolder) -> bool:
     """Whether a result that was entered by hand is another now than the stage was made from."""
     for _, outcome in read(stage_called(stage), folder).runs():
         records = [record for key in outcome.keys if key and (record := folder.peek(key)) is not None]
-        answers = [answer for record in records if (answer := judged(answer_of(record), study.runs)).ok]
+        answers = [answer for record in records if (answer := counted(record, study.runs)).ok]
         if records and outcome.ok != bool(answers):
             return True
         for name in (FIRST, *study.own_further):
@@ -257,7 +257,7 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
         records = [folder.peek(key) for key in outcome.keys if key]
         if not all(record is not None and stands(record, study.runs) for record in records):
             return False
-        if records and outcome.ok != any(judged(answer_of(record), study.runs).ok for record in records if record):
+        if records and outcome.ok != any(counted(record, study.runs).ok for record in records if record):
             return False
     return True
 

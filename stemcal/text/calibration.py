@@ -22,7 +22,7 @@ from stemcal.stages.invert.result import (
     SolvedByProcess,
     UnequalScatter,
 )
-from stemcal.text.language import say, say_number
+from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
 from stemcal.text.numbers import fixed, interval, short, significant, unit_written
@@ -56,7 +56,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
 
 def certainty(stage: InvertResult, names: Names) -> list[str]:
     """Say how well the parameters are known, and what tells of it."""
-    parts = [(known(part, stage, names), unseen_changes(part, names)) for part in stage.known]
+    parts = [(known(part, stage, names), unseen_changes(part, stage, names)) for part in stage.known]
     if stage.joint is not None:
         formula = [] if stage.joint.null is None else [_without_mechanics(stage.joint.null, stage.joint)]
         return [
@@ -140,14 +140,20 @@ def assumption(part: Certainty) -> list[str]:
     return [say(said[part.assumption])] if part.assumption else []
 
 
-def unseen_changes(part: Certainty, names: Names) -> list[str]:
-    """Say what changes together without any measured response changing."""
-    one = "Not seen: {changes:all} alone changes no measured response (to first order)."
-    many = "Not seen: {changes:all} together change no measured response (to first order)."
+_UNSEEN = {
+    "joint": "The joint fit does not see a change of {changes:all} (to first order).",
+    "single": "The {response} at {condition:condition} does not see a change of {changes:all} (to first order).",
+    "unconditioned": "The {response} does not see a change of {changes:all} (to first order).",
+}
+
+
+def unseen_changes(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> list[str]:
+    """Say what changes, together where it is several, without what was fitted changing."""
+    fields = {"response": names.response.long, "condition": stage.condition}
     each = [
         [change(name, size, part.units[name], names) for name, size in found.items()] for found in part.unseen_changes
     ]
-    return [say_number(one, many, len(changes), changes=changes) for changes in each]
+    return [names.say(_UNSEEN[_kind(part, names)], changes=changes, **fields) for changes in each]
 
 
 def change(factor: str, size: float, unit: str, names: Names) -> str:

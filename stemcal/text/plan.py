@@ -67,6 +67,7 @@ def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[st
 
 
 states(plan.FactorsAssumed, "The screening decides which factors the surface has; {factors} are assumed for the plan.")
+states(plan.FirstRunTwice, "{stage} begins with its first run made twice: equal inputs must give equal answers.")
 states(plan.DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
 states(plan.AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
 states(plan.CannotCarry, "{stage}, {design}: {reason}")

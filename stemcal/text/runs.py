@@ -117,10 +117,9 @@ def warned_of(warnings: Mapping[str, RunWarning], count: int) -> str:
 
 def compiling(seconds: float | None) -> str:
     """Say that kernels are compiled, and how many seconds that took the last time."""
-    if seconds is None:
-        return say("compiling the solver for this machine, once for all studies")
-    template = "compiling the solver for this machine, once for all studies; {seconds:.0f} s the last time"
-    return say(template, seconds=seconds)
+    first = "compiling the solver for this machine, once for all studies of this precision"
+    again = "compiling the solver for this machine, once for all studies of this precision; {seconds:.0f} s last time"
+    return say(first) if seconds is None else say(again, seconds=seconds)
 
 
 # ---- runs that failed

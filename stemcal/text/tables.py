@@ -40,7 +40,6 @@ LINES = {
     "{rule}.",
     "point of all": "Target {target:response .6g}; predicted {predicted:response .4g}; coded radius {radius:.3f}; "
     "least squares over all that is fitted together.",
-    "interval of the response": "95 % interval of the simulated {response} {mean:responses}.",
     "intervals of the response": "95 % interval of the mean {response} {mean:responses}, of one simulated {response} "
     "{one:responses}.",
     "joint": "Fitted together",
@@ -80,6 +79,7 @@ LINES = {
     "error": "Error = 100·(measured − simulated)/measured.",
     "validation": "Measured against simulated {response}",
     "largest": "Largest error {largest:fixed} %, mean {mean:fixed} % (absolute).",
+    "largest of all": "Over all responses the largest error is {largest:fixed} %, the mean {mean:fixed} % (absolute).",
     "smaller": "Not shown, of smaller error: {count}; see the report.",
     "further": "Beside the {response}",
     "of stems": "Travel and work of the blade from first touch to the maximum force.",

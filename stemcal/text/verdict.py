@@ -296,10 +296,10 @@ states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPE
 states(
     advice.IntegrateFully,
     {
-        "": "`element: full` under `solver` has no hourglass energy, at about six times the time.",
-        "size": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "": "`element: full` under `solver` has no hourglass energy, at about 20 times the time.",
+        "size": "`element: full` under `solver` has no hourglass energy, at about 20 times the time; `element_size: "
         "{finer.element_size}` may bring it under {limit_percent:g} %, at about {finer.times:g} times.",
-        "both": "`element: full` under `solver` has no hourglass energy, at about six times the time; `element_size: "
+        "both": "`element: full` under `solver` has no hourglass energy, at about 20 times the time; `element_size: "
         "{finer.element_size}` and `time_step: {finer.time_step:g} us` may bring it under "
         "{limit_percent:g} %, at about {finer.times:g} times.",
     },
@@ -382,12 +382,17 @@ states(
     by="over",
     key=lambda _remedy, names: names.naming.fitted_at.partition(".")[2],
 )
-states(
-    advice.MeasureMore,
-    "Measure at another {names.condition.long}, or leave one out of `{names.naming.fitted_at}`.",
-    otherwise="Measure under another condition too, or a further response that `invert.responses` leaves out.",
-    by="names.placed",
-)
+
+
+@sentence.register
+def _(remedy: advice.MeasureMore, names: Names) -> str:
+    fewer = "Measure at another {condition}, or leave one out of `{fitted_at}`."
+    more = "Measure at another {condition}."
+    other = "Measure under another condition too, or a further response that `invert.responses` leaves out."
+    template = other if not names.placed else fewer if remedy.fitted > 1 else more
+    return names.say(template, condition=names.condition.long, fitted_at=names.naming.fitted_at)
+
+
 states(
     advice.MendInput,
     {

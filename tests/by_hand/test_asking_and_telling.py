@@ -43,6 +43,8 @@ def command(*words: object, typed: str | None = None) -> Result:
 
 def test_a_study_that_waits_ends_with_six_and_leaves_its_sheet(tmp_path: Path) -> None:
     spec, out = spec_of(tmp_path), tmp_path / "study"
+    planned = command("plan", spec, "--out", out).stdout
+    assert "runs by hand, 16 in all" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
     assert f"Waiting for 15 results of rsm; fill in {out / 'sheet.xlsx'}, then: stemcal enter" in done.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -11,9 +12,10 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.report.figures import laboratory
-from stemcal.report.figures.contour import relief, solutions
+from stemcal.report.figures.contour import contours, relief, solutions
 from stemcal.report.figures.curves import energies
 from stemcal.report.figures.gallery import Plot, gallery, write_figures
+from stemcal.report.figures.style import resize, styled
 from stemcal.report.figures.validation import validation
 from stemcal.text.glossary import GLOSSARY, look_up
 
@@ -36,6 +38,32 @@ def test_relief_has_the_force_of_the_surface_at_its_middle(stages: dict[str, Any
     (star,) = figure.axes[0].lines
     assert star.get_data_3d()[2][0] == pytest.approx(159.2)
     assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
+
+
+def test_contours_end_with_the_ranges(stages: dict[str, Any]) -> None:
+    """Of a design of corners and middles of faces the radius is that of its corners, √3, beyond all that was run."""
+    whole = stages["rsm"]
+    runs = [run.levels["failure_strain"] for run in whole.design.runs]
+    axes = contours(replace(whole, radius=3.0), ("yield_stress", "failure_strain")).axes[0]
+    assert axes.get_xlim() == pytest.approx((9.99167, 20.0), abs=1e-4)  # a run lies just below its range
+    assert axes.get_ylim() == pytest.approx((0.01, 0.05)) and min(runs) > 0.013
+
+
+@pytest.mark.parametrize("name", ["Equivalent plastic strain at which elements are eroded, averaged", "单元失效" * 8])
+@pytest.mark.parametrize("width", [80.0, 160.0])
+def test_long_names_in_space_lie_within_the_figure(stages: dict[str, Any], name: str, width: float) -> None:
+    pair = ("yield_stress", "failure_strain")
+    figure = relief(stages["rsm"], pair, stages["invert"], dict.fromkeys(pair, name))
+    for size in (None, width):
+        if size is not None:
+            resize(figure, size)
+        with styled():
+            figure.draw_without_rendering()
+        axes: Any = figure.axes[0]
+        for axis in (axes.xaxis, axes.yaxis):
+            assert axis.get_label_text().replace("\n", "").replace(" ", "").startswith(name.replace(" ", ""))
+            box = axis.label.get_window_extent()
+            assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.x1 <= figure.bbox.x1 and box.y1 <= figure.bbox.y1
 
 
 def test_solutions_are_coded(stages: dict[str, Any]) -> None:

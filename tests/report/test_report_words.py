@@ -144,6 +144,10 @@ def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
     assert table.title == "Measured against simulated angle of repose"
     assert table.heads[:3] == ("Moisture, %", "Role", "Measured, °")
     assert [row[0] for row in table.cells] == ["12", "16"]
+    errors = [row.compared.error_percent for row in validation.rows]
+    errors += [one.error_percent for row in validation.rows for one in row.further]
+    largest = max(abs(error or 0.0) for error in errors)
+    assert table.foot[0].startswith(f"Over all responses the largest error is {largest:.2f} %")
 
 
 def test_further_responses_are_named_with_their_units(moist: Told) -> None:

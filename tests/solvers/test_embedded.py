@@ -28,6 +28,8 @@ def test_calibrated_values_belong_to_lengths() -> None:
         "edge_spread": "d/9.5 (0.842 mm)",
         "internal_length": "d/4.5 (1.78 mm)",
     }
+    thin = load_study(CONFIGS / "wild-chrysanthemum.yaml").with_(solver={"elements_through_wall": 4})
+    assert make_solver(thin).belongings(8.0)["elements_through_wall"] == "4"
 
 
 def test_friction_and_wall_as_factors() -> None:
@@ -46,6 +48,13 @@ def test_levels_that_leave_no_bore_are_named() -> None:
     study = load_study(CASES / "friction-and-wall.yaml")
     wrong = list(wrong_levels(study, {**study.midlevels(), "wall_thickness": 4.0, "stem_friction": -0.1}))
     assert len(wrong) == 2 and "stem_friction = -0.1 must not be below 0" in wrong[0] and "half of" in wrong[1]
+
+
+def test_a_stem_wider_than_the_blade_is_named() -> None:
+    study = load_study(CONFIGS / "smoke.yaml")
+    wide = "diameter: the stem is 90.5 mm wide, the blade only 90 mm long; take at most that, or check its unit"
+    assert list(wrong_levels(study, study.midlevels(), 90.5)) == [wide]
+    assert list(wrong_levels(study, study.midlevels(), 90.0)) == []
 
 
 def test_rate_dependence_switched_off() -> None:

@@ -43,7 +43,7 @@ def test_local_deck_gives_the_force_that_is_foretold(law: str) -> None:
     faster = study.solver.model_copy(update={"mass_scaling": 4e4, "rate_law": law})
     study = study.model_copy(update={"solver": faster})
     foretold, given = foretold_and_given(study, 8.0, yield_stress=18.0, failure_strain=0.036)
-    assert given == pytest.approx(foretold, rel=0.1)
+    assert given == pytest.approx(foretold, rel=0.06)  # the worst of sixteen decks
 
 
 def test_deck_with_lengths_gives_the_force_that_is_foretold_and_is_verified(tmp_path: Path) -> None:

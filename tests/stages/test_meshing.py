@@ -130,7 +130,7 @@ def test_the_page_says_what_the_ranges_assume(made: Made) -> None:
 def test_the_budget_tells_each_source(made: Made) -> None:
     mesh = made(MESH)[2].mesh
     assert mesh is not None
-    budget = {row.source: row for row in mesh.budget_at(8.0)}
+    budget = {row.source: row for row in mesh.budget if row.condition == 8.0}
     assert list(budget) == ["laboratory", "surface", "mesh"]
     assert sum(row.share_percent for row in budget.values()) == pytest.approx(100.0)
     assert budget["laboratory"].sd == pytest.approx(4.0 / 6**0.5, rel=0.02)

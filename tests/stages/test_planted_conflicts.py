@@ -23,7 +23,7 @@ from stemcal.stages.invert.result import FlatDirection
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.advice import FitFewer, WidenRange
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import Conflict, verdict_of
+from stemcal.stages.verdict.rules import Conflict, TargetMissed, verdict_of
 from stemcal.study.reading import load_study
 
 SPECIMENS, SEEDS = 8, (1, 2, 3)
@@ -177,7 +177,12 @@ def test_the_same_responses_without_the_mistake_agree(judge, seed: int) -> None:
 def test_one_verdict_never_asks_for_both_ends(judge) -> None:
     """Conflicts to either side, at several truths: no two remedies widen a range, and none does in a conflict."""
     planted = [(0.15, (0.2, -0.1)), (-0.15, (0.2, -0.1)), (0.25, (-0.5, 0.4)), (-0.25, (0.6, 0.1))]
+    asked = 0
     for seed, (off, truth) in enumerate(planted):
         found = judge(Plant(CONFLICT.law, truth, 0.03, off), (8.0,), seed, "invert: {responses: [force, travel]}\n")
         assert found.verdict.says("conflict") and len(widened(found.verdict)) <= 1
         assert not found.verdict.says("on_the_edge")
+        missed = [reason for reason in found.verdict.reasons if isinstance(reason, TargetMissed)]
+        assert all(reason.remedy == FitFewer("responses") for reason in missed)  # refining reconciles nothing
+        asked += len(missed)
+    assert asked > 0

@@ -74,16 +74,16 @@ def test_one_force_leaves_two_factors_free(results: Any) -> None:
     )
     assert free == "It leaves failure_strain and strain_rate_c free."
     assert assumed == "The measured value is treated as exact because no SD was given."
-    assert calibration.unseen_changes(stage.certainty, LABELLED)[0] == (
-        "Not seen: Yield stress −0.483 MPa and failure_strain +0.01 together change no measured response (to first "
+    assert calibration.unseen_changes(stage.certainty, stage, LABELLED)[0] == (
+        "The maximum force at 8 mm does not see a change of Yield stress −0.483 MPa and failure_strain +0.01 (to first "
         "order)."
     )
 
 
 def test_a_factor_that_nothing_sees(results: Any) -> None:
     unseen = replace(results.inversion.certainty, unseen_changes=({"strain_rate_c": 5.95},))
-    assert calibration.unseen_changes(unseen, LABELLED) == [
-        "Not seen: strain_rate_c +5.95 1/s alone changes no measured response (to first order)."
+    assert calibration.unseen_changes(unseen, results.inversion, LABELLED) == [
+        "The maximum force at 8 mm does not see a change of strain_rate_c +5.95 1/s (to first order)."
     ]
 
 

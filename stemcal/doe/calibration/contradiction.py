@@ -14,7 +14,7 @@ import numpy as np
 
 from stemcal.doe.calibration.levelset import extremes, height
 from stemcal.doe.calibration.misfit import Misfit, best_fit
-from stemcal.doe.calibration.profile import allowed_rise
+from stemcal.doe.calibration.profile import allowed_rise, chance_of_rise
 from stemcal.doe.calibration.ridge import below, least_under
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array
@@ -46,7 +46,7 @@ def contradiction(misfit: Misfit, region: Region) -> Contradiction | None:
     best = [best_fit(others, region) for others in rest]
     excess = [max(least - others.value(point), 0.0) for others, point in zip(rest, best, strict=True)]
     i = max(range(m), key=lambda j: (round(excess[j], 6), j))
-    p = _chance(excess[i], misfit.scale_df)
+    p = chance_of_rise(excess[i], misfit.scale_df)
     if p >= LEVEL:
         return None
     return Contradiction(i, float(excess[i] ** 0.5), p, _allowed(misfit, rest[i], i, region, best[i]))
@@ -85,13 +85,6 @@ def _reached(misfit: Misfit, region: Region) -> Array:
 def _within_reach(misfit: Misfit, region: Region) -> Misfit:
     observations = zip(misfit.observations, _reached(misfit, region).tolist(), strict=True)
     return replace(misfit, observations=tuple(replace(o, measured=value) for o, value in observations))
-
-
-def _chance(rise: float, df: float) -> float:
-    """Return the probability of a rise as large with one degree of freedom."""
-    from scipy.special import chdtrc, fdtrc
-
-    return float(fdtrc(1.0, df, rise) if np.isfinite(df) else chdtrc(1.0, rise))
 
 
 def _allowed(misfit: Misfit, others: Misfit, i: int, region: Region, best: Array) -> tuple[float, float]:

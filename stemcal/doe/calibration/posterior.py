@@ -7,8 +7,10 @@ up to that factor alone, −(m/2)·ln D. Outside the region it is −∞. Where 
 itself (the laboratory's, the surfaces', what the place of the mesh adds), each is integrated out by itself: it is
 drawn as s²·ν/χ²(ν), and the likelihood, |V|^(−1/2)·exp(−D/2), is the mean over the draws. One factor common to all
 would take the weights of the observations for known. The diameters need not scatter alike, and a few specimens do not
-show it: the variance of each lies about the pooled one by a scaled inverse χ² of `ALIKE` degrees of freedom, so what is
-drawn is the moderated variance of G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3.
+show it: σᵢ² ~ ν₀σ²/χ²(ν₀), the hierarchical model of G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3.
+How alike they are, ν₀, the sd measured tell too: σ² and ν₀ are drawn from what these leave possible, and of each
+diameter (ν₀σ² + νᵢsᵢ²)/χ²(ν₀ + νᵢ). Before the data σ is even, and 1/√ν₀ from 0 to 1: standard deviations, as A. Gelman
+advises, Bayesian Analysis 1 (2006) 515.
 Sampled by the affine-invariant ensemble of Goodman and Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65–80, in
 emcee: Foreman-Mackey et al., PASP 125 (2013) 306–312. Walkers start where importance resampling of points that
 fill the region puts them, so that every branch of the solution set has some. The same data give the same samples.
@@ -18,6 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stemcal.doe.calibration.misfit import Misfit, VarianceSource
 from stemcal.doe.calibration.search_region import Region
@@ -28,8 +31,8 @@ WALKERS, STEPS, BURN_IN = 40, 2000, 500
 _CLOUD, _SEED = 13, 20_011
 _NO_PART = 1e-9  # a source below this part of the variance is rounding
 _DRAWS = 8  # 2^8 draws of the variances
-ALIKE = 4.0
-"""How alike the diameters scatter: ν₀ of σᵢ² ~ ν₀σ²/χ²(ν₀), by which two thirds of their sd are within a factor 1.5."""
+_ALIKE = np.linspace(0.98, 0.02, 25) ** -2.0  # ν₀ of σᵢ² ~ ν₀σ²/χ²(ν₀): how alike the diameters scatter
+_SIZES = np.exp(np.linspace(-5.0, 3.0, 81))  # σ² over the pooled variance, which few specimens do not bound from above
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,39 +111,21 @@ def log_posterior(misfit: Misfit, region: Region, points: Array) -> Array:
 
 def density_of(misfit: Misfit, region: Region) -> Callable[[Array], Array]:
     """Return the log density as a function of (m, k) coded points; what the variances may be is drawn once."""
-    apart = _apart(misfit)
-    several = misfit.scale_known and (misfit.meshed or sum(np.isfinite(source.df) for source in apart.sources) > 1)
-    drawn = _drawn_variances(apart) if several else None
+    sources = [source for source in misfit.sources if np.any(source.variance > _NO_PART * misfit.variance)]
+    known = replace(misfit, sources=tuple(sources))
+    several = misfit.meshed or sum(np.isfinite(s.df) for s in sources) > 1 or any(_told_apart(s).any() for s in sources)
+    drawn = _drawn_variances(known) if misfit.scale_known and several else None
 
     def density(points: Array) -> Array:
         if drawn is None:
             found = _log_likelihood(misfit, misfit.of_data(points))
         else:
-            found = _mean_log_likelihood(apart, *drawn, points)
+            found = _mean_log_likelihood(known, *drawn, points)
         for prior in misfit.priors:
             found = found + prior.log_density(points)
         return np.where(region.contains(points), found, -np.inf)
 
     return density
-
-
-def _apart(misfit: Misfit) -> Misfit:
-    """Return it without sources of no part, the laboratory's of each diameter by itself."""
-    sources = [source for source in misfit.sources if np.any(source.variance > _NO_PART * misfit.variance)]
-    return replace(misfit, sources=tuple(part for source in sources for part in _moderated(source)))
-
-
-def _moderated(source: VarianceSource) -> list[VarianceSource]:
-    """Return (ν₀·s² + νᵢ·sᵢ²)/(ν₀ + νᵢ) of each diameter, s² the pooled variance; the source itself if not pooled."""
-    if source.name != "laboratory" or source.apart is None or source.apart_df is None:
-        return [source]
-    own_df = np.where(source.apart_df < source.df, source.apart_df, 0.0)
-    if not own_df.any() or not np.isfinite(source.df):
-        return [source]
-    variance = (ALIKE * source.variance + own_df * source.apart) / (ALIKE + own_df)
-    df = np.minimum(ALIKE + own_df, source.df)
-    each = zip(np.diag(variance), df.tolist(), strict=True)
-    return [replace(source, variance=of, df=df, apart=None) for of, df in each if of.any()]
 
 
 def _mean_log_likelihood(misfit: Misfit, own: Array, shared: Array, points: Array) -> Array:
@@ -162,16 +147,15 @@ def _mean_log_likelihood(misfit: Misfit, own: Array, shared: Array, points: Arra
 
 def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
     """Return variances, and standard deviations of what is shared, (draws, observations): the same every time."""
-    from scipy.special import chdtri
     from scipy.stats.qmc import Sobol
 
-    even = 1.0 - (Sobol(len(misfit.sources), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
+    needed = np.cumsum([0, *(2 + int(_told_apart(source).sum()) for source in misfit.sources)])
+    even = 1.0 - (Sobol(int(needed[-1]), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
     of_mesh = [misfit.own_part(source) if source.shared else None for source in misfit.sources]
-    drawn = [
-        (source.variance + (0.0 if own is None else misfit.sources[own].variance / source.conditions))
-        * (source.df / chdtri(source.df, u)[:, None] if np.isfinite(source.df) else np.ones((len(u), 1)))
-        for source, own, u in zip(misfit.sources, of_mesh, even.T, strict=True)
-    ]
+    drawn = []
+    for source, mesh, first, last in zip(misfit.sources, of_mesh, needed, needed[1:], strict=False):
+        part = 0.0 if mesh is None else misfit.sources[mesh].variance / source.conditions
+        drawn.append(_drawn_of(replace(source, variance=source.variance + part), even[:, first:last]))
     own, shared = np.zeros_like(drawn[0]), np.zeros_like(drawn[0])
     for variance, source, beside in zip(drawn, misfit.sources, of_mesh, strict=True):
         if source.shared:  # c² = (MS − s²)/D: what is drawn is MS
@@ -179,6 +163,47 @@ def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
         else:
             own += variance
     return np.maximum(own, np.finfo(float).tiny), np.sqrt(shared)
+
+
+def _told_apart(source: VarianceSource) -> NDArray[np.bool_]:
+    """Tell of which observations the source has a variance of their own beside the pooled one."""
+    if source.name != "laboratory" or source.apart_df is None or not np.isfinite(source.df):
+        return np.zeros(len(source.variance), dtype=bool)
+    return np.asarray((source.variance > 0.0) & (source.apart_df < source.df))
+
+
+def _drawn_of(source: VarianceSource, even: Array) -> Array:
+    """Draw the variance of a source at even numbers, (draws, 2 or more): s²·ν/χ²(ν), or of each diameter its own."""
+    from scipy.special import chdtri
+
+    told = _told_apart(source)
+    if not told.any():
+        factor = source.df / chdtri(source.df, even[:, :1]) if np.isfinite(source.df) else np.ones((len(even), 1))
+        return np.asarray(source.variance * factor)
+    assert source.apart is not None and source.apart_df is not None
+    ratio, df = source.apart[told] / source.variance[told], source.apart_df[told]
+    size, alike = _populations(ratio, df, even[:, 0])
+    found = np.tile(source.variance, (len(even), 1))
+    found[:, ~told] *= size * alike / chdtri(alike, even[:, 1:2])
+    found[:, told] *= (alike * size + df * ratio) / chdtri(alike + df, even[:, 2:])
+    return found
+
+
+def _populations(ratio: Array, df: Array, even: Array) -> tuple[Array, Array]:
+    """Draw σ² and ν₀ of σᵢ² ~ ν₀σ²/χ²(ν₀), (draws, 1) each, from variances sᵢ² of νᵢ degrees of freedom each.
+
+    sᵢ²/σ² follows F(νᵢ, ν₀), whose logarithm in σ² and ν₀ is −ln B(νᵢ/2, ν₀/2) − (νᵢ/2)·ln(ν₀σ²) − ((νᵢ + ν₀)/2)·ln(1 +
+    νᵢsᵢ²/(ν₀σ²)).
+    """
+    from scipy.special import betaln
+
+    alike, size = (grid.reshape(-1, 1) for grid in np.meshgrid(_ALIKE, _SIZES, indexing="ij"))
+    whole = alike * size
+    log = -betaln(0.5 * df, 0.5 * alike) - 0.5 * df * np.log(whole) - 0.5 * (df + alike) * np.log1p(df * ratio / whole)
+    log = log.sum(axis=1) + 0.5 * np.log(size[:, 0])
+    below = np.cumsum(np.exp(log - log.max()))
+    chosen = np.searchsorted(below, even * below[-1])
+    return size[chosen], alike[chosen]
 
 
 def _log_likelihood(misfit: Misfit, found: Array) -> Array:

@@ -6,11 +6,9 @@ with variances that were estimated: as for a measured mean (`contradiction`).
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.profile import chance_of_rise, profiles_of
 from stemcal.doe.calibration.ridge import with_scatter
 from stemcal.doe.calibration.search_region import Region
 
@@ -32,14 +30,11 @@ def agreements(misfit: Misfit, region: Region) -> list[Agreement]:
 
 
 def _agreement(misfit: Misfit, region: Region, prior: Prior) -> Agreement:
-    from scipy.special import chdtrc, fdtrc
-
     whole = with_scatter(misfit, misfit.value(best_fit(misfit, region)))
     rest = whole.without_prior(prior)
     best = best_fit(rest, region)
     rise = max(whole.value(best_fit(whole, region)) - rest.value(best), 0.0)
-    df = whole.scale_df
-    p = float(fdtrc(1.0, df, rise) if np.isfinite(df) else chdtrc(1.0, rise))
+    p = chance_of_rise(rise, whole.scale_df)
     if p >= LEVEL:
         return Agreement(prior, p, None)
     profile = profiles_of(rest, region, best)[prior.j]

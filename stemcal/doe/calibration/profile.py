@@ -84,6 +84,13 @@ def allowed_rise(misfit: Misfit, least: float, level: float = 0.95, df: float | 
     return float(chdtri(1.0, 1.0 - level))
 
 
+def chance_of_rise(rise: float, df: float) -> float:
+    """Return the probability of a rise as large with one degree of freedom: χ²(1), or F(1, df)."""
+    from scipy.special import chdtrc, fdtrc
+
+    return float(fdtrc(1.0, df, rise) if np.isfinite(df) else chdtrc(1.0, rise))
+
+
 def holds(misfit: Misfit, region: Region, point: Array, level: float = 0.95) -> list[bool]:
     """Tell for each factor whether its confidence interval holds the value at a point."""
     search = _Search(misfit, region, best_fit(misfit, region))

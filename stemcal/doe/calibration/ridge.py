@@ -64,11 +64,16 @@ def nearest_on_floor(misfit: Misfit, region: Region, x: Array, flat: Array) -> A
 def settled(misfit: Misfit, region: Region, within: Region | None = None) -> tuple[Array, Array]:
     """Return the point of least misfit in a region, or its place on the floor of a flat valley, and flat directions.
 
+    The valley may be bent: its directions are those at the point that is returned, unless fewer are flat there.
     `within` is a part of the region that the point is sought in.
     """
     x = best_fit(misfit, within or region)
     flat = flat_directions(misfit, region, x)
-    return (nearest_on_floor(misfit, within or region, x, flat), flat) if len(flat) else (x, flat)
+    if not len(flat):
+        return x, flat
+    floor = nearest_on_floor(misfit, within or region, x, flat)
+    there = flat_directions(misfit, region, floor)
+    return floor, there if len(there) == len(flat) else flat
 
 
 def presses_outwards(misfit: Misfit, region: Region, x: Array) -> bool:

@@ -97,11 +97,6 @@ class Surface:
         return int(np.argmax(np.abs(self.beta[1 : len(self.names) + 1])))
 
     @property
-    def rough(self) -> bool:
-        """Whether the residual is above 3 % of the mean: the response is rough, or no quadratic follows it."""
-        return self.cv_percent is not None and abs(self.cv_percent) > ROUGH_PERCENT
-
-    @property
     def own_scatter(self) -> float:
         """Variance of a run about the mean response in units of s²: the chance that the response is rough.
 

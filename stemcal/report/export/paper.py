@@ -7,7 +7,7 @@ from typing import Any
 from stemcal.files.rows import Column, Table
 from stemcal.files.showing import in_a_line
 from stemcal.naming import FIRST, FORCE, Named
-from stemcal.report.tables.columns import ERROR, condition, simulated, starred, to_decimals
+from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
 from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
 from stemcal.report.tables.stages import visible
@@ -157,7 +157,7 @@ def _levels(stage: SurfaceResult) -> PaperTable:
     coded = sorted({round(run.coded[name], 3) + 0.0 for run in stage.design.runs for name in stage.names})
     rows = [{name: stage.coding[name].natural(level) for name in stage.names} | {"": level} for level in coded[::-1]]
     heads = {"": "Factor Level", **stage.symbols()}
-    columns = [Column(key, head, form=lambda value: short(value, 4)) for key, head in heads.items()]
+    columns = [Column(key, head, form=level) for key, head in heads.items()]
     return PaperTable(NUMBERS["levels"], "levels", line("published levels"), Table.of(columns, rows))
 
 

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
+from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, frame_in_space, in_lines, new_figure, plain
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.text.numbers import unit_written
 
 GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
+LONGEST, LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
 ROOM = 0.03  # what a number needs on each side, as a share of the axes
 HEIGHT = "viridis"  # its lightness rises steadily with the force
 
@@ -30,11 +31,20 @@ class Section:
 
 def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, count: int) -> Section:
     """Return the surface over a pair, the others at the solution, or at the centre without one."""
-    reach = rsm.radius or 1.0
     at = invert.point.coded if invert is not None else dict.fromkeys(rsm.names, 0.0)
-    x, y = np.meshgrid(np.linspace(-reach, reach, count), np.linspace(-reach, reach, count))
+    x, y = np.meshgrid(*(np.linspace(*_ends(rsm, name), count) for name in pair))
     response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
     return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
+
+
+def _ends(rsm: SurfaceResult, name: str) -> tuple[float, float]:
+    """Return between which coded values a factor is drawn: the design's reach within its range, and all its runs."""
+    reach, factor, scale = rsm.radius or 1.0, rsm.factor(name), rsm.coding[name]
+    runs = [run.levels[name] for run in rsm.design.runs]
+    low, high = scale.natural(-reach), scale.natural(reach)
+    low = min(*runs, low if factor.low is None else max(low, factor.low))
+    high = max(*runs, high if factor.high is None else min(high, factor.high))
+    return (low - scale.center) / scale.half_step, (high - scale.center) / scale.half_step
 
 
 def contours(
@@ -111,9 +121,11 @@ def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> list[Pl
     return list(counts)
 
 
-def _label(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
+def _label(
+    axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, most: int = LONGEST
+) -> None:
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(with_unit(rsm, name, labels))
+        setter(in_lines(with_unit(rsm, name, labels), most))
         axis.set_major_locator(round_ticks())
 
 
@@ -192,7 +204,7 @@ def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: In
 
 def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
     """Name the axes and look at the surface from where it rises away."""
-    _label(axes, rsm, pair, labels)
+    _label(axes, rsm, pair, labels, LONGEST_IN_SPACE)
     axes.set_zlabel(_height(rsm))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.label.set_size(8)
@@ -200,7 +212,7 @@ def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping
         axis.line.set_color(FAINT)
     axes.tick_params(labelsize=7, pad=0)
     axes.view_init(elev=24, azim=-128)
-    axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.98)
+    frame_in_space(axes)
 
 
 def solutions(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:

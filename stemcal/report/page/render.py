@@ -5,7 +5,7 @@ The page depends on the spec, the stage files and the records only, so the same 
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from markupsafe import Markup, escape
@@ -111,8 +111,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     first = first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
-    keys = Names(study.naming)  # remedies are edits of the spec, so they name its keys
-    people = replace(keys, labels=labels)
+    people = Names(study.naming, labels=labels)
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -133,7 +132,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         word=word(verdict),
         use=" ".join(uses(verdict, people)),
         further=further_reasons(len(verdict.reasons) - 1),
-        reasons=[(sentence(reason, people), sentence(reason.remedy, keys)) for reason in verdict.reasons],
+        reasons=[(sentence(reason, people), sentence(reason.remedy, people)) for reason in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),

@@ -24,6 +24,11 @@ def factor(names: Names) -> Column:
     return Column("factor", "Factor", form=names.factor, words=True)
 
 
+def level(value: float) -> str:
+    """Write a level of a design with four digits."""
+    return short(value, 4)
+
+
 def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tuple[Column, ...]:
     """Return a column for the level of each factor."""
     return tuple(Column(name, names.factor(name), form=form) for name in factors)

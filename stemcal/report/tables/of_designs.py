@@ -15,6 +15,7 @@ from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (
     condition,
     factor,
+    level,
     level_list,
     levels,
     ratio,
@@ -241,7 +242,7 @@ def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | 
     crowded = symbols is not None and len(design.varied) > MANY["design"]
     columns = [
         Column("run", "Run", form=format),
-        *levels(design.varied, Names(names.naming, symbols or {}) if crowded else names, short),
+        *levels(design.varied, Names(names.naming, symbols or {}) if crowded else names, level),
         simulated(names.response),
         *map(_other, names.naming.others),
     ]

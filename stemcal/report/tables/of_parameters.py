@@ -42,9 +42,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         *([Column("published", "Published", form=short)] if published else []),
     ]
     found = {"target": stage.target, "predicted": point.predicted, "radius": point.coded_radius, "rule": stage.rule}
-    alike = point.mean_interval == point.prediction_interval
-    kind = "interval of the response" if alike else "intervals of the response"
-    ends = line(kind, names, mean=point.mean_interval, one=point.prediction_interval)
+    ends = line("intervals of the response", names, mean=point.mean_interval, one=point.prediction_interval)
     kind_of_point = "point" if stage.joint is None else "point of all"
     foot = (line(kind_of_point, names, **found), *valid_for(stage))
     return Table.of(columns, rows, line("calibration"), foot, claimed=(ends, *range_to_cite(stage, names)))

@@ -48,7 +48,8 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
         *([Column("mesh_interval", "95 % over meshes", unit, interval, claims=True)] if meshed else []),
     ]
     errors = {"largest": stage.max_abs_error_percent, "mean": stage.mean_abs_error_percent}
-    worst = [line("largest", **errors)] if names.naming.condition is not None else []
+    largest = line("largest of all" if names.naming.others else "largest", **errors)
+    worst = [largest] if names.naming.condition is not None else []
     return Table.of(columns, stage.rows, line("validation", names), (*worst, line("error")))
 
 

@@ -60,7 +60,7 @@ def spoken(stage: StageResult) -> list[RenderableType]:
     if not isinstance(stage, InvertResult | MeshResult):
         return []
     names = Names(stage.naming)
-    each = [(known(part, stage, names), unseen_changes(part, names)) for part in stage.known]
+    each = [(known(part, stage, names), unseen_changes(part, stage, names)) for part in stage.known]
     lines = [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
     return _lines("What the measurements fix", lines)
 

@@ -1,6 +1,6 @@
 """What other meshes make of the force at the solution, and the intervals with their scatter in them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -96,10 +96,6 @@ class MeshResult(StageResult):
     def scatter_of(self, response: str) -> MeshScatter | None:
         """Return the scatter of the force, or of travel or work; None where it is not told."""
         return self.scatter if response == FIRST else (self.further or {}).get(response)
-
-    def budget_at(self, condition: float) -> Sequence[BudgetRow]:
-        """Return the sources of error at one diameter."""
-        return [row for row in self.budget if row.condition == condition]
 
     def _tables(self) -> dict[str, Table]:
         """Return the force on every mesh, and the error budget."""

@@ -23,7 +23,7 @@ _CLOUD = 9
 _MOST_AVERAGED = 100  # places or replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
-# Finer elements are advised up to so many times the time of a run: full integration takes about six.
+# Finer elements are advised up to so many times the time of a run: full integration takes about twenty.
 _DEAREST = 12.0
 
 
@@ -95,7 +95,9 @@ class FitAll(Remedy):
 
 
 class MeasureMore(Remedy):
-    """Measure what can check the result."""
+    """Measure what can check the result, or fit fewer: so many conditions are fitted together."""
+
+    fitted: int
 
 
 class MendInput(Remedy):

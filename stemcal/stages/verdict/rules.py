@@ -310,7 +310,9 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
         return
     far = [row for row in fitted if row.size > evidence.equivalent_percent]
     weight: Severity = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
-    remedy = advice.AddRefinement() if refine is None else advice.RaiseBudget(2 * refine.budget)
+    remedy: Remedy = advice.AddRefinement() if refine is None else advice.RaiseBudget(2 * refine.budget)
+    if evidence.study.joint_targets:  # no further run reconciles what contradicts itself
+        remedy = next((conflict.remedy for conflict in _conflict(evidence)), remedy)
     yield TargetMissed(weight=weight, remedy=remedy, worst=worst)
 
 
@@ -386,7 +388,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
         fit = advice.FitAll("responses" if left_out else "conditions")
         yield CheckMissed(weight="with_reservations", remedy=fit, worst=worst)
     if not independent and not _left_out(evidence):
-        yield Unchecked(weight="with_reservations", remedy=advice.MeasureMore())
+        yield Unchecked(weight="with_reservations", remedy=advice.MeasureMore(len(study.joint_targets)))
 
 
 def _left_out(evidence: Evidence) -> bool:

@@ -243,6 +243,7 @@ targets:
   forces:
     - diameter: 7 mm
       force: 120 N
+      # sd: 6 N
       n: 6
     - {diameter: 8 mm, force: 159.2 N, n: 6}
     - {diameter: 9 mm, force: 213.8 N, n: 6}

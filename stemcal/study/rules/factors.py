@@ -17,6 +17,7 @@ from stemcal.study.model import (
     exponents_in,
 )
 from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.rules.geometry import wider_than_blade
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST
 from stemcal.study.types.strict_yaml import NodePath
@@ -112,8 +113,11 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
-    """Yield what is wrong with levels (units of the spec) that stand in no spec: no material can have them."""
+    """Yield what is wrong with levels (units of the spec) and a diameter that stand in no spec."""
     if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
+        return
+    if diameter is not None and (wide := wider_than_blade(diameter, study.blade.length)):
+        yield f"diameter: {wide}; take at most that, or check its unit"
         return
     steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
     if steep:

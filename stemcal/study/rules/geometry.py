@@ -20,9 +20,13 @@ def blade_spans_stem(draft: Draft) -> Iterator[Finding]:
     if draft.blade is None:
         return
     for path, condition in draft.diameters.items():
-        if draft.blade.length < condition:
-            message = f"the stem is {condition:g} mm wide, the blade only {draft.blade.length:g} mm long"
+        if message := wider_than_blade(condition, draft.blade.length):
             yield Finding(path, message, "check blade.length and the unit of the diameter")
+
+
+def wider_than_blade(diameter: float, length: float) -> str | None:
+    """Say that a stem is wider than the blade is long (mm); None where it is not."""
+    return f"the stem is {diameter:g} mm wide, the blade only {length:g} mm long" if length < diameter else None
 
 
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:

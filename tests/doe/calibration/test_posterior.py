@@ -10,7 +10,7 @@ from scipy import stats
 from synthetic import exact, misfit, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
-from stemcal.doe.calibration.posterior import LONG_ENOUGH, log_posterior, sample_posterior
+from stemcal.doe.calibration.posterior import log_posterior, sample_posterior
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
@@ -34,7 +34,7 @@ def test_straight_lines_give_normal_posteriors() -> None:
     assert found.mean == pytest.approx([0.5, 0.5], abs=0.01)
     assert found.sd == pytest.approx([0.1, 0.3], rel=0.04)
     assert found.interval() == pytest.approx(np.array([[0.304, 0.696], [-0.088, 1.088]]), abs=0.03)
-    assert abs(found.correlation[0, 1]) < 0.07 and found.effective > 1000 and found.length > LONG_ENOUGH
+    assert abs(found.correlation[0, 1]) < 0.07 and found.effective > 1000 and found.length > 50
 
 
 def test_one_force_leaves_a_uniform_prior_as_it_was() -> None:
@@ -81,6 +81,27 @@ def test_surfaces_of_two_kinds_give_a_t_each() -> None:
     near = known > known.max() - 4.0  # the mean over 256 draws is rough far out
     assert fitted[0].df == 3 and near.sum() > 10
     assert (found - found[near][0])[near] == pytest.approx((known - known[near][0])[near], abs=0.1)
+
+
+def test_many_specimens_tell_each_diameter_its_own_scatter() -> None:
+    """1000 of sd 20 and of sd 60: −D/2 with V = 0.4 and 3.6, not 2 each; pooled, 112 and 110 would weigh alike."""
+    pairs = (112.0, 20.0), (110.0, 60.0)
+    data = misfit_of([Observation(line(20, 0), mean, sd * mean / 111.0, 1000) for mean, sd in pairs])
+    a = np.linspace(0.4, 0.75, 8)
+    found = log_posterior(data, BOX, np.column_stack([a, np.zeros(8)]))
+    known = -0.5 * sum((100.0 + 20.0 * a - mean) ** 2 / ((sd * mean / 111.0) ** 2 / 1000.0) for mean, sd in pairs)
+    assert found - found[0] == pytest.approx(known - known[0], rel=0.06)  # 256 draws; pooled it is another curve
+
+
+@pytest.mark.parametrize(("fifth", "between"), [(1.0, (0.95, 1.1)), (3.0, (1.05, 1.2))])
+def test_how_alike_the_diameters_scatter_is_told_by_their_standard_deviations(fifth, between) -> None:
+    """Four planes of sd 1 see a, one of sd 1 or 3 sees b alone: the fifth hardly widens a (by 1.6 if pooled)."""
+    planes, own = [line(20, 0)] * 4 + [line(0, 20)], [1.0] * 4 + [fifth]
+    data = misfit_of([Observation(p, 100.0, sd, 6) for p, sd in zip(planes, own, strict=True)])
+    a = np.linspace(-0.2, 0.2, 161)
+    density = np.exp(log_posterior(data, BOX, np.column_stack([a, np.zeros(161)])))
+    sd = np.sqrt(np.sum(density * a**2) / density.sum())
+    assert between[0] < sd / (1.0 / 20.0 / 24.0**0.5) < between[1]
 
 
 def test_same_data_same_samples() -> None:

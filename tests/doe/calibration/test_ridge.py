@@ -49,6 +49,19 @@ def test_exact_means_are_taken_to_be_good_to_three_per_cent() -> None:
         assert len(found.flat) == 1 and found.coded == pytest.approx([0.16, 0.08], abs=0.01)
 
 
+@pytest.mark.parametrize("shift", [-0.4, 0.4])
+def test_along_a_bent_valley_the_flat_direction_is_that_of_the_point_taken(shift: float) -> None:
+    """100 + 20a + 8b + 3b² at 104 N, and 0.2b more at so much more: b = ±2 fits best; flat along (−8 − 6b, 20)."""
+    a, b = CODED.T
+    bent = [fit_surface(CODED, 100.0 + 20.0 * a + slope * b + 3.0 * b * b, ["a", "b"]) for slope in (8.0, 8.2)]
+    joint = measured((bent[0], 104.0), (bent[1], 104.0 + shift), sd=20.0)
+    assert abs(best_fit(joint, region())[1]) > 1.5
+    found = fit_jointly(joint, region())
+    assert len(found.flat) == 1 and abs(found.coded[1]) < 0.2
+    change = found.flat[0][0] / found.flat[0][1]
+    assert change == pytest.approx(-(8.1 + 6.0 * found.coded[1]) / 20.0, rel=0.01)
+
+
 def test_data_press_outwards_only_by_more_than_their_scatter() -> None:
     """a = 2.0 is asked for in a region that ends at 1.68: 20·0.32 = 6.4 N, against a standard error of 2 N or 20 N."""
     for sd, presses in ((2.0, True), (20.0, False)):

@@ -204,6 +204,19 @@ def test_walls_and_masses_that_the_force_would_feel_are_doubted(changes: dict[st
     assert len(said) == bool(warning) and all(warning in line for line in said)
 
 
+def test_the_mass_questioned_is_that_of_the_elements_asked_for() -> None:
+    """A wall of 0.4 mm takes 2 elements and has little mass; with the 4 that are asked for it has too much."""
+    text = SHIPPED.replace("0.41", "0.9", 1).replace("time_step: 40", "time_step: 120", 1)
+    text = text.replace("kind: embedded", "kind: embedded\n  elements_through_wall: 2", 1)
+    wall, mass = study_of(text).warnings
+    assert "2 elements through a wall of 0.35 mm" in wall and "write elements_through_wall: 4" in wall
+    assert "with this mass and 4 elements through the wall a stem of 8 mm swings once in 0.25 s with 11 N" in mass
+    scaling, step = re.findall(r"write mass_scaling: (\S+) and time_step: (\S+) us", mass)[0]
+    followed = text.replace("elements_through_wall: 2", "elements_through_wall: 4", 1)
+    followed = re.sub(r"mass_scaling: \S+", f"mass_scaling: {scaling}", followed, count=1)
+    assert study_of(re.sub(r"time_step: \S+ us", f"time_step: {step} us", followed, count=1)).warnings == ()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "warning"),
     [
