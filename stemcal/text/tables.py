@@ -45,6 +45,7 @@ LINES = {
     "joint": "Fitted together",
     "joint errors": "Largest error {error:fixed} %, left out {left_out:fixed} %; no parameters in the region do better "
     "than {best:fixed} %.",
+    "fitted errors": "Largest error {error:fixed} %; no parameters in the region do better than {best:fixed} %.",
     "left out": "Left out: predicted from a fit to the others.",
     "test left out": "Left out: predicted from a fit to the other tests. Others allow: where these put the mean, with "
     "95 %.",

@@ -57,15 +57,20 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     """Return what was measured beside the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_of(names, bool(names.naming.others), values)
-    columns += [ERROR, Column("left_out_error_percent", "Left out", "%", fixed)]
+    error, best = joint.max_abs_error_percent, joint.best_worst_error_percent
+    left_out = joint.max_abs_left_out_error_percent
+    columns.append(ERROR)
+    if left_out is None:
+        return Table.of(
+            columns, map(to_json, joint.rows), line("joint"), [line("fitted errors", error=error, best=best)]
+        )
+    columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others allow", form=interval, claims=True))
-    errors = {"error": joint.max_abs_error_percent, "left_out": joint.max_abs_left_out_error_percent}
-    largest = line("joint errors", best=joint.best_worst_error_percent, **errors)
-    return Table.of(
-        columns, map(to_json, joint.rows), line("joint"), (largest, line("test left out" if tests else "left out"))
-    )
+    largest = line("joint errors", error=error, best=best, left_out=left_out)
+    foot = largest, line("test left out" if tests else "left out")
+    return Table.of(columns, map(to_json, joint.rows), line("joint"), foot)
 
 
 def desired_table(desired: Desired, names: Names) -> Table:
