@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from stemcal.errors import UsageError
 from stemcal.measured.columns import columns_of, given_columns, matching
-from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, millimetres_in
 from stemcal.measured.numerals import shown
 from stemcal.measured.remarks import ColumnChosen, LabRemark, SharedDisplacement, SpeedUnused
 from stemcal.measured.text_tables import TextTable
@@ -18,6 +18,7 @@ from stemcal.measured.vocabulary import FORCE, TIME, TRAVEL, plain
 
 NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
 _LABEL = 40  # characters of a label that are kept
+_ONLY_DIAMETER = re.compile(r"\W*([dØ]|diameter)?\W*[\d.,]+[ _]?mm\W*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,16 @@ class Choice:
 
 @dataclass(frozen=True)
 class Channels:
-    """The columns of one specimen: displacement or time, and force; its label, empty if it stands alone."""
+    """The columns of one specimen: displacement or time, and force; its label, empty if it stands alone.
+
+    `diameter` is what stands over the columns, mm.
+    """
 
     across: int
     up: int
     timed: bool
     label: str = ""
+    diameter: float | None = None
 
 
 def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[LabRemark]]:
@@ -66,8 +71,9 @@ def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[
     pairs = _paired(table, acrosses, ups, choice, remarks)
     if any(across == up for across, up in pairs):
         raise UsageError(f"{table.source}: force and displacement are the same column; {NAME_THEM}")
-    labels = _labels(table, pairs) if len(pairs) > 1 else [""]
-    return [Channels(a, u, timed, label) for (a, u), label in zip(pairs, labels, strict=True)], remarks
+    over = _over(table, pairs)
+    named = zip(pairs, _labels(over), over, strict=True)
+    return [Channels(a, u, timed, label, millimetres_in(text)) for (a, u), label, text in named], remarks
 
 
 def _forces(table: TextTable, choice: Choice) -> list[int]:
@@ -75,7 +81,8 @@ def _forces(table: TextTable, choice: Choice) -> list[int]:
         return given_columns(table, choice.force, "force")
     found = matching(table, FORCE, NEWTONS)
     if not found:
-        raise UsageError(f"{table.source}: no column for force among {columns_of(table)}; name it with --force-column")
+        remedy = "name it with --force-column, and its unit with --force-unit where the heading tells none"
+        raise UsageError(f"{table.source}: no column for force among {columns_of(table)}; {remedy}")
     return found
 
 
@@ -162,14 +169,30 @@ def _alternate(acrosses: Sequence[int], ups: Sequence[int]) -> bool:
     return kinds in ("au" * count, "ua" * count, "a" * count + "u" * count, "u" * count + "a" * count)
 
 
-def _labels(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[str]:
-    """Return a name for every specimen: what stands over its columns, else its number."""
+def _over(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[str]:
+    """Return what stands over the columns of every specimen, or its heading where that holds a diameter."""
+    shared = len({across for across, _ in pairs}) < len(pairs)
     found, end = [], -1
-    for pair in pairs:
-        places = [i for i in range(end + 1, min(pair) + 1) if i < len(table.labels) and table.labels[i]]
-        label = table.labels[places[-1]] if places else ""
-        found.append("".join(letter for letter in label if letter.isprintable())[:_LABEL])
-        end = max(pair)
-    if all(found) and len(set(found)) == len(found):
-        return found
-    return [str(number) for number in range(1, len(pairs) + 1)]
+    for across, up in pairs:
+        begin = up if shared else min(across, up)
+        places = [i for i in range(end + 1, max(across, up) + 1) if i < len(table.labels) and table.labels[i]]
+        nearest = [i for i in places if i <= begin][-1:] or places[:1]
+        text = table.labels[nearest[0]] if nearest else ""
+        if not text and len(pairs) > 1 and (diameter := millimetres_in(table.columns[up])):
+            text = f"{diameter:g} mm"
+        found.append("".join(letter for letter in text if letter.isprintable())[:_LABEL])
+        end = max(across, up)
+    return found
+
+
+def _labels(over: Sequence[str]) -> list[str]:
+    """Return a name for every specimen: what stands over its columns if that is more than a diameter, else its number.
+
+    >>> _labels(["A", "B"]), _labels(["d = 6.1 mm", "d = 6.2 mm"]), _labels(["A", "A"]), _labels(["6.1 mm"])
+    (['A', 'B'], ['1', '2'], ['1', '2'], [''])
+    """
+    if len(over) == 1:
+        return [""]
+    if len(set(over)) == len(over) and all(over) and not all(map(_ONLY_DIAMETER.fullmatch, over)):
+        return list(over)
+    return [str(number) for number in range(1, len(over) + 1)]

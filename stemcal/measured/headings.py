@@ -77,3 +77,13 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
     if above:
         return tuple(above[0]), tuple(unit_in(name) for name in above[0]), 1
     return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, 0
+
+
+def millimetres_in(text: str) -> float | None:
+    """Return the first length in mm that a text holds; a speed is none.
+
+    >>> millimetres_in("12.1 mm"), millimetres_in("A, d = 12,1mm"), millimetres_in("A"), millimetres_in("10 mm/min")
+    (12.1, 12.1, None, None)
+    """
+    match = re.search(r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?mm(?!\s*/|[²³])", text, re.IGNORECASE | re.ASCII)
+    return float(match[1].replace(",", ".")) if match else None

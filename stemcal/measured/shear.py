@@ -14,7 +14,7 @@ from stemcal.files.typed import inline
 from stemcal.measured import remarks as lab
 from stemcal.measured.columns import find_column, matching, scale_of
 from stemcal.measured.diameters import checked_diameter
-from stemcal.measured.headings import MILLIMETRES
+from stemcal.measured.headings import MILLIMETRES, millimetres_in
 from stemcal.measured.numerals import shown
 from stemcal.measured.outliers import Grubbs, grubbs
 from stemcal.measured.samples import Summary, summarise
@@ -277,9 +277,8 @@ def _specimen(
     """Return one specimen with its diameter and grade."""
     entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
     listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
-    above = millimetres_in(curve.label)
-    named = named_grade(path) if above is None else _grade_near(above)
-    diameter = next((value for value in (listed, curve.diameter, above, named) if value is not None), None)
+    named = named_grade(path) if curve.over is None else _grade_near(curve.over)
+    diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
             f"{path}: its diameter is unknown; put it into the name (7mm-1.csv), over its columns (7.1 mm), into a "
@@ -298,16 +297,6 @@ def named_grade(path: Path) -> float | None:
     (10.0, 7.5, None)
     """
     return next((found for text in (path.stem, path.parent.name) if (found := millimetres_in(text)) is not None), None)
-
-
-def millimetres_in(text: str) -> float | None:
-    """Return the first length in mm that a text holds.
-
-    >>> millimetres_in("12.1 mm"), millimetres_in("A, d = 12,1mm"), millimetres_in("A")
-    (12.1, 12.1, None)
-    """
-    match = re.search(r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?mm", text, re.IGNORECASE | re.ASCII)
-    return float(match[1].replace(",", ".")) if match else None
 
 
 def _grade_near(diameter: float) -> float:

@@ -11,7 +11,7 @@ from stemcal.errors import UsageError
 from stemcal.measured import remarks as lab
 from stemcal.measured.channels import Channels, Choice, channels_of
 from stemcal.measured.columns import scale_of
-from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, millimetres_in
 from stemcal.measured.numerals import as_number, is_missing, shown
 from stemcal.measured.text_tables import Form, TextTable, read_tables
 
@@ -91,6 +91,7 @@ class ShearCurve:
     synthetic: bool
     remarks: tuple[lab.LabRemark, ...] = ()
     label: str = ""  # of one among several specimens in a file
+    over: float | None = None  # the diameter over its columns, mm
     of_file: tuple[lab.LabRemark, ...] = ()  # remarks on the file as a whole, with its first curve
 
     @property
@@ -176,6 +177,7 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
         synthetic=table.synthetic,
         remarks=tuple(remarks),
         label=label,
+        over=channels.diameter if channels.diameter is not None else millimetres_in(label),
     )
 
 

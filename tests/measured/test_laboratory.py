@@ -205,3 +205,29 @@ def test_diameters_stand_over_the_columns_whatever_the_file_is_called(tmp_path: 
         (12.1, 12.0, pytest.approx(160.0)),
         (13.2, 13.0, pytest.approx(192.0)),
     ]
+
+
+@pytest.mark.parametrize(
+    ("heads", "how"),
+    [
+        ([",6.1 mm,6.1 mm,5.9 mm", "travel (mm),force (N),force (N),force (N)"], CurveOptions()),
+        ([",d = 6.1 mm,d = 6.1 mm,d = 5.9 mm", "travel (mm),force (N),force (N),force (N)"], CurveOptions()),
+        (["travel (mm),force 6.1 mm (N),force 6.1 mm (N),force 5.9 mm (N)"], CurveOptions()),
+        (["travel (mm),6.1 mm,6.1 mm,5.9 mm"], CurveOptions(force_column="2,3,4", force_unit="N")),
+    ],
+)
+def test_diameters_over_forces_that_share_a_displacement(tmp_path: Path, heads: list[str], how: CurveOptions) -> None:
+    """Two stems of one diameter keep it, and are told apart by their numbers."""
+    lines = [*heads, *(f"{0.1 * i:.1f},{f},{1.1 * f:.1f},{0.9 * f:.1f}" for i, f in enumerate([0, 2, 40, 80, 160, 20]))]
+    (tmp_path / "9mm.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = measure_shear([tmp_path / "9mm.csv"], how).specimens
+    assert [(s.name, s.diameter, s.grade) for s in found] == [
+        ("9mm#1", 6.1, 6.0), ("9mm#2", 6.1, 6.0), ("9mm#3", 5.9, 6.0)
+    ]  # fmt: skip
+
+
+def test_a_diameter_over_the_only_specimen(tmp_path: Path) -> None:
+    lines = ["d = 6.1 mm,", "travel (mm),force (N)", *(f"{0.1 * i:.1f},{f}" for i, f in enumerate([0, 2, 40, 80, 20]))]
+    (tmp_path / "9mm.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (one,) = measure_shear([tmp_path / "9mm.csv"]).specimens
+    assert (one.name, one.diameter, one.curve.max_force) == ("9mm", 6.1, 80.0)
