@@ -7,7 +7,7 @@ SENTENCES = {
     "pareto": "Effects by size, blue raises and orange lowers the {response}. Beyond Lenth's margin of error (ME) or "
     "the limit of the t test an effect is more than chance; beyond the margin SME even as one of so many.",
     "half-normal": "Half-normal plot: effects above the line of chance and beyond Lenth's margins are more than "
-    "chance.",
+    "chance. Symbols are those of the table of effects.",
     # surface
     "observed": "Simulated {response} against the surface's prediction.",
     "residuals": "What the surface leaves unexplained, run by run.",

@@ -103,6 +103,11 @@ def test_power_laws_have_the_slope_told(stages: dict[str, Any]) -> None:
     assert measured.get_label().startswith("measured: n = 2.59 (")
 
 
+def test_points_of_the_half_normal_plot_have_symbols(stages: dict[str, Any]) -> None:
+    """Names of one effect do not lie over those of another."""
+    assert [text.get_text() for text in half_normal(stages["screen"]).axes[0].texts] == ["X7", "X9", "X4"]
+
+
 def test_limits_of_the_screening_figures(stages: dict[str, Any]) -> None:
     """Lenth of all 11 contrasts 16.5 and 33.4 N; t(0.975, 2) = 4.303 times the standard error of an effect, 3.768 N."""
     limits = {line.get_label(): line.get_xdata()[0] for line in pareto(stages["screen"]).axes[0].lines}

@@ -42,9 +42,9 @@ def _signed(effect: float, places: int = 1) -> str:
     return f"{effect:+.{places}f}".replace("-", "−")
 
 
-def half_normal(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
+def half_normal(screen: ScreenResult) -> Figure:
     """Return the effects against half-normal scores: what leaves the line is more than chance."""
-    points = screen.half_normal
+    points, symbols = screen.half_normal, {effect.factor: effect.symbol for effect in screen.effects}
     with new_figure() as figure:
         axes = figure.add_subplot()
         if screen.lenth is not None and screen.lenth.pse is not None:
@@ -65,8 +65,8 @@ def half_normal(screen: ScreenResult, labels: Mapping[str, str] | None = None) -
             axes.plot(point.quantile, point.size, "o", color=BLUE if chosen else FAINT)
             if chosen:
                 axes.annotate(
-                    plain((labels or {}).get(point.factor, point.factor)), (point.quantile, point.size), (2, 6),
-                    textcoords="offset points", ha="right", va="bottom", size=8,
+                    plain(symbols[point.factor] or point.factor), (point.quantile, point.size), (0, 4),
+                    textcoords="offset points", ha="center", va="bottom", size=8,
                 )  # fmt: skip
         axes.set_xlabel("half-normal score")
         axes.set_ylabel(plain(screen.naming.response.headed("|effect|")))

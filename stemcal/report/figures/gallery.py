@@ -110,7 +110,7 @@ def screening_plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plo
     names = Names(screen.naming)
     return [
         Plot("pareto", "screen", caption(names, "pareto"), partial(pareto, screen, labels)),
-        Plot("half-normal", "screen", caption(names, "half-normal"), partial(half_normal, screen, labels), detail=True),
+        Plot("half-normal", "screen", caption(names, "half-normal"), partial(half_normal, screen)),
     ]
 
 

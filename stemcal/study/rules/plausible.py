@@ -71,7 +71,7 @@ def _speed(study: Study) -> Iterator[Finding]:
 def _mesh(study: Study) -> Iterator[Finding]:
     """Elements of more than 0.6 of a length cannot resolve it, and without the lengths the force is the mesh's."""
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver):
+    if not isinstance(solver, EmbeddedSolver) and not (isinstance(solver, DeckSolver) and solver.nonlocal_failure):
         return
     yield from _wall(study, solver)
     if study.failure.kind == "toughness":
@@ -95,7 +95,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
             yield Finding(("solver", "element_size"), message, remedy)
 
 
-def _wall(study: Study, solver: EmbeddedSolver) -> Iterator[Finding]:
+def _wall(study: Study, solver: EmbeddedSolver | DeckSolver) -> Iterator[Finding]:
     """Question a wall of fewer elements than its bending takes, at the thinnest stem and wall of the study."""
     walls = [study.specimen.diameter_ratio]
     if "wall_thickness" in study.names:
@@ -157,7 +157,7 @@ def _mass_factor(study: Study, solver: EmbeddedSolver, diameter: float) -> float
     return max(solver.mass_scaling, by_step)
 
 
-def _through(solver: EmbeddedSolver, wall: float, diameter: float) -> int:
+def _through(solver: EmbeddedSolver | DeckSolver, wall: float, diameter: float) -> int:
     """Return how many elements there are through a wall (mm)."""
     return solver.elements_through_wall or max(1, math.ceil(wall / solver.element_size.at(diameter) - 1e-9))
 

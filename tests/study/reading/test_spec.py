@@ -166,9 +166,15 @@ def test_lengths_that_make_no_sense_are_refused(given: str) -> None:
 
 def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     text = (ROOT / "configs" / "wild-chrysanthemum.yaml").read_text(encoding="utf-8")
-    said = study_of(text.replace("element_size: d/16", "element_size: d/12")).warnings
-    assert len(said) == 1
-    assert "elements of d/12 are more than 0.6 of blade.edge_spread (d/9.5) at 7 mm; take at most 0.44 mm" in said[0]
+    start, end = text.index("solver:\n"), text.index("\n\n", text.index("solver:\n"))
+    deck = "solver: {kind: lsdyna, command: [ls-dyna, 'i={{deck}}'], element_size: d/12"
+    with_lengths = f"{text[:start]}{deck}, nonlocal_failure: true}}{text[end:]}"
+    for coarse in (text.replace("element_size: d/16", "element_size: d/12"), with_lengths):
+        said = study_of(coarse).warnings
+        assert len(said) == 1
+        assert "d/12 are more than 0.6 of blade.edge_spread (d/9.5) at 7 mm; take at most 0.44 mm" in said[0]
+    assert not study_of(with_lengths.replace("d/12", "d/16")).warnings
+    assert not study_of(with_lengths.replace(", nonlocal_failure: true", "")).warnings
 
 
 SHIPPED = (ROOT / "configs" / "wild-chrysanthemum.yaml").read_text(encoding="utf-8")
