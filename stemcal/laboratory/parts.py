@@ -19,7 +19,7 @@ class Kind(Protocol):
 
     `PERIODS` is over how many of the piece's slowest natural periods the loading is spread at least: mass is scaled so
     far and no farther. `MOMENT` m is that of the section which the response goes by, ∫zᵐ dA: 0 its area, 2 its second
-    moment, None neither (`build.rounded`).
+    moment, None that of the wall about its mid-line (`build.rounded`).
     """
 
     PERIODS: ClassVar[float]

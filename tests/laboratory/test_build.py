@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -42,8 +42,24 @@ def test_full_elements_see_more_of_their_section() -> None:
     assert 8.0 < full < one
 
 
-def test_a_ring_between_plates_keeps_its_size() -> None:
-    test = piece(RadialCompression(), material(), 4.0, 0.1, 0.5)
+@pytest.mark.parametrize(("ratio", "layers"), [(0.9, 8), (0.9, 3), (0.41, 6)])
+def test_the_wall_of_a_ring_bends_as_the_stems(ratio: float, layers: int) -> None:
+    """∫z² dA of its points about the mid-line, which stays, is w³/12."""
+    stem = rounded(piece(RadialCompression(), material(), 4.0, 0.1, 0.5, ratio, through_wall=layers)).stem
+    outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
+    assert 0.5 * (outer + inner) == pytest.approx(2.0 * (1.0 + ratio), rel=1e-12)
+    thick = (outer - inner) / layers
+    points = thick * (np.arange(layers) - 0.5 * (layers - 1))
+    assert thick * float(points @ points) == pytest.approx((4.0 * (1.0 - ratio)) ** 3 / 12.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "how"),
+    [(0.6, {"element": "full"}), (0.6, {"through_wall": 2}), (0.0, {}), (0.01, {"through_wall": 3})],
+    ids=["full elements", "two layers", "solid", "hardly a bore"],
+)
+def test_other_pieces_between_plates_keep_their_size(ratio: float, how: dict[str, Any]) -> None:
+    test = piece(RadialCompression(), material(), 4.0, 0.1, 0.5, ratio, **how)
     assert rounded(test) is test
 
 
