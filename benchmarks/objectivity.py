@@ -252,11 +252,14 @@ def crops() -> None:
             of_size(test, 24.0),
             mesh(test, hourglass=Hourglass("stiffness", 0.02)),
             mesh(test, element="full"),
+            mesh(test, coarsening_around=2.0),
+            mesh(of_size(test, 24.0), coarsening_around=2.0),
         ]
-        here, finer, other, full = (result.peak_force for result in simulate_all(variants))
+        here, finer, other, full, wide, finer_wide = (result.peak_force for result in simulate_all(variants))
         print(
             f"{name}: {here:.1f} N, d/24 {finer / here:.3f}, coefficient 0.02 {other / here:.3f}, fully integrated "
-            f"{full / here:.3f}; five phases: {scatter(simulate_all(list(in_phases(test, 5))))}",
+            f"{full / here:.3f}; coarsening_around 2: {wide:.1f} N, d/24 {finer_wide / wide:.3f}; "
+            f"five phases: {scatter(simulate_all(list(in_phases(test, 5))))}",
             flush=True,
         )
 

@@ -52,10 +52,13 @@ def _high(step: Step) -> str:
 
 
 def loosest(one: Combination, units: Mapping[str, str], names: Names) -> str:
-    """Say which change a combination tells least of."""
+    """Say which change a combination tells least of; a factor that is left alone has no size of change."""
+    at = place(one.tests, one.conditions, names)
+    if len(one.loosest) == 1:
+        return names.say("Left free by {place}: {factor:factor}.", place=at, factor=next(iter(one.loosest)))
     template = "Left free by {place}: {changes:all} together."
     changes = [change(name, size, units[name], names) for name, size in one.loosest.items()]
-    return say(template, place=place(one.tests, one.conditions, names), changes=changes)
+    return say(template, place=at, changes=changes)
 
 
 states(

@@ -48,6 +48,11 @@ def test_the_foot_tells_runs_division_and_what_is_left_free() -> None:
     ]
 
 
+def test_one_parameter_is_left_free_by_itself() -> None:
+    alone = Combination(("cutting",), (8.0,), 20, Rows([KNOWN, FREE]), {"failure_strain": 0.00714})
+    assert foot(found(alone), Names())[-1] == "Left free by cutting at 8 mm: failure_strain."
+
+
 def test_what_was_assumed() -> None:
     assert sentences([ScatterAssumed(("pull_work",), 10.0), MaximumOutOfReach(("squeeze_work",))], Names()) == [
         "No scatter is given for pull_work; a coefficient of variation of 10 % is assumed.",

@@ -155,7 +155,7 @@ def _factors(study: Study, names: Names) -> PaperTable:
 def _levels(stage: SurfaceResult) -> PaperTable:
     """Return what the coded levels of the response surface mean."""
     coded = sorted({round(run.coded[name], 3) + 0.0 for run in stage.design.runs for name in stage.names})
-    rows = [{name: stage.coding[name].natural(level) for name in stage.names} | {"": level} for level in coded[::-1]]
+    rows = [{name: stage.coding[name].natural(one) for name in stage.names} | {"": one} for one in coded[::-1]]
     heads = {"": "Factor Level", **stage.symbols()}
     columns = [Column(key, head, form=level) for key, head in heads.items()]
     return PaperTable(NUMBERS["levels"], "levels", line("published levels"), Table.of(columns, rows))

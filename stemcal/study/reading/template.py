@@ -31,6 +31,7 @@ def template(name: str = "my-study", crop: str | None = None) -> str:
         "OF": _about(known),
         "ELASTIC_MODULUS": _range(known.elastic_modulus if known else Range(800, 1200, "")),
         "YIELD_STRESS": _range((known.yield_stress if known else None) or Range(10, 20, "")),
+        "AROUND": _AROUND_A_CROP if known else "2",
     }
     text = _commented(_TEXT)
     for key, value in written.items():
@@ -123,6 +124,8 @@ def _prefix(line: str) -> str:
     before = found["before"] if found else ""
     return before if before.endswith("# ") else f"{before}# "
 
+
+_AROUND_A_CROP = "1  # wider ones are too soft where the stem does not break: its force is then a stiffness"
 
 _TEXT = """\
 # stemcal study: one file says everything. `stemcal check` names every mistake in it with its line, `stemcal plan` says
@@ -227,7 +230,7 @@ solver:
   element_size: d/16
   edge_over: nodes
   coarsening: 6
-  coarsening_around: 2
+  coarsening_around: @AROUND@
   hourglass:
     form: stiffness
     coefficient: 0.01

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
+from stemcal.study.model.solver_options import EmbeddedSolver
 from stemcal.study.reading import read_study
 from stemcal.study.reading.crops import CROPS
 from stemcal.study.reading.template import template
@@ -35,6 +36,14 @@ def test_a_spec_with_a_crops_ranges_is_right(crop: str) -> None:
     shear, bending = PRINTED[crop]
     strengths = [sqrt(3.0) * value for value in shear] + list(bending)
     assert (stress.low, stress.high) == pytest.approx((min(strengths), max(strengths)), rel=0.01)
+
+
+@pytest.mark.parametrize(("crop", "around"), [(None, 2.0), *((crop, 1.0) for crop in CROPS)])
+def test_elements_around_a_crops_stem_are_even(crop: str | None, around: float) -> None:
+    text = template("mine", crop)
+    solver = read_study(text.encode(), Path("mine.yaml")).solver
+    assert isinstance(solver, EmbeddedSolver) and solver.coarsening_around == around
+    assert max(map(len, text.splitlines())) <= 120
 
 
 def test_a_crop_that_is_not_known_is_told_which_are() -> None:
