@@ -50,10 +50,13 @@ def test_deck_with_lengths_gives_the_force_that_is_foretold_and_is_verified(tmp_
     """The deck as `export-deck --for openradioss` writes it, with its force in its comments, run by its path."""
     spec, deck = CONFIG.with_name("wild-chrysanthemum.yaml"), tmp_path / "run.k"
     options = ["--for", "openradioss", "--set", "yield_stress=12", "--set", "failure_strain=0.02"]
-    text = spec.read_text("utf-8").replace("element_size: d/16", "element_size: d/10")
-    (tmp_path / "coarse.yaml").write_text(text, encoding="utf-8")
-    assert CliRunner().invoke(app, ["export-deck", str(tmp_path / "coarse.yaml"), *options, str(deck)]).exit_code == 0
+    text = spec.read_text("utf-8")
+    cheaply = {"coarsening: 6 ": "coarsening: 10 ", "around: 2 ": "around: 3 ", "duration: 0.5 s": "duration: 0.36 s"}
+    for given, cheaper in cheaply.items():
+        assert text.count(given) == 1
+        text = text.replace(given, cheaper)
+    (tmp_path / "quicker.yaml").write_text(text, encoding="utf-8")
+    assert CliRunner().invoke(app, ["export-deck", str(tmp_path / "quicker.yaml"), *options, str(deck)]).exit_code == 0
     found = run_deck(deck)
     assert found.off_percent is not None, found.answer.message
-    # 14 % when this was written: what is foretold was measured with d/12, and its averaging feels the mesh
-    assert abs(found.off_percent) < 20.0
+    assert abs(found.off_percent) < 10.0

@@ -16,11 +16,10 @@ from stemcal.study.model import DeckSolver, EmbeddedSolver
 
 Array = NDArray[np.float64]
 
-# OpenRadioss's R_len over ℓ. By second moments it would be ½: 2R² of R² ∇²ε̄ = ε̄ − ε against ½ℓ² of exp(−r²/ℓ²). With
-# that it parts stems of 8 mm too early, at 0.76 and 0.92 of the force with d/16 and d/12; with 0.76 ℓ too late.
-_RADIOSS_LENGTH = 0.68
-# With 1.15 ℓ the embedded solver parts a stem under a nose at the force of OpenRadioss. Chosen by three stems of 8 and
-# 9 mm with d/12, to 2, 4, 4 %; of 7, 10 and 11 mm it is then 2, −4, −6 %, of 8 mm with d/16 12 %.
+# OpenRadioss's R_len over ℓ: by two stems of 8 mm with d/16. By second moments it would be ½: 2R² of R² ∇²ε̄ = ε̄ − ε
+# against ½ℓ² of exp(−r²/ℓ²); with 0.68 ℓ stems part at 0.87 of the force.
+_RADIOSS_LENGTH = 0.86
+# With 1.15 ℓ the embedded solver parts a stem under a nose at the force of OpenRadioss, with d/16 and d/20 to 6 %.
 _RADIOSS_HERE = 1.15 / _RADIOSS_LENGTH
 # LS-DYNA's L over ℓ: ⟨r²⟩ is 3/5 L² for its weight (1 + (r/L)⁸)⁻², as of a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
