@@ -128,7 +128,7 @@ def _swing(study: Study) -> Iterator[Finding]:
         return
     force, period = _struck(study, target.condition, heavier)
     excess = max(force / (_SWING * target.response), period / (_PERIOD * test.duration))
-    if excess > 1.0:
+    if 1.0 < excess < math.inf:  # elements without size are questioned as what they are
         wall = f" and {_THROUGH_THIN} elements through the wall" if more else ""
         message = (
             f"with this mass{wall} a stem of {target.condition:g} mm swings once in {period:.2g} s with {force:.2g} N, "
@@ -153,13 +153,14 @@ def _mass_factor(study: Study, solver: EmbeddedSolver, diameter: float) -> float
     layer = wall / _through(solver, wall, diameter)
     p_wave = elastic_modulus * (1.0 - poisson_ratio) / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
     step = (solver.time_step or 0.0) / solver.time_step_safety
-    by_step = p_wave / given["density"] * step**2 * (1.0 / layer**2 + 1.0 / size**2)
-    return max(solver.mass_scaling, by_step)
+    steps = math.hypot(step / layer, step / size)
+    return max(solver.mass_scaling, p_wave / given["density"] * steps * steps)
 
 
 def _through(solver: EmbeddedSolver | DeckSolver, wall: float, diameter: float) -> int:
     """Return how many elements there are through a wall (mm)."""
-    return solver.elements_through_wall or max(1, math.ceil(wall / solver.element_size.at(diameter) - 1e-9))
+    count = min(wall / solver.element_size.at(diameter), 1e300)  # of a size near zero it overflows
+    return solver.elements_through_wall or max(1, math.ceil(count - 1e-9))
 
 
 def _struck(study: Study, diameter: float, heavier: float) -> tuple[float, float]:

@@ -223,6 +223,13 @@ def test_the_mass_questioned_is_that_of_the_elements_asked_for() -> None:
     assert study_of(re.sub(r"time_step: \S+ us", f"time_step: {step} us", followed, count=1)).warnings == ()
 
 
+@pytest.mark.parametrize("size", ["1e-300 mm", "1e-320 mm"])
+def test_elements_without_size_are_questioned_as_what_they_are(size: str) -> None:
+    warnings = study_of(SHIPPED.replace("element_size: d/16", f"element_size: {size}")).warnings
+    assert any("is far from what stems and blades have" in one for one in warnings)
+    assert not any("partly inertia" in one for one in warnings)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "warning"),
     [
