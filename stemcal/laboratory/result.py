@@ -84,14 +84,14 @@ def responses_of(
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]
     line = secant(travel, force, test.secant)
     along = None if deflection is None else secant(deflection[:broken], force, test.secant)
-    found = curve_responses(travel, force, test.secant, test.deflection)
+    found = curve_responses(travel, force, line, test.deflection)
     found |= {"maximum_force": result.peak_force, "travel": result.peak_travel}
     found |= {} if along is None else {"axis_slope": along.slope}
     return found, None if line is None else line.r2
 
 
 def curve_responses(
-    travel: Array, force: Array, shares: tuple[float, float], deflection: float | None = None
+    travel: Array, force: Array, line: Line | None, deflection: float | None = None
 ) -> dict[str, float]:
     """Return what a curve until the break tells by itself, simulated or measured; what it does not have is left out.
 
@@ -99,12 +99,12 @@ def curve_responses(
     ----------
     travel, force : (R,)
         mm and N.
-    shares : (low, high)
-        Of the largest force, between which the slope is taken.
+    line : Line, optional
+        Its secant.
     deflection : float, optional
         Where the force is asked for, mm.
     """
-    line, peak = secant(travel, force, shares), int(np.argmax(force))
+    peak = int(np.argmax(force))
     found = {} if line is None else {"slope": line.slope}
     found |= {"maximum_force": float(force[peak]), "travel": float(travel[peak])}
     found["work"] = float(np.trapezoid(force, travel))

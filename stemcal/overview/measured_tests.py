@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import inline
-from stemcal.laboratory import curve_responses
+from stemcal.laboratory import curve_responses, secant
 from stemcal.measured.remarks import LabRemark
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear
@@ -94,7 +94,8 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[TestedMean]:
 def _responses(test: LaboratorySection, piece: TestedSpecimen) -> dict[str, float]:
     """Return what the curve of one piece tells until it breaks."""
     end = break_at(piece.curve.force)
-    return curve_responses(piece.curve.travel[:end], piece.curve.force[:end], test.secant, test.deflection)
+    travel, force = piece.curve.travel[:end], piece.curve.force[:end]
+    return curve_responses(travel, force, secant(travel, force, test.secant), test.deflection)
 
 
 def break_at(force: NDArray[np.float64]) -> int:

@@ -42,9 +42,9 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
         if targets is not None and not isclose(target.condition, targets.calibrate_at):
             message = f"curves are compared at {targets.calibrate_at:g} mm, where the parameters are calibrated"
             yield Finding(path, message, "give the force alone, or calibrate there")
-        if draft.transfer is not None:
-            message = "curves are compared here alone: parameters cannot be transferred by them"
-            yield Finding(("transfer",), message, "leave out one of them", at_key=True)
+    if curved and draft.transfer is not None:
+        message = "curves are compared here alone: parameters cannot be transferred by them"
+        yield Finding(("transfer",), message, "leave out one of them", at_key=True)
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
