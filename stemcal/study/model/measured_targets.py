@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isclose
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema
@@ -60,12 +61,14 @@ class MachineSection(Frozen):
 class Mean(Frozen):
     """The measured mean of a further response, with its standard deviation, in its own unit.
 
-    `n` are the specimens where they are not those of the first response.
+    `n` are the specimens where they are not those of the first response; `systematic` is the standard deviation of what
+    moves them all alike.
     """
 
     value: float
     sd: float | None = None
     n: int | None = None
+    systematic: float = 0.0
 
 
 class Target(Frozen):
@@ -102,6 +105,18 @@ class Target(Frozen):
         own = self.further[response].n if response in self.further else None
         return self.n if own is None else own
 
+    def systematic_of(self, response: str) -> float:
+        """Return the standard deviation of what moves a response of all specimens alike."""
+        return self.further[response].systematic if response in self.further else 0.0
+
+    def specimens_of(self, response: str) -> str:
+        """Return a name for the specimens of a response if their curves tell it, nothing else."""
+        if self.modes is None:
+            return ""
+        own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens
+        scored = response in {named.name for named in named_modes(self.modes)}
+        return f"{self.condition:g}" if scored or (own and response == FIRST) else ""
+
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
         """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""
         if response in self.further:
@@ -137,8 +152,8 @@ class Targets(Frozen):
         means = list(self.means)
         for index, found in modes.items():
             scores = {
-                named.name: Mean(value=found.force, sd=sd, n=found.specimens)
-                for named, sd in zip(named_modes(found), found.scatter, strict=True)
+                named.name: Mean(value=found.force, sd=sd, n=found.specimens, systematic=alike)
+                for named, sd, alike in zip(named_modes(found), found.scatter, found.systematic, strict=True)
             }
             further = {**means[index].further, **scores}
             means[index] = means[index].model_copy(update={"modes": found, "further": further})

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.measured.curve_modes import FEWEST, Curve
+from stemcal.measured.curve_modes import FEWEST, Curve, smoothed
 from stemcal.measured.samples import summarise
 from stemcal.measured.shear_curves import read_curves
 from stemcal.study.rules.draft import Finding
@@ -39,7 +39,7 @@ def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]]
         elif read:
             curves[index] = [(curve.travel, curve.force) for curve in read]
         if read:
-            forces = summarise([curve.max_force for curve in read])
+            forces = summarise([float(smoothed(curve.travel, curve.force)[1].max()) for curve in read])
             sd = {} if forces.sd is None else {"sd": f"{forces.sd:.4g} N"}
             own = {"force": f"{forces.mean:.5g} N", **sd, "n": forces.n}
             filled[index] = entry if "force" in entry else {**entry, **own}

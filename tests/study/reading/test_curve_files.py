@@ -112,4 +112,7 @@ def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
     unsure = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
     assert known is not None
     assert unsure.targets.modes is not None
-    assert sum(np.square(unsure.targets.modes.scatter)) > 1.2 * sum(np.square(known.scatter))
+    assert not any(known.systematic)
+    assert max(unsure.targets.modes.systematic) > 0.02 * known.force
+    means = [mean.systematic for mean in unsure.targets.means[1].further.values()]
+    assert means == list(unsure.targets.modes.systematic)
