@@ -118,9 +118,9 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
 
 
 def modes_of(curves: Sequence[Curve], machine: Machine = Machine()) -> CurveModes:
-    """Return the components of measured curves that begin where the preload was passed; `FEWEST` of them at least."""
+    """Return the components of smoothed curves; `FEWEST` of them at least."""
     given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
-    curves = [from_preload(*_given_way(smoothed(*curve), given)) for curve in curves]
+    curves = [from_preload(*_given_way(curve, given)) for curve in curves]
     forces = np.array([float(force.max()) for _, force in curves])
     mean_force = float(forces.mean())
     mean_travel = float(np.mean([travel[_top(force)] for travel, force in curves]))

@@ -27,18 +27,18 @@ def trimmed(curve: Curve) -> Curve:
     return travel[begin:] - travel[begin], force[begin:]
 
 
-CURVES = [trimmed(planted(*shape)) for shape in SHAPES]
+CURVES = [smoothed(*trimmed(planted(*shape))) for shape in SHAPES]
 
 
 def scores_of(curves: list[Curve], machine: Machine = Machine()) -> np.ndarray:
     modes = modes_of(curves, machine)
-    return np.array([modes.scores(*smoothed(*curve)) for curve in curves])
+    return np.array([modes.scores(*curve) for curve in curves])
 
 
 def test_scores_lie_about_the_mean_force_and_vary_with_nothing_else() -> None:
     """Mean F̄; no correlation with the maximum nor with each other; their SD over the specimens is that of the modes."""
     modes, scores = modes_of(CURVES), scores_of(CURVES)
-    forces = np.array([smoothed(*curve)[1].max() for curve in CURVES])
+    forces = np.array([force.max() for _, force in CURVES])
     np.testing.assert_allclose(forces, [force for force, _, _ in SHAPES], rtol=0.002)
     assert modes.force == pytest.approx(forces.mean(), rel=1e-9)
     np.testing.assert_allclose(scores.mean(axis=0), forces.mean(), rtol=1e-9)
@@ -56,7 +56,7 @@ def test_two_ways_to_differ_beside_the_maximum_are_two_modes() -> None:
 
 
 def test_twice_the_points_say_no_more() -> None:
-    fine = [trimmed(planted(*shape, points=799)) for shape in SHAPES]
+    fine = [smoothed(*trimmed(planted(*shape, points=799))) for shape in SHAPES]
     np.testing.assert_allclose(modes_of(fine).scatter, modes_of(CURVES).scatter, rtol=0.02)
     np.testing.assert_allclose(modes_of(fine).force, modes_of(CURVES).force, rtol=1e-4)
 
@@ -103,7 +103,7 @@ def test_what_is_not_known_of_the_machine_is_no_scatter_of_the_specimens() -> No
     toe = 0.05
     for curves in (CURVES, CURVES * 8):
         modes = modes_of(curves, Machine(toe_sd=toe))
-        late = [modes.scores(u + toe * np.clip(f / 5.0 - 1.0, 0.0, 1.0), f) for u, f in (smoothed(*c) for c in CURVES)]
+        late = [modes.scores(u + toe * np.clip(f / 5.0 - 1.0, 0.0, 1.0), f) for u, f in CURVES]
         off = np.abs(np.mean(late, axis=0) - modes.force)
         np.testing.assert_allclose(off, modes.systematic, atol=0.12 * max(modes.systematic))
 
@@ -111,7 +111,7 @@ def test_what_is_not_known_of_the_machine_is_no_scatter_of_the_specimens() -> No
 def test_specimens_and_machine_vary_along_the_same_scores() -> None:
     """In the scores neither the scatter of the specimens nor the shift by the machine varies together."""
     modes = modes_of(CURVES, Machine(1500.0, 300.0))
-    scores = np.array([modes.scores(*smoothed(u - (f - f[0]) / 1500.0, f)) for u, f in CURVES])
+    scores = np.array([modes.scores(u - (f - f[0]) / 1500.0, f) for u, f in CURVES])
     np.testing.assert_allclose(np.corrcoef(scores.T), np.eye(len(modes.weights)), atol=0.02)
     assert np.count_nonzero(np.array(modes.systematic) > 1e-6 * modes.force) == 1
 
@@ -127,5 +127,5 @@ def test_the_band_is_that_of_the_forces() -> None:
     assert travel[-1] == pytest.approx(modes.travel)
     assert mean[-1] == pytest.approx(0.98 * modes.force, rel=0.002)
     assert sd[-1] == pytest.approx(0.98 * np.std([force for force, _, _ in SHAPES], ddof=1), rel=0.02)
-    again = np.mean([modes.at_shares(*smoothed(*curve)) for curve in CURVES], axis=0)
+    again = np.mean([modes.at_shares(*curve) for curve in CURVES], axis=0)
     np.testing.assert_allclose(again, mean, rtol=1e-9)
