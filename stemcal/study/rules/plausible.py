@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from statistics import median
 
-from stemcal.naming import DIAMETER, FIRST, FORCE
+from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL, WORK
 from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Growth, Study
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
@@ -47,7 +47,8 @@ _LEAST_SCATTER = 1e-4  # of a mean
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    found = (_sizes, _speed, _mesh, _swing, _targets, _scatters, _outliers, _materials, _growth, _factors, _agreement)
+    virtual, measured = (_sizes, _speed, _mesh, _swing, _curve), (_targets, _scatters, _outliers)
+    found = (*virtual, *measured, _materials, _growth, _factors, _agreement)
     return [finding for of in found for finding in of(study)]
 
 
@@ -176,6 +177,16 @@ def _struck(study: Study, diameter: float, heavier: float) -> tuple[float, float
     shear = 4.0 * _TUBE * elastic_modulus / (2.0 * (1.0 + given["poisson_ratio"])) * area / span
     stiffness, mass = bending * shear / (bending + shear), 0.5 * given["density"] * heavier * area * span
     return study.loading.speed * math.sqrt(stiffness * mass), 2.0 * math.pi * math.sqrt(mass / stiffness)
+
+
+def _curve(study: Study) -> Iterator[Finding]:
+    """Travel and work up to the break, unlike the force, fall as elements get smaller."""
+    fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.invert.responses]
+    measured = study.mesh is not None and study.mesh.sizes
+    if fitted and not measured and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
+        depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
+        message = f"{depend} on the mesh: elements two thirds as long give up to a tenth less"
+        yield Finding(("invert", "responses"), message, "add mesh: {sizes: [d/24]}, which puts that into their scatter")
 
 
 def _conditions(study: Study) -> list[float]:
