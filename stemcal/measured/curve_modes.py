@@ -117,8 +117,8 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
     return np.append(up / (mean_force * np.sqrt(len(_SHARES))), end / mean_travel)
 
 
-def modes_of(curves: Sequence[Curve], machine: Machine = Machine()) -> CurveModes:
-    """Return the components of smoothed curves; `FEWEST` of them at least."""
+def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = MOST) -> CurveModes:
+    """Return the components of smoothed curves, so many at most; `FEWEST` curves at least."""
     given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
     curves = [from_preload(*_given_way(curve, given)) for curve in curves]
     forces = np.array([float(force.max()) for _, force in curves])
@@ -141,7 +141,7 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine()) -> CurveMode
     values, vectors = np.linalg.eigh(scatter + n * h.T @ h)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
-    count = min(MOST, n - 3, int(np.searchsorted(held, _HELD)) + 1)
+    count = min(most, n - 3, int(np.searchsorted(held, _HELD)) + 1)
     weights = _apart(vectors[:, :count], scatter, h)
     return CurveModes(
         mean_force,

@@ -123,9 +123,13 @@ class VarianceSource:
     matrix: bool = False
 
     def only(self, kept: Sequence[int]) -> VarianceSource:
-        """Keep some of the observations."""
+        """Keep some of the observations; a matrix of fewer responses is known better."""
         apart, df = (None if part is None else part[list(kept)] for part in (self.apart, self.apart_df))
-        return replace(self, variance=self.variance[list(kept)], apart=apart, apart_df=df)
+        found = replace(self, variance=self.variance[list(kept)], apart=apart, apart_df=df)
+        if not self.matrix:
+            return found
+        more = self.df + float(np.count_nonzero(self.variance) - np.count_nonzero(found.variance))
+        return replace(found, variance=found.variance * self.df / more, df=more)
 
     def parts(self, g: Array) -> tuple[Array, Array]:
         """Return what the source adds to the variance of sums of observations with weights g, (observations, sums).
@@ -311,12 +315,15 @@ class Misfit:
     def only(self, kept: Sequence[int]) -> Misfit:
         """Keep some of the observations, with their weights."""
         scatter: Scatter = "surface" if not self.scale_known and len(kept) <= self.k else self.scatter
+        sources = tuple(source.only(kept) for source in self.sources)
+        told = zip(sources, self.sources, strict=True)
+        better = sum((new.variance - old.variance[list(kept)] for new, old in told if old.matrix), start=0.0)
         return replace(
             self,
             observations=tuple(self.observations[i] for i in kept),
-            variance=self.variance[list(kept)],
+            variance=self.variance[list(kept)] + better,
             scatter=scatter,
-            sources=tuple(source.only(kept) for source in self.sources),
+            sources=sources,
             shared=None if self.shared is None else self.shared[list(kept)],
         )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import isclose
 from typing import Annotated, Any, Literal
 
@@ -114,7 +114,7 @@ class Target(Frozen):
         if self.modes is None:
             return ""
         own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens
-        scored = response in {named.name for named in named_modes(self.modes)}
+        scored = response in {named.name for named in named_modes([self.modes])}
         return f"{self.condition:g}" if scored or (own and response == FIRST) else ""
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
@@ -143,9 +143,13 @@ class Targets(Frozen):
     equivalence test."""
 
     @property
-    def modes(self) -> CurveModes | None:
-        """The components of the curves that were measured, if any were."""
-        return next((target.modes for target in self.means if target.modes is not None), None)
+    def modes(self) -> dict[float, CurveModes]:
+        """The components of the curves that were measured, by condition."""
+        return {target.condition: target.modes for target in self.means if target.modes is not None}
+
+    def modes_at(self, condition: float) -> CurveModes | None:
+        """Return the components of the curves that were measured at a condition, if any were."""
+        return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
     def with_modes(self, modes: Mapping[int, CurveModes]) -> Targets:
         """Return the targets with what curves tell, by the place of their entry."""
@@ -153,16 +157,16 @@ class Targets(Frozen):
         for index, found in modes.items():
             scores = {
                 named.name: Mean(value=found.force, sd=sd, n=found.specimens, systematic=alike)
-                for named, sd, alike in zip(named_modes(found), found.scatter, found.systematic, strict=True)
+                for named, sd, alike in zip(named_modes([found]), found.scatter, found.systematic, strict=True)
             }
             further = {**means[index].further, **scores}
             means[index] = means[index].model_copy(update={"modes": found, "further": further})
         return self.model_copy(update={"means": tuple(means)})
 
 
-def named_modes(modes: CurveModes | None) -> tuple[Named, ...]:
+def named_modes(modes: Iterable[CurveModes]) -> tuple[Named, ...]:
     """Return the scores of curves as responses of a study."""
-    count = 0 if modes is None else len(modes.weights)
+    count = max((len(one.weights) for one in modes), default=0)
     return tuple(
         Named(f"curve_{j}", f"{which} mode of the curve", f"c{j}", "N")
         for j, which in enumerate(("First", "Second", "Third")[:count], 1)

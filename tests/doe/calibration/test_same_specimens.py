@@ -46,6 +46,13 @@ def test_an_interval_is_that_of_a_growth_curve(p: int) -> None:
     np.testing.assert_allclose([one.high for one in found], solution + half, rtol=1e-4, atol=1e-4)
 
 
+def test_fewer_of_the_responses_are_known_better() -> None:
+    """What is left of four responses is the same as if two had been measured."""
+    whole, two = fitted(4).only([0, 1]), fitted(2)
+    ends = [[(one.low, one.high) for one in profiles_of(m, REGION, best_fit(m, REGION))] for m in (whole, two)]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-6)
+
+
 def test_the_posterior_is_that_of_an_unknown_covariance() -> None:
     """(1 + T²(x)/(n − 1))^(−n/2)."""
     points = np.array([[0.0, 0.0], [1.0, -1.0], [3.0, 2.0]])
