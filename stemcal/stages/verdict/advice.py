@@ -287,7 +287,7 @@ def to_identify(study: Study, known: Certainty) -> Remedy:
 
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
-    solver = study.solver
+    solver = study.seen_by("validate").solver
     if not isinstance(solver, EmbeddedSolver):
         return MendInput(doubt.kind)
     match doubt.kind:
