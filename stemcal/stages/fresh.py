@@ -52,8 +52,8 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     parts |= {name: dump[name] for name in ("published", *stage_called(stage).options)}
     if study.tests:
         parts["tests"] = dump["tests"]
-    if study.targets.modes is not None:
-        parts["curves"] = vars(study.targets.modes)
+    if study.targets.modes:
+        parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     if stage == "rsm" and study.joint_targets:

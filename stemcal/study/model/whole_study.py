@@ -195,7 +195,7 @@ class Study(StudyForm):
     @cached_property
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
-        if measured := (*named_responses(self.tests), *named_modes(self.targets.modes)):
+        if measured := (*named_responses(self.tests), *named_modes(self.targets.modes.values())):
             return Naming(DIAMETER, (FORCE, *measured))
         return naming_of(self.responses, self.conditions)
 
